@@ -48,8 +48,8 @@ pub enum Error {
     Figure(String),
 }
 
-impl From<dynamics::Refused> for Error {
-    fn from(dynamics::Refused(why): dynamics::Refused) -> Self {
+impl From<dynamics::InvalidModel> for Error {
+    fn from(dynamics::InvalidModel(why): dynamics::InvalidModel) -> Self {
         Self::Input(why)
     }
 }

@@ -10,12 +10,12 @@ use stiction::compensator::{FIRST_LAW, Gains, MAX_TERMS};
 use crate::data_sheet::OF_A_SHEET;
 use crate::error::{Error, suggestion};
 use crate::lines::wrapped;
-use crate::machine::Machine;
+use crate::machine::MachineFile;
 use crate::written::shown_law;
 
 /// One key.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Row {
+pub struct KeyRow {
     /// The table that it stands in.
     pub table: String,
     /// Its name in that table.
@@ -32,7 +32,7 @@ pub struct Row {
 
 /// The JSON schema of a machine's file.
 pub fn schema() -> Value {
-    let mut schema = schemars::schema_for!(Machine).into();
+    let mut schema = schemars::schema_for!(MachineFile).into();
     for key in OF_A_SHEET {
         may_be_left_out(&mut schema, key);
     }
@@ -64,7 +64,7 @@ fn may_be_left_out(schema: &mut Value, key: &str) {
 }
 
 /// Every key, in the order of the tables of a file.
-pub fn rows() -> Vec<Row> {
+pub fn rows() -> Vec<KeyRow> {
     let schema = schema();
     let mut rows = Vec::new();
     walk(&schema, &schema, "", &mut rows);
@@ -97,7 +97,7 @@ pub fn list(table: Option<&str>) -> Result<String, Error> {
     Ok(text)
 }
 
-fn shown_row(row: &Row) -> String {
+fn shown_row(row: &KeyRow) -> String {
     format!("  {}\n      {}; {}\n", row.name, row.allowed, row.otherwise) + &wrapped(&row.text, 6)
 }
 
@@ -190,7 +190,7 @@ fn anchor(heading: &str) -> String {
     heading.to_lowercase().replace(' ', "-").replace(',', "")
 }
 
-fn tables(rows: &[Row]) -> Vec<String> {
+fn tables(rows: &[KeyRow]) -> Vec<String> {
     let mut tables: Vec<String> = Vec::new();
     for row in rows {
         if !tables.contains(&row.table) {
@@ -229,7 +229,7 @@ fn present<'a>(root: &'a Value, schema: &'a Value) -> &'a Value {
     }
 }
 
-fn walk(root: &Value, schema: &Value, table: &str, rows: &mut Vec<Row>) {
+fn walk(root: &Value, schema: &Value, table: &str, rows: &mut Vec<KeyRow>) {
     let Some(properties) = schema.get("properties").and_then(Value::as_object) else { return };
     let required = schema.get("required").and_then(Value::as_array);
     let is_required = |name: &str| required.is_some_and(|all| all.iter().any(|one| one == name));
@@ -256,7 +256,7 @@ fn walk(root: &Value, schema: &Value, table: &str, rows: &mut Vec<Row>) {
     }
 }
 
-fn row(root: &Value, table: &str, name: &str, property: &Value, is_required: bool) -> Row {
+fn row(root: &Value, table: &str, name: &str, property: &Value, is_required: bool) -> KeyRow {
     let target = present(root, property);
     let text = |key: &str| property.get(key).or_else(|| target.get(key)).and_then(Value::as_str);
     let default = property.get("default").filter(|default| !default.is_null());
@@ -271,7 +271,7 @@ fn row(root: &Value, table: &str, name: &str, property: &Value, is_required: boo
         }
         None => "none".to_owned(),
     };
-    Row {
+    KeyRow {
         table: if table.is_empty() { AT_THE_TOP.into() } else { table.to_owned() },
         name: name.to_owned(),
         allowed: allowed(root, target),

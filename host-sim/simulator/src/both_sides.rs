@@ -11,7 +11,7 @@
 
 use serde::Serialize;
 
-use crate::closed_loop::Moment;
+use crate::closed_loop::LoopSample;
 use crate::experiment::Task;
 use crate::goal::PositionGoal;
 use crate::settling::Settling;
@@ -41,7 +41,7 @@ pub struct BothSides {
 
 impl BothSides {
     /// Judges the moments of a closed loop; one count of the encoder is `count_deg`, deg.
-    pub fn of(moments: &[Moment], task: &Task, goal: &PositionGoal, count_deg: f64) -> Self {
+    pub fn of(moments: &[LoopSample], task: &Task, goal: &PositionGoal, count_deg: f64) -> Self {
         let (Some(first), Some(last)) = (moments.first(), moments.last()) else {
             return Self::default();
         };
@@ -50,7 +50,7 @@ impl BothSides {
             Task::Trajectory(trajectory) => trajectory.motion_s()[1],
             Task::Ramp(_) => return Self::default(),
         };
-        let errors = |moment: &Moment| {
+        let errors = |moment: &LoopSample| {
             let of = |position_deg: f64| (moment.reference_deg - position_deg) / count_deg;
             [of(moment.at_encoder_deg), of(moment.at_load_deg)]
         };
@@ -123,18 +123,18 @@ impl BothSides {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::machine::Trajectory;
+    use crate::machine::TrajectoryTable;
     use stiction::Tick;
 
     const COUNT_DEG: f64 = 0.01;
 
     /// A second of samples every 10 ms; the encoder is off by the first number of counts and the
     /// load by the second.
-    fn moments(off: impl Fn(f64) -> [f64; 2]) -> Vec<Moment> {
+    fn moments(off: impl Fn(f64) -> [f64; 2]) -> Vec<LoopSample> {
         let moment = |k| {
             let time_s = f64::from(k) * 0.01;
             let [encoder, load] = off(time_s).map(|counts| 5.0 - counts * COUNT_DEG);
-            Moment {
+            LoopSample {
                 time_s,
                 tick: Tick::default(),
                 reference_deg: 5.0,
@@ -175,7 +175,7 @@ mod tests {
 
     #[test]
     fn a_trajectory_is_judged_from_the_end_of_its_motion() {
-        let trajectory = |end_s| Trajectory {
+        let trajectory = |end_s| TrajectoryTable {
             corner_times_s: vec![0.1, end_s],
             corner_positions_deg: vec![0.0, 5.0],
             half_blend_s: 0.1,

@@ -34,7 +34,7 @@ pub struct ClosedLoop {
 
 /// The loop at one sampling instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Moment {
+pub struct LoopSample {
     /// Time, s.
     pub time_s: f64,
     /// What the core computed.
@@ -55,7 +55,7 @@ pub struct Moment {
     pub stuck: bool,
 }
 
-impl Moment {
+impl LoopSample {
     /// Reference minus true position, deg.
     pub fn error_deg(&self) -> f64 {
         self.reference_deg - self.position_deg
@@ -78,7 +78,7 @@ impl ClosedLoop {
         &self,
         solver: &mut S,
         samples: u32,
-        on_moment: impl FnMut(&Moment),
+        on_moment: impl FnMut(&LoopSample),
         on_event: impl FnMut(Event),
     ) -> Option<f64> {
         let mut plant = self.plant(solver);
@@ -94,7 +94,7 @@ impl ClosedLoop {
         target: &mut impl Target,
         plant: &mut Plant<S>,
         samples: u32,
-        mut on_moment: impl FnMut(&Moment),
+        mut on_moment: impl FnMut(&LoopSample),
         mut on_event: impl FnMut(Event),
     ) -> Option<f64> {
         for k in 0..=samples {
@@ -120,9 +120,9 @@ impl ClosedLoop {
         tick: Tick,
         applied_v: f64,
         joint: &impl AxisSolver,
-    ) -> Moment {
+    ) -> LoopSample {
         let setpoint = tick.setpoint().position;
-        Moment {
+        LoopSample {
             time_s,
             tick,
             reference_deg: (f64::from(setpoint.counts) + f64::from(setpoint.fraction))

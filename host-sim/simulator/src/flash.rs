@@ -16,7 +16,7 @@ const WORD: usize = 4;
 
 /// What a cut leaves of the word or sector that was being changed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Remains {
+pub enum CutRemains {
     /// As it was.
     Untouched,
     /// Every bit that was to change has changed, but nobody has been told.
@@ -27,18 +27,18 @@ pub enum Remains {
 
 /// When the power goes, and what is left.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Cut {
+pub struct PowerCut {
     /// Word writes and sector erases that are still done.
     pub after: u32,
     /// Of the next one.
-    pub remains: Remains,
+    pub remains: CutRemains,
 }
 
 /// The flash.
 #[derive(Clone, Debug)]
 pub struct SimulatedFlash {
     bytes: Vec<u8>,
-    cut: Option<Cut>,
+    cut: Option<PowerCut>,
     dead: bool,
     operations: u32,
 }
@@ -55,7 +55,7 @@ impl SimulatedFlash {
     }
 
     /// Lets the power go at some time.
-    pub fn cut(&mut self, cut: Cut) {
+    pub fn cut(&mut self, cut: PowerCut) {
         (self.cut, self.operations) = (Some(cut), 0);
     }
 
@@ -79,16 +79,16 @@ impl SimulatedFlash {
                 self.dead = true;
                 cut.remains
             }
-            _ => Remains::Finished,
+            _ => CutRemains::Finished,
         };
         self.operations += 1;
-        let mut random = if let Remains::Some(seed) = remains { seed | 1 } else { 0 };
+        let mut random = if let CutRemains::Some(seed) = remains { seed | 1 } else { 0 };
         for (i, byte) in self.bytes.iter_mut().skip(from).take(length).enumerate() {
             let wanted = wanted(*byte, i);
             let mask = match remains {
-                Remains::Untouched => 0,
-                Remains::Finished => 0xFF,
-                Remains::Some(_) => {
+                CutRemains::Untouched => 0,
+                CutRemains::Finished => 0xFF,
+                CutRemains::Some(_) => {
                     // xorshift64 (Marsaglia 2003).
                     random ^= random << 13;
                     random ^= random >> 7;

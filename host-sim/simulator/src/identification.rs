@@ -21,7 +21,7 @@
 use stiction::Course;
 use stiction::identification::RampFindings;
 
-use crate::closed_loop::{ClosedLoop, Delay, Moment};
+use crate::closed_loop::{ClosedLoop, Delay, LoopSample};
 use crate::mechanism::RobotAxis;
 use crate::solver::{AxisSolver, Event};
 use crate::target::BareLoop;
@@ -45,7 +45,7 @@ pub struct RampTest {
 /// What a ramp found. `None`: the joint never moved, or never stopped; corrected: its velocity was
 /// not steady before the fall.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Levels {
+pub struct RampFriction {
     /// Effort at the first count of the motion, V.
     pub stick_v: Option<f64>,
     /// Effort at the last count before rest, V.
@@ -60,9 +60,9 @@ impl RampTest {
         &self,
         solver: &mut S,
         around: &ClosedLoop,
-        on_moment: impl FnMut(&Moment),
+        on_moment: impl FnMut(&LoopSample),
         on_event: impl FnMut(Event),
-    ) -> Levels {
+    ) -> RampFriction {
         // The readings are of the effort of the same sample, here as in the image.
         let at_once = ClosedLoop { delay: Delay::None, ..around.clone() };
         let mut plant = at_once.plant(solver);
@@ -74,13 +74,13 @@ impl RampTest {
     }
 
     /// The levels behind what the core has found.
-    pub fn levels(&self, found: &RampFindings, axis: &RobotAxis) -> Levels {
+    pub fn levels(&self, found: &RampFindings, axis: &RobotAxis) -> RampFriction {
         let tau = axis.time_constant_s();
         let volts = |rung: u32| f64::from(rung) * self.rate * self.sample_time_s;
         let slip_v = found.slip.map(volts);
         let lag_s = tau * -libm::expm1(-f64::from(found.fall) * self.sample_time_s / tau);
         let steady = self.hold_s >= SETTLED * tau;
         let slip_corrected_v = slip_v.filter(|_| steady).map(|slip_v| slip_v + self.rate * lag_s);
-        Levels { stick_v: found.stick.map(volts), slip_v, slip_corrected_v }
+        RampFriction { stick_v: found.stick.map(volts), slip_v, slip_corrected_v }
     }
 }

@@ -6,9 +6,9 @@
 use serde::Serialize;
 
 use crate::both_sides::BothSides;
-use crate::closed_loop::Moment;
+use crate::closed_loop::LoopSample;
 use crate::experiment::Task;
-use crate::machine::Trajectory;
+use crate::machine::TrajectoryTable;
 
 /// A joint that is this near its target counts as settled, deg.
 const SETTLED_DEG: f64 = 0.05;
@@ -23,7 +23,7 @@ const HUNTING_REVERSALS: usize = 4;
 
 /// The metrics of one run of the axis.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct Metrics {
+pub struct RunMetrics {
     /// Mean error of the last second, deg.
     pub steady_state_error_deg: Option<f64>,
     /// Error at the last sample, in counts.
@@ -65,10 +65,10 @@ pub struct Metrics {
     pub settling_time_at_encoder_s: Option<f64>,
 }
 
-impl Metrics {
+impl RunMetrics {
     /// Judges the moments of a run, of which there is at least one. What a ramp found is no metric
     /// of moments.
-    pub fn of(moments: &[Moment], task: &Task, resolution_deg: f64) -> Self {
+    pub fn of(moments: &[LoopSample], task: &Task, resolution_deg: f64) -> Self {
         let (Some(first), Some(last)) = (moments.first(), moments.last()) else {
             return Self::default();
         };
@@ -85,7 +85,7 @@ impl Metrics {
                 let beyond = moments.iter().map(|m| -m.error_deg() * towards).fold(0.0, f64::max);
                 metrics.overshoot_deg = Some(beyond);
                 metrics.rise_time_s = rise_time(moments, *step);
-                metrics.settling_time_s = settling_time(moments, Moment::error_deg);
+                metrics.settling_time_s = settling_time(moments, LoopSample::error_deg);
                 metrics.settling_time_at_encoder_s =
                     settling_time(moments, |m| m.reference_deg - m.at_encoder_deg);
                 let half_s = 0.5 * (first.time_s + last.time_s);
@@ -111,7 +111,7 @@ impl Metrics {
 /// Whether a run is unstable: the error has exceeded ten times `span_deg` (the step, or how far a
 /// trajectory leads away from where the joint starts; zero: not asked), or the output is saturated
 /// with alternating sign for more than half of the last second.
-pub fn is_unstable(moments: &[Moment], span_deg: f64) -> bool {
+pub fn is_unstable(moments: &[LoopSample], span_deg: f64) -> bool {
     let Some(last) = moments.last() else { return false };
     let escaped = span_deg > 0.0 && moments.iter().any(|m| m.error_deg().abs() > 10.0 * span_deg);
     let last_second = within(moments, [last.time_s - 1.0, last.time_s]);
@@ -122,16 +122,16 @@ pub fn is_unstable(moments: &[Moment], span_deg: f64) -> bool {
 }
 
 /// The window of the cruise error, s.
-fn cruise_s(trajectory: &Trajectory) -> [f64; 2] {
+fn cruise_s(trajectory: &TrajectoryTable) -> [f64; 2] {
     [corner_s(trajectory, 0) + 2.0, corner_s(trajectory, 1) - 0.5]
 }
 
-fn corner_s(trajectory: &Trajectory, number: usize) -> f64 {
+fn corner_s(trajectory: &TrajectoryTable, number: usize) -> f64 {
     trajectory.corner_times_s.get(number).copied().unwrap_or(0.0)
 }
 
 /// The moments from one time to another, both included.
-fn within(moments: &[Moment], [from_s, to_s]: [f64; 2]) -> &[Moment] {
+fn within(moments: &[LoopSample], [from_s, to_s]: [f64; 2]) -> &[LoopSample] {
     // Times are k h; a bound that was written as a decimal may differ in the last digit.
     const SAME_TIME_S: f64 = 1e-9;
     let begin = moments.partition_point(|m| m.time_s < from_s - SAME_TIME_S);
@@ -139,8 +139,8 @@ fn within(moments: &[Moment], [from_s, to_s]: [f64; 2]) -> &[Moment] {
     moments.get(begin..end).unwrap_or_default()
 }
 
-fn errors(moments: &[Moment]) -> impl Iterator<Item = f64> {
-    moments.iter().map(Moment::error_deg)
+fn errors(moments: &[LoopSample]) -> impl Iterator<Item = f64> {
+    moments.iter().map(LoopSample::error_deg)
 }
 
 fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
@@ -148,7 +148,7 @@ fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
     (count > 0).then(|| sum / f64::from(count))
 }
 
-fn variation_per_s(moments: &[Moment]) -> Option<f64> {
+fn variation_per_s(moments: &[LoopSample]) -> Option<f64> {
     let duration_s = moments.last()?.time_s - moments.first()?.time_s;
     let variation: f64 =
         moments.windows(2).map(|pair| (pair[1].applied_v - pair[0].applied_v).abs()).sum();
@@ -156,7 +156,7 @@ fn variation_per_s(moments: &[Moment]) -> Option<f64> {
 }
 
 /// From 10 % to 90 % of the step, both crossings interpolated between samples.
-fn rise_time(moments: &[Moment], step: f64) -> Option<f64> {
+fn rise_time(moments: &[LoopSample], step: f64) -> Option<f64> {
     let crossing = |part: f64| {
         moments.windows(2).find_map(|pair| {
             let [before, after] = [0, 1].map(|i| pair[i].position_deg / step);
@@ -168,8 +168,8 @@ fn rise_time(moments: &[Moment], step: f64) -> Option<f64> {
     Some(crossing(0.9)? - crossing(0.1)?)
 }
 
-fn sticks_in_motion(moments: &[Moment]) -> u32 {
-    let speed = |m: &Moment| m.tick.reference_velocity.abs();
+fn sticks_in_motion(moments: &[LoopSample]) -> u32 {
+    let speed = |m: &LoopSample| m.tick.reference_velocity.abs();
     let top = moments.iter().map(speed).fold(0.0, f32::max);
     let sticks = moments
         .windows(2)
@@ -177,14 +177,14 @@ fn sticks_in_motion(moments: &[Moment]) -> u32 {
     sticks.count() as u32
 }
 
-fn settling_time(moments: &[Moment], error_deg: impl Fn(&Moment) -> f64) -> Option<f64> {
+fn settling_time(moments: &[LoopSample], error_deg: impl Fn(&LoopSample) -> f64) -> Option<f64> {
     let unsettled = moments.iter().rposition(|m| error_deg(m).abs() > SETTLED_DEG);
     let settled = moments.get(unsettled.map_or(0, |i| i + 1))?;
     Some(settled.time_s - moments.first()?.time_s)
 }
 
 /// Peak to peak (deg) and period (s), after `from_s`, of a joint that turns back and forth.
-fn hunting(moments: &[Moment], from_s: f64, resolution_deg: f64) -> Option<(f64, f64)> {
+fn hunting(moments: &[LoopSample], from_s: f64, resolution_deg: f64) -> Option<(f64, f64)> {
     // Over the whole run: whether the first motion after `from_s` is a turn depends on the motion
     // before it.
     let mut turns = reversals(moments, REVERSAL_COUNTS * resolution_deg);
@@ -200,7 +200,7 @@ fn hunting(moments: &[Moment], from_s: f64, resolution_deg: f64) -> Option<(f64,
 
 /// When the joint began to move the other way: it had come back from its extreme by more than
 /// `hysteresis`.
-fn reversals(moments: &[Moment], hysteresis: f64) -> Vec<f64> {
+fn reversals(moments: &[LoopSample], hysteresis: f64) -> Vec<f64> {
     let mut turns = Vec::new();
     let Some(first) = moments.first() else { return turns };
     let (mut direction, mut extreme) = (0.0, first.position_deg);

@@ -13,7 +13,7 @@ use crate::experiment::{Document, Experiment};
 use crate::figure::{figure_directory, figures, write_figures};
 use crate::goal::GoalInBothUnits;
 use crate::output::OverwriteGuard;
-use crate::output::sides::{self, Shown};
+use crate::output::sides::{self, ShownSides};
 use crate::output::table::{self, number};
 use crate::tuning::{Goal, Request, Tuned, spreads};
 
@@ -190,7 +190,7 @@ fn render(ranked: &Benchmark) -> String {
     const SETTLED: &str = "settled\ns";
     let Benchmark { scores, unseen_slack, goal, .. } = ranked;
     let slack = unseen_slack.as_ref();
-    let shown = Shown::of(slack, goal);
+    let shown = ShownSides::of(slack, goal);
     let header = [
         "controller",
         "mean\nplace",
@@ -202,7 +202,7 @@ fn render(ranked: &Benchmark) -> String {
         "hunts\n120 s\ncounts",
         "sticks\nin\nmotion",
     ];
-    let is_kept = |title: &str| shown != Shown::BothSides || ![REST, SETTLED].contains(&title);
+    let is_kept = |title: &str| shown != ShownSides::BothSides || ![REST, SETTLED].contains(&title);
     let kept: Vec<&str> = header.into_iter().filter(|title| is_kept(title)).collect();
     let mut table = table::new(&kept);
     for score in scores {
@@ -210,16 +210,16 @@ fn render(ranked: &Benchmark) -> String {
         table.add_row(named.filter_map(|(title, cell)| is_kept(title).then_some(cell)));
     }
     let mut text = table.trim_fmt() + "\n\n";
-    if shown != Shown::Nothing {
+    if shown != ShownSides::Nothing {
         let rows = scores.iter().map(|score| (score.controller.clone(), &score.sides));
         text += &shown.table("steps", rows);
         text += "\n";
     }
     text += match shown {
-        Shown::BothSides => LEGEND_AT_ENCODER,
+        ShownSides::BothSides => LEGEND_AT_ENCODER,
         _ => LEGEND,
     };
-    if shown != Shown::Nothing {
+    if shown != ShownSides::Nothing {
         text += &sides::legend(slack, goal);
     }
     let remarks = scores.iter().filter_map(|score| {

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use crate::error::Error;
 use crate::experiment::RunPlan;
-use crate::run::{Driven, RunResult, run_all, run_all_driven};
+use crate::run::{RunDriver, RunResult, run_all, run_all_driven};
 
 /// Where the core runs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
@@ -67,7 +67,9 @@ impl TargetArguments {
                         let why = "without it the core runs in this program";
                         Err(Error::Input(format!("{option} needs --target emulator; {why}")))
                     }
-                    None if self.target == Target::Servo => run_all_driven(plans, Driven::ByServo),
+                    None if self.target == Target::Servo => {
+                        run_all_driven(plans, RunDriver::ByServo)
+                    }
                     None => run_all(plans),
                 }
             }

@@ -22,7 +22,7 @@ use super::request::{Ask, Source, Wish};
 use crate::device::machine_file;
 use crate::error::Error;
 use crate::experiment::{Document, Experiment, for_a_device};
-use crate::machine::{PD, Trajectory};
+use crate::machine::{PD, TrajectoryTable};
 
 /// Time after which the thread looks whether anybody is left.
 const LOOKS: Duration = Duration::from_millis(500);
@@ -89,7 +89,7 @@ pub fn run(wishes: &Arc<Wishes>, shared: &Shared, machine: Option<&str>) {
 #[derive(Clone, Debug)]
 struct Twin {
     in_use: Result<MachineInUse, String>,
-    trajectory: Option<Trajectory>,
+    trajectory: Option<TrajectoryTable>,
 }
 
 impl Twin {

@@ -15,13 +15,13 @@ use super::request::{Ask, Way};
 use super::wording::{of_a_page, without_bounds};
 use super::worker::{Running, Worker};
 use crate::device::client::Map;
-use crate::device::identified::{Identified, doubts};
+use crate::device::identified::{IdentifiedJoint, doubts};
 use crate::device::wire::Wire;
 use crate::device::{into, jogged, machine_file, words};
 use crate::error::Error;
 use crate::experiment::Document;
 use crate::joint::CoreUnits;
-use crate::machine::Trajectory;
+use crate::machine::TrajectoryTable;
 
 /// How many changes of the parameters can be undone.
 const UNDONE: usize = 32;
@@ -145,7 +145,7 @@ impl<W: Wire> Worker<'_, W> {
     }
 
     /// Follows a trajectory, whose positions are those of the zero of the arming.
-    fn follow(&mut self, trajectory: Trajectory) -> Result<Value, Error> {
+    fn follow(&mut self, trajectory: TrajectoryTable) -> Result<Value, Error> {
         let way = Way::Trajectory(trajectory);
         let file = Document::open(&self.about.machine)?;
         let in_use = MachineInUse::new(&self.client.parameters()?, &file)?;
@@ -188,7 +188,7 @@ impl<W: Wire> Worker<'_, W> {
             Ok(known) => (known, String::new()),
             Err(error) => ((None, None), format!("\nnot in SI units: {error}")),
         };
-        let found = Identified { summary, map, parameters: self.client.parameters()?, units };
+        let found = IdentifiedJoint { summary, map, parameters: self.client.parameters()?, units };
         let mut said = found.words() + &without;
         if said.contains(" --") {
             said += "\n(what begins with -- is an option of `stiction device identify`)";
@@ -224,7 +224,7 @@ impl<W: Wire> Worker<'_, W> {
     }
 
     /// The file of a joint that was found.
-    fn file_of(&self, found: &Identified, of: &Document) -> Result<FoundJoint, Error> {
+    fn file_of(&self, found: &IdentifiedJoint, of: &Document) -> Result<FoundJoint, Error> {
         let own = self.about.is_its_file.then_some(self.about.machine.as_str());
         let name = Path::new(own.unwrap_or("joint")).with_extension("identified.toml");
         let name = name.file_name().map_or_else(String::new, |name| name.to_string_lossy().into());

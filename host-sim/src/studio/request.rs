@@ -5,7 +5,7 @@ use std::ops::RangeInclusive;
 
 use serde::{Deserialize, Serialize};
 
-use crate::machine::Trajectory;
+use crate::machine::TrajectoryTable;
 use crate::tuning::Goal;
 
 /// The largest message of a page, bytes: a machine's file has less than half of it.
@@ -85,7 +85,7 @@ pub enum Way {
     /// At once, to so many deg.
     Step(f64),
     /// Through corners.
-    Trajectory(Trajectory),
+    Trajectory(TrajectoryTable),
 }
 
 /// The same as it is written. (A tag within the object would not do: a crate of the tree lets
@@ -97,7 +97,7 @@ struct WrittenWay {
     #[serde(skip_serializing_if = "Option::is_none")]
     deg: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    trajectory: Option<Trajectory>,
+    trajectory: Option<TrajectoryTable>,
 }
 
 impl TryFrom<WrittenWay> for Way {

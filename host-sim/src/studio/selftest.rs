@@ -33,7 +33,8 @@ use crate::device::wire::Wire;
 use crate::error::Error;
 use crate::experiment::Document;
 use crate::selftest::{
-    Asked, Check, JOINTS, Next, Prepared, SEED, Session, Steps, object, sentence,
+    JOINTS, NextMove, PreparedSelfTest, SEED, SelfTestCheck, SelfTestRequest, SelfTestSession,
+    Steps, object, sentence,
 };
 
 /// A self-test, as far as it is.
@@ -69,13 +70,13 @@ impl Wanted {
 #[derive(Clone, Debug)]
 pub struct Ready {
     wanted: Wanted,
-    prepared: Prepared,
+    prepared: PreparedSelfTest,
 }
 
 /// A self-test that is being predicted. The prediction ends when this is dropped.
 #[derive(Debug)]
 pub struct Predicting {
-    coming: Receiver<Result<Option<Prepared>, Error>>,
+    coming: Receiver<Result<Option<PreparedSelfTest>, Error>>,
     wanted: Wanted,
     moves: usize,
     machine: String,
@@ -172,7 +173,8 @@ impl<W: Wire> Worker<'_, W> {
             }
         };
         let (joints, seed, spreads) = (JOINTS, SEED, vec![]);
-        let asked = Asked { machine: machine.clone(), range_deg, moves, joints, seed, spreads };
+        let asked =
+            SelfTestRequest { machine: machine.clone(), range_deg, moves, joints, seed, spreads };
         let planned = asked.plan_of(&mut self.client, document).map_err(of_a_page)?;
         let (done, coming) = sync_channel(1);
         let (over, goes_on) = (Arc::new(AtomicU64::new(0)), Arc::new(AtomicBool::new(true)));
@@ -331,7 +333,7 @@ impl<W: Wire> Worker<'_, W> {
             return Ok(());
         }
         let Some(Test::Moving(moving)) = &mut self.test else { return Ok(()) };
-        let Some(Next { motion, to_deg, time }) = moving.steps.next(status)? else {
+        let Some(NextMove { motion, to_deg, time }) = moving.steps.next(status)? else {
             // It was the last one. The verdict is that of the device that was armed until now.
             self.client.stop()?;
             self.end_testing(status);
@@ -366,7 +368,7 @@ impl<W: Wire> Worker<'_, W> {
         };
         let Moving { ready, steps, .. } = *moving;
         let Ready { wanted, prepared } = &ready;
-        let session: Session = steps.ended(*status);
+        let session: SelfTestSession = steps.ended(*status);
         let tested = prepared.clone().judged(session);
         let labels: serde_json::Map<String, Value> =
             tested.checks.iter().map(|check| (check.name.to_owned(), check.words.into())).collect();
@@ -393,7 +395,7 @@ impl<W: Wire> Worker<'_, W> {
 }
 
 /// A figure with its bounds, before anything was measured.
-fn bound(check: &Check) -> Value {
+fn bound(check: &SelfTestCheck) -> Value {
     let [least, median, largest] = check.predicted.map(|value| value.is_finite().then_some(value));
     json!({
         "name": check.name,

@@ -7,7 +7,7 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 use host_sim::device;
-use host_sim::device::identified::Identified;
+use host_sim::device::identified::IdentifiedJoint;
 use host_sim::ensemble::{drawn, identify};
 use host_sim::experiment::{Document, Experiment};
 use serde_json::Value;
@@ -210,13 +210,13 @@ fn a_load_that_no_key_can_say_is_in_a_comment_and_told() {
         });
         let found = found.unwrap();
         let truth = found.truth.load.abs();
-        let found = Identified {
+        let found = IdentifiedJoint {
             summary: found.summary.unwrap(),
             map: found.map,
             parameters: parameters.clone(),
             units: None,
         };
-        let device::into::Written { text, left_out, .. } =
+        let device::into::IdentifiedFile { text, left_out, .. } =
             device::into::written(&found, &document).unwrap();
         let left_out = left_out.unwrap();
         let joined = text.replace("\n#", " ").split_whitespace().collect::<Vec<_>>().join(" ");
@@ -253,13 +253,13 @@ fn the_file_of_a_joint_that_was_found_does_not_count_the_dead_time_twice() {
     let mut summary = of_a_joint.summary.unwrap();
     // It is braked by more than the back-EMF of the sheet's motor.
     summary.estimate.as_mut().unwrap().viscous = [0.1, 0.001];
-    let found = Identified {
+    let found = IdentifiedJoint {
         summary,
         map: of_a_joint.map,
         parameters: parameters.clone(),
         units: document.mapping().unwrap().map(|(_, mapping)| mapping.units),
     };
-    let device::into::Written { text, left_out, .. } =
+    let device::into::IdentifiedFile { text, left_out, .. } =
         device::into::written(&found, &document).unwrap();
     assert_eq!(left_out, None);
     let written: toml::Table = text.parse().unwrap();

@@ -18,7 +18,7 @@
 //! sticks are not sharp, and are told at the end of a sample; at a wall the bristle stays bent as
 //! it was.
 
-use super::description::{Bristle, Description, Load, Stops, Stribeck};
+use super::description::{Bristle, Description, LoadTorque, Stops, StribeckCurve};
 use super::lag::Lag;
 use super::push::Pushes;
 use super::step::{LOCATED, Pace};
@@ -27,12 +27,12 @@ use crate::solver::{Event, EventKind};
 
 /// The joint.
 #[derive(Clone, Debug)]
-pub struct LuGre {
+pub struct LuGreJoint {
     inertia: f64,
     bristle: Bristle,
-    curve: Stribeck,
+    curve: StribeckCurve,
     brake: f64,
-    torques: Load,
+    torques: LoadTorque,
     stops: Stops,
     push: Pushes,
     push_now: f64,
@@ -76,12 +76,12 @@ struct Linear {
     inverse: f64,
 }
 
-impl LuGre {
+impl LuGreJoint {
     /// At rest at the start, with the bristle relaxed.
     pub(super) fn new(
         description: &Description,
         inertia: f64,
-        curve: &Stribeck,
+        curve: &StribeckCurve,
         bristle: Bristle,
     ) -> Self {
         Self {
@@ -109,7 +109,7 @@ impl LuGre {
     fn level(&self, speed: f64) -> [f64; 2] {
         // The rest of the curve beyond is below rounding.
         const OVER: f64 = 6.1;
-        let Stribeck { coulomb, stick, stribeck_velocity, .. } = self.curve;
+        let StribeckCurve { coulomb, stick, stribeck_velocity, .. } = self.curve;
         let part = speed / stribeck_velocity;
         // Not a number is a level that does not fall, of a curve without a Stribeck velocity.
         if part < OVER {
@@ -297,7 +297,7 @@ fn sum(a: &State, others: &[(f64, &State)], velocity: f64) -> State {
     sum
 }
 
-impl Joint for LuGre {
+impl Joint for LuGreJoint {
     #[inline]
     fn hold_and_tell(&mut self, effort: f64, duration_s: f64, on: &mut impl FnMut(Event)) {
         let is_same = effort == self.lag.target();

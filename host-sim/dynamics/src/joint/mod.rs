@@ -6,9 +6,9 @@
 //!
 //! | joint | friction | solver |
 //! |---|---|---|
-//! | [`Rigid`] | set-valued Stribeck curve | Runge-Kutta 5(4) between located switches |
-//! | [`LuGre`] | a bristle | linearly implicit, error-controlled; frozen at rest |
-//! | [`Flexible`] | set-valued on motor and load | Runge-Kutta 5(4) between located switches |
+//! | [`RigidJoint`] | set-valued Stribeck curve | Runge-Kutta 5(4) between located switches |
+//! | [`LuGreJoint`] | a bristle | linearly implicit, error-controlled; frozen at rest |
+//! | [`FlexibleJoint`] | set-valued on motor and load | Runge-Kutta 5(4) between located switches |
 //! | [`GearedArm`] | set-valued on both joints, coupled | Runge-Kutta 5(4), both decided at once |
 //!
 //! A joint that is stuck costs next to nothing as long as its effort does not change. Seen through
@@ -36,15 +36,15 @@ mod tests;
 
 pub use arm::{ArmDescription, GearedArm};
 pub use description::{
-    Body, Bristle, Description, Dwell, Friction, Gravity, Load, Push, Ripple, Shaft, Stops,
-    Stribeck, Thermal, Train,
+    Body, Bristle, Description, Dwell, Gravity, LoadTorque, Ripple, SetValuedFriction,
+    ShaftDescription, Stops, StribeckCurve, Thermal, TorquePulse, Train,
 };
-pub use encoder::{CountNoise, Encoder, Side};
-pub use flexible::Flexible;
+pub use encoder::{CountNoise, DiscSide, JointEncoder};
+pub use flexible::FlexibleJoint;
 pub use in_core_units::{CoreUnits, InCoreUnits};
-pub use lugre::LuGre;
+pub use lugre::LuGreJoint;
 pub use of_a_run::{RunJoint, Substitute};
-pub use rigid::Rigid;
+pub use rigid::RigidJoint;
 
 use crate::solver::Event;
 
@@ -92,18 +92,18 @@ pub trait Joint {
     /// Winds up a joint at rest until its gear carries the load: the load lies on a flank of the
     /// slack. The end that the encoder sees stays. Does nothing to a joint of one body, and to one
     /// whose friction cannot hold the load.
-    fn wind_up(&mut self, _seen: Side) {}
+    fn wind_up(&mut self, _seen: DiscSide) {}
 }
 
 /// Any of the joints, without a table of functions in the inner loop.
 #[derive(Clone, Debug)]
 pub enum AnyJoint {
     /// One inertia, set-valued friction.
-    Rigid(Rigid),
+    Rigid(RigidJoint),
     /// One inertia, a bristle.
-    LuGre(LuGre),
+    LuGre(LuGreJoint),
     /// Two inertias and a shaft.
-    Flexible(Box<Flexible>),
+    Flexible(Box<FlexibleJoint>),
 }
 
 /// Does the same with whichever joint it is.
@@ -150,7 +150,7 @@ impl Joint for AnyJoint {
         each!(self, joint => joint.put(turn));
     }
 
-    fn wind_up(&mut self, seen: Side) {
+    fn wind_up(&mut self, seen: DiscSide) {
         each!(self, joint => joint.wind_up(seen));
     }
 }

@@ -71,11 +71,11 @@ impl Pace {
 }
 
 /// What stays above zero until a switch, and its slope over time.
-pub type Watched = [f64; 2];
+pub type SwitchFunction = [f64; 2];
 
 /// The part of a step at which what is watched falls through zero, as far as a cubic shows it.
 #[inline]
-pub fn first_fall(begin: Watched, end: Watched, h: f64) -> Option<f64> {
+pub fn first_fall(begin: SwitchFunction, end: SwitchFunction, h: f64) -> Option<f64> {
     if end[0] > 0.0 && (begin[1] >= 0.0 || end[1] <= 0.0) {
         return None;
     }

@@ -5,7 +5,7 @@ use super::EventKind;
 /// Coordinates, their velocities, and `Z` internal states of each friction; also the rates of all
 /// these.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct State<const N: usize, const Z: usize> {
+pub struct BodyState<const N: usize, const Z: usize> {
     /// Coordinates.
     pub q: [f64; N],
     /// Velocities.
@@ -14,7 +14,7 @@ pub struct State<const N: usize, const Z: usize> {
     pub z: [[f64; Z]; N],
 }
 
-impl<const N: usize, const Z: usize> State<N, Z> {
+impl<const N: usize, const Z: usize> BodyState<N, Z> {
     /// All zero.
     pub const ZERO: Self = Self { q: [0.0; N], v: [0.0; N], z: [[0.0; Z]; N] };
 
@@ -63,7 +63,7 @@ impl<const N: usize, const Z: usize> State<N, Z> {
 
 /// A mechanism at one instant, as a solver found it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sample<const N: usize> {
+pub struct BodySample<const N: usize> {
     /// When, s.
     pub time_s: f64,
     /// Coordinates.
@@ -103,7 +103,7 @@ pub trait Observer<const N: usize> {
     }
 
     /// The mechanism at an instant; times never decrease.
-    fn sample(&mut self, sample: &Sample<N>);
+    fn sample(&mut self, sample: &BodySample<N>);
 
     /// A change of a body, in order of time.
     fn event(&mut self, event: BodyEvent);
@@ -113,7 +113,7 @@ pub trait Observer<const N: usize> {
 impl<const N: usize> Observer<N> for Vec<BodyEvent> {
     const SAMPLES: bool = false;
 
-    fn sample(&mut self, _: &Sample<N>) {}
+    fn sample(&mut self, _: &BodySample<N>) {}
 
     fn event(&mut self, event: BodyEvent) {
         self.push(event);

@@ -3,7 +3,7 @@
 /// A run that could not be brought to its end.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{what} at {time_s:.9} s, in the state {state}")]
-pub struct Trouble {
+pub struct SolverFailure {
     /// What went wrong, in words.
     pub what: String,
     /// When, s.
@@ -12,7 +12,7 @@ pub struct Trouble {
     pub state: String,
 }
 
-impl Trouble {
+impl SolverFailure {
     /// `what` happened at a time and in a state.
     pub fn new<const N: usize>(
         what: impl Into<String>,

@@ -33,7 +33,7 @@ pub struct FirmwareImage {
     /// The whole ELF file.
     pub elf: Vec<u8>,
     /// What it says of itself.
-    pub note: Note,
+    pub note: ImageNote,
     /// The log's format strings.
     pub formats: Table,
     /// Address of the log's buffers.
@@ -44,7 +44,7 @@ pub struct FirmwareImage {
 
 /// What an image says of itself.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Note {
+pub struct ImageNote {
     /// Version of the core.
     pub version: String,
     /// Commit that it was built from.
@@ -85,7 +85,7 @@ impl FirmwareImage {
             )));
         }
         let section = file.section_by_name(SECTION).and_then(|section| section.data().ok());
-        let note = section.and_then(Note::parse).ok_or_else(|| {
+        let note = section.and_then(ImageNote::parse).ok_or_else(|| {
             no(format!(
                 "it has no note of this project (section {SECTION}), so it is another program; \
                  {BUILD}"
@@ -98,7 +98,7 @@ impl FirmwareImage {
             )));
         }
         if note.version != VERSION {
-            let Note { version, commit, .. } = &note;
+            let ImageNote { version, commit, .. } = &note;
             return Err(no(format!(
                 "it holds version {version} of the core (commit {commit}), and this program \
                  version \
@@ -171,7 +171,7 @@ impl FirmwareImage {
     }
 }
 
-impl Note {
+impl ImageNote {
     fn parse(section: &[u8]) -> Option<Self> {
         let word = |at: usize| {
             let bytes = section.get(at..at + 4)?;
@@ -213,22 +213,25 @@ mod tests {
     #[test]
     fn a_note_says_version_commit_and_chip() {
         let found =
-            Note::parse(&note(b"stiction\0", 1, "0.1.0\0abc1234\0STM32F405\0\0\0")).unwrap();
-        let expected =
-            Note { version: "0.1.0".into(), commit: "abc1234".into(), chip: "STM32F405".into() };
+            ImageNote::parse(&note(b"stiction\0", 1, "0.1.0\0abc1234\0STM32F405\0\0\0")).unwrap();
+        let expected = ImageNote {
+            version: "0.1.0".into(),
+            commit: "abc1234".into(),
+            chip: "STM32F405".into(),
+        };
         assert_eq!(found, expected);
     }
 
     #[test]
     fn another_note_and_a_cut_note_are_none() {
-        assert_eq!(Note::parse(&note(b"GNU\0", 1, "0.1.0\0abc\0STM32F405")), None);
-        assert_eq!(Note::parse(&note(b"stiction\0", 2, "0.1.0\0abc\0STM32F405")), None);
+        assert_eq!(ImageNote::parse(&note(b"GNU\0", 1, "0.1.0\0abc\0STM32F405")), None);
+        assert_eq!(ImageNote::parse(&note(b"stiction\0", 2, "0.1.0\0abc\0STM32F405")), None);
         let whole = note(b"stiction\0", 1, "0.1.0\0abc1234\0STM32F405");
         for length in 0..whole.len() {
-            assert_eq!(Note::parse(&whole[..length]), None, "{length} bytes");
+            assert_eq!(ImageNote::parse(&whole[..length]), None, "{length} bytes");
         }
         let huge = [0xFF; 64];
-        assert_eq!(Note::parse(&huge), None);
+        assert_eq!(ImageNote::parse(&huge), None);
     }
 
     #[test]

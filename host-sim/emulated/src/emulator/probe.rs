@@ -124,7 +124,7 @@ fn watch(host: &mut dyn Host, watches: impl Iterator<Item = Watch>) -> Result<()
 
 /// What something has taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Cost {
+pub struct PassageCost {
     /// Counted.
     pub instructions: u32,
     /// Estimated.
@@ -136,9 +136,9 @@ pub struct Cost {
 pub struct TickCost {
     /// From the control interrupt's first instruction to its return, both included; cycles with
     /// entry and exit.
-    pub interrupt: Cost,
+    pub interrupt: PassageCost,
     /// Of these, the core's: `Controller::tick` as a function, its return included, the call not.
-    pub core: Cost,
+    pub core: PassageCost,
 }
 
 /// What to count in an image.
@@ -257,7 +257,7 @@ impl Probe {
             );
             self.trouble.get_or_insert(why);
         }
-        let cost = |instructions, cycles| Cost { instructions, cycles };
+        let cost = |instructions, cycles| PassageCost { instructions, cycles };
         self.ticks.push(TickCost { interrupt: cost(interrupt, whole), core: cost(core, part) });
     }
 

@@ -17,7 +17,7 @@ use stiction::parameters::ROOM;
 use super::FirmwareImage;
 use super::board_under_test::{BoardUnderTest, PlantInLockstep};
 use super::runs::DEFAULT_IMAGE;
-use super::setup::Setup;
+use super::setup::BoardSetup;
 use crate::device::wire::{AWAY, Wire};
 use crate::error::Error;
 use crate::experiment::{RunPlan, for_a_device};
@@ -64,7 +64,7 @@ impl EmulatedWire {
         parameters.device.autostart = false;
         let mut room = [0; ROOM];
         let record = parameters.encode(1, &mut room).unwrap_or_default().to_vec();
-        let setup = Setup::new(&plan.label, image, record);
+        let setup = BoardSetup::new(&plan.label, image, record);
         let mut board = BoardUnderTest::power_on(setup, PlantInLockstep::of(plan)?)?;
         // The joint rests for 50 ms before it may be armed; and just after a tick there is the most
         // time until the next.

@@ -33,7 +33,7 @@ const UNMASKABLE: [&str; 2] = ["NonMaskableInt", "HardFault"];
 
 /// A bound.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Bound {
+pub struct StackBound {
     /// What the start takes at most, with interrupts masked, and the exceptions that no mask holds.
     pub start: u32,
     /// Each entry of the hardware with its own chain's bytes, its frame among them: what is left of
@@ -41,7 +41,7 @@ pub struct Bound {
     pub entries: Vec<(String, u32)>,
 }
 
-impl Bound {
+impl StackBound {
     /// Of an image.
     ///
     /// # Errors

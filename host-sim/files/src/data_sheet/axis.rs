@@ -11,15 +11,15 @@
 use crate::error::Error;
 use crate::friction::{AddedFriction, Coulomb};
 use crate::joint::{
-    self, AnyJoint, Body, Bristle, CountNoise, Description, Friction, Gravity, InCoreUnits, Joint,
-    Load, Ripple, Shaft, Stribeck, Substitute, Train,
+    self, AnyJoint, Body, Bristle, CountNoise, Description, Gravity, InCoreUnits, Joint,
+    LoadTorque, Ripple, SetValuedFriction, ShaftDescription, StribeckCurve, Substitute, Train,
 };
 use crate::mechanism::RobotAxis;
 use crate::solver::{AxisSolver, Event};
 
-use super::drive::Drive;
+use super::drive::DriveModel;
 use super::sheet::DataSheet;
-use super::tables::Side;
+use super::tables::EncoderPlace;
 use super::units::Mapping;
 
 /// The motor's part of the friction of an elastic joint, if nobody knows it: most of the friction
@@ -31,7 +31,7 @@ pub(super) const MOTOR_SHARE: f64 = 0.7;
 pub struct SheetAxis {
     /// Its position is that of the side where the encoder sits.
     seen: InCoreUnits<AnyJoint>,
-    drive: Drive,
+    drive: DriveModel,
     count_deg: f64,
     /// Noise of the readings, and that of the present one in counts.
     noise: Option<(CountNoise, f64)>,
@@ -62,7 +62,8 @@ impl SheetAxis {
         mapping: &Mapping,
         [count_deg, pwm_hz]: [f64; 2],
     ) -> Result<Self, Error> {
-        let joint = sheet.description(mapping, count_deg.to_radians(), &Times::ONE).build()?;
+        let joint =
+            sheet.description(mapping, count_deg.to_radians(), &SheetFactors::ONE).build()?;
         // As the plant has it, so that its friction is no brake.
         let axis = RobotAxis {
             gain: mapping.gain(),
@@ -75,7 +76,7 @@ impl SheetAxis {
         };
         Ok(Self {
             seen: InCoreUnits::new(joint, mapping.units, sheet.side(), &axis),
-            drive: Drive::of(sheet, pwm_hz),
+            drive: DriveModel::of(sheet, pwm_hz),
             count_deg,
             // Any stream does; the same each time, so that a run can be repeated.
             noise: (sheet.encoder.noise_counts > 0).then(|| (CountNoise::new(1), 0.0)),
@@ -120,7 +121,7 @@ impl AxisSolver for SheetAxis {
 
 /// How many times as much of what its sheet says a joint has.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Times {
+pub struct SheetFactors {
     /// Inertia.
     pub inertia: f64,
     /// Slip friction, either way.
@@ -131,7 +132,7 @@ pub struct Times {
     pub viscous: f64,
 }
 
-impl Times {
+impl SheetFactors {
     /// As the sheet says.
     pub const ONE: Self = Self { inertia: 1.0, slip: 1.0, stick: 1.0, viscous: 1.0 };
 }
@@ -139,8 +140,10 @@ impl Times {
 impl DataSheet {
     /// Whether it asks for more than a rigid axis with two levels of friction has.
     pub fn is_more_than_an_axis(&self) -> bool {
-        let reaches_its_supply =
-            matches!(Drive::of(self, 0.0), Drive::Amplifier { .. } | Drive::Bridge { .. });
+        let reaches_its_supply = matches!(
+            DriveModel::of(self, 0.0),
+            DriveModel::Amplifier { .. } | DriveModel::Bridge { .. }
+        );
         self.asks_for().iter().any(|(_, is_asked)| *is_asked) || reaches_its_supply
     }
 
@@ -168,7 +171,7 @@ impl DataSheet {
         if self.motor.dead_time_s > 0.0 {
             return Some("motor.dead_time_s");
         }
-        (Drive::of(self, 0.0) != Drive::Ideal).then_some("supply")
+        (DriveModel::of(self, 0.0) != DriveModel::Ideal).then_some("supply")
     }
 
     /// The joint without its drive, where a device has it in place of the axis in closed form; its
@@ -178,17 +181,17 @@ impl DataSheet {
         &self,
         mapping: &Mapping,
         count_deg: f64,
-        times: &Times,
+        times: &SheetFactors,
     ) -> Option<Substitute> {
         let joint = self.description(mapping, count_deg.to_radians(), times);
         let substitute = Substitute { joint, units: mapping.units, side: self.side() };
         self.is_more_than_an_axis().then_some(substitute)
     }
 
-    fn side(&self) -> joint::Side {
+    fn side(&self) -> joint::DiscSide {
         match self.encoder.at {
-            Some(Side::Motor) => joint::Side::Motor,
-            Some(Side::Load) | None => joint::Side::Load,
+            Some(EncoderPlace::Motor) => joint::DiscSide::Motor,
+            Some(EncoderPlace::Load) | None => joint::DiscSide::Load,
         }
     }
 
@@ -206,10 +209,10 @@ impl DataSheet {
         0.5 * (forward - backward)
     }
 
-    fn description(&self, mapping: &Mapping, count: f64, times: &Times) -> Description {
+    fn description(&self, mapping: &Mapping, count: f64, times: &SheetFactors) -> Description {
         let mean = |[forward, backward]: [f64; 2]| 0.5 * (forward + backward);
         let coulomb = times.slip * mean(self.slip());
-        let curve = Stribeck {
+        let curve = StribeckCurve {
             coulomb,
             // Both ways differ by what their slip levels differ by. Equal levels times equal
             // numbers may differ in their last bit.
@@ -223,7 +226,7 @@ impl DataSheet {
             cycles: friction.ripple_per_turn.unwrap_or(1.0),
             phase: friction.ripple_phase_deg.to_radians(),
         });
-        let surface = |curve| Friction { ripple, ..Friction::from(curve) };
+        let surface = |curve| SetValuedFriction { ripple, ..SetValuedFriction::from(curve) };
         let inertia = times.inertia * mapping.inertia;
         let train = match (self.bristle_stiffness(), self.stiffness()) {
             (Some(stiffness), _) => {
@@ -234,7 +237,7 @@ impl DataSheet {
             (None, Some(stiffness)) => {
                 let motor = friction.motor_share.unwrap_or(MOTOR_SHARE);
                 // The back-EMF acts on the motor, whatever the gear's friction does.
-                let part = |share: f64, back_emf: f64| Stribeck {
+                let part = |share: f64, back_emf: f64| StribeckCurve {
                     coulomb: share * curve.coulomb,
                     stick: share * curve.stick,
                     viscous: times.viscous * (share * self.viscous() + back_emf),
@@ -252,7 +255,7 @@ impl DataSheet {
                 Train::Flexible {
                     motor: rotor,
                     load,
-                    shaft: Shaft { stiffness, damping, backlash },
+                    shaft: ShaftDescription { stiffness, damping, backlash },
                 }
             }
             (None, None) => Train::Rigid(Body { inertia, friction: surface(curve) }),
@@ -264,7 +267,7 @@ impl DataSheet {
         // Friction that is higher one way is a mean and a torque against that way.
         let constant = self.load.constant_nm - times.slip * self.offset();
         Description {
-            load: Load { constant, gravity },
+            load: LoadTorque { constant, gravity },
             lag_s: self.lag_s(),
             ..Description::of(train, count)
         }

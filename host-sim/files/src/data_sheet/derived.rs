@@ -3,7 +3,7 @@
 use stiction::Hardware;
 use toml::{Table, Value};
 
-use super::refusal::Refusal;
+use super::refusal::SheetRefusal;
 use super::sheet::DataSheet;
 use super::tables::DrivenBy;
 use super::units::{Mapping, WrittenDrive};
@@ -38,14 +38,14 @@ fn number(table: &Table, key: &str) -> Option<f64> {
 ///
 /// # Errors
 /// Names a key of the drive that is missing.
-pub fn mapping(sheet: &DataSheet, table: &Table) -> Result<Mapping, Refusal> {
+pub fn mapping(sheet: &DataSheet, table: &Table) -> Result<Mapping, SheetRefusal> {
     let written = WrittenDrive {
         full_scale_v: number(table, "drive.full_scale_v"),
         duty_max: number(table, "drive.duty_max"),
     };
     Mapping::of(sheet, written).ok_or_else(|| {
         let why = "an amplifier's input has a range, or the motor has a `motor.current_limit_a`";
-        Refusal::missing("drive.full_scale_v", why)
+        SheetRefusal::missing("drive.full_scale_v", why)
     })
 }
 
@@ -53,7 +53,11 @@ pub fn mapping(sheet: &DataSheet, table: &Table) -> Result<Mapping, Refusal> {
 ///
 /// # Errors
 /// Names a key that is written although the data sheet gives it, or what cannot be simulated.
-pub fn derive(table: &mut Table, sheet: &DataSheet, hardware: &Hardware) -> Result<(), Refusal> {
+pub fn derive(
+    table: &mut Table,
+    sheet: &DataSheet,
+    hardware: &Hardware,
+) -> Result<(), SheetRefusal> {
     alone(table, sheet)?;
     sheet.can_be_simulated()?;
     let mapping = mapping(sheet, table)?;
@@ -86,7 +90,7 @@ fn step_of_the_timer(
     table: &Table,
     full_scale_v: f64,
     hardware: &Hardware,
-) -> Result<Option<f64>, Refusal> {
+) -> Result<Option<f64>, SheetRefusal> {
     if get(table, "drive.lsb_v").is_some() {
         return Ok(None);
     }
@@ -94,7 +98,7 @@ fn step_of_the_timer(
     let Some(pwm_hz) = number(table, PWM_HZ) else { return Ok(None) };
     let Some(mode) = get(table, "drive.mode").and_then(Value::as_str) else { return Ok(None) };
     let top = hardware.pwm_top(pwm_hz as f32);
-    let top = top.map_err(|why| Refusal::number(PWM_HZ, pwm_hz, &why.allowed.to_string()))?;
+    let top = top.map_err(|why| SheetRefusal::number(PWM_HZ, pwm_hz, &why.allowed.to_string()))?;
     // Half duty is zero, unless a second pin is the direction.
     let codes = match mode {
         "sign-magnitude" => f64::from(top),
@@ -107,13 +111,13 @@ fn step_of_the_timer(
 }
 
 /// Refuses what is written in the core's units although the data sheet gives it.
-fn alone(table: &Table, sheet: &DataSheet) -> Result<(), Refusal> {
+fn alone(table: &Table, sheet: &DataSheet) -> Result<(), SheetRefusal> {
     let both = |key: &str, other: &str| {
         let found = get(table, key).map(ToString::to_string).unwrap_or_default();
         let sentence = format!(
             "`{key}` is {found}; allowed is nothing, since the data sheet gives it by `{other}`"
         );
-        Err(Refusal::of(key, sentence))
+        Err(SheetRefusal::of(key, sentence))
     };
     for (key, other) in [
         ("joint.gain_deg_per_s2_per_v", "load.inertia_kg_m2"),
@@ -130,7 +134,7 @@ fn alone(table: &Table, sheet: &DataSheet) -> Result<(), Refusal> {
     }
     if sheet.encoder.lines.is_none() && get(table, "encoder.resolution_deg").is_none() {
         let why = "allowed is also `resolution_deg`, the joint angle of one count";
-        return Err(Refusal::missing("encoder.lines", why));
+        return Err(SheetRefusal::missing("encoder.lines", why));
     }
     if sheet.motor.dead_time_s > 0.0 {
         if get(table, "device.dead_time_s").is_some() {
@@ -139,7 +143,11 @@ fn alone(table: &Table, sheet: &DataSheet) -> Result<(), Refusal> {
         let mode = get(table, "drive.mode").and_then(Value::as_str).unwrap_or_default();
         if mode != "locked-antiphase" {
             let allowed = format!("0, since `drive.mode` is {mode:?}, which has no dead time");
-            return Err(Refusal::number("motor.dead_time_s", sheet.motor.dead_time_s, &allowed));
+            return Err(SheetRefusal::number(
+                "motor.dead_time_s",
+                sheet.motor.dead_time_s,
+                &allowed,
+            ));
         }
     }
     if let (DrivenBy::Voltage, Some(supply), Some(written)) =
@@ -151,7 +159,7 @@ fn alone(table: &Table, sheet: &DataSheet) -> Result<(), Refusal> {
             "`supply.voltage_v` ({}), which full duty puts on the motor, or nothing",
             shown(supply.voltage_v)
         );
-        return Err(Refusal::number(key, written, &allowed));
+        return Err(SheetRefusal::number(key, written, &allowed));
     }
     Ok(())
 }

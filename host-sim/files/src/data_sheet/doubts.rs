@@ -1,6 +1,6 @@
 //! What is odd about a data sheet: told before a run, and refused only if nothing could move.
 
-use super::refusal::Refusal;
+use super::refusal::SheetRefusal;
 use super::sheet::DataSheet;
 use super::suspect::Suspect;
 use super::tables::DrivenBy;
@@ -34,7 +34,7 @@ impl DataSheet {
     ///
     /// # Errors
     /// Names the friction or the load, and the motor's stall torque.
-    pub fn can_move(&self, mapping: &Mapping) -> Result<(), Refusal> {
+    pub fn can_move(&self, mapping: &Mapping) -> Result<(), SheetRefusal> {
         let (stall, constant) = (mapping.stall(), self.load.constant_nm);
         // The way that is easier: with the load.
         let [forward, backward] = [self.stick()[0] - constant, self.stick()[1] + constant];
@@ -55,7 +55,7 @@ impl DataSheet {
                 rounded(stall),
                 shown(found),
             );
-            return Err(Refusal::of(suspect.key, sentence));
+            return Err(SheetRefusal::of(suspect.key, sentence));
         }
         let allowed = format!(
             "a number below {}, since the motor's stall torque at the joint is {} N m and nothing \
@@ -63,7 +63,7 @@ impl DataSheet {
             rounded(found - needed + stall),
             rounded(stall),
         );
-        Err(Refusal::number(key, found, &allowed))
+        Err(SheetRefusal::number(key, found, &allowed))
     }
 
     /// What is implausible, a sentence each.

@@ -22,7 +22,7 @@ use super::tables::DrivenBy;
 
 /// A drive, ready to be asked.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Drive {
+pub enum DriveModel {
     /// The effort is the output.
     Ideal,
     /// A bridge.
@@ -58,7 +58,7 @@ fn shrink(x: f64, a: f64) -> f64 {
     (x.abs() - a).max(0.0).copysign(x)
 }
 
-impl Drive {
+impl DriveModel {
     /// The drive of a data sheet with a PWM of `pwm_hz`.
     pub fn of(sheet: &DataSheet, pwm_hz: f64) -> Self {
         let (motor, Some(supply)) = (&sheet.motor, &sheet.supply) else { return Self::Ideal };
@@ -122,7 +122,7 @@ impl DataSheet {
 mod tests {
     use super::*;
 
-    const BRIDGE: Drive = Drive::Bridge {
+    const BRIDGE: DriveModel = DriveModel::Bridge {
         resistance: 2.0,
         supply_resistance: 0.0,
         supply: 24.0,
@@ -131,9 +131,9 @@ mod tests {
         back_emf: 4.0,
     };
 
-    fn bridge(supply_resistance: f64, dead_time: f64, takes_current_back: bool) -> Drive {
-        let Drive::Bridge { resistance, supply, back_emf, .. } = BRIDGE else { return BRIDGE };
-        Drive::Bridge {
+    fn bridge(supply_resistance: f64, dead_time: f64, takes_current_back: bool) -> DriveModel {
+        let DriveModel::Bridge { resistance, supply, back_emf, .. } = BRIDGE else { return BRIDGE };
+        DriveModel::Bridge {
             resistance,
             supply_resistance,
             supply,
@@ -183,7 +183,7 @@ mod tests {
 
     #[test]
     fn an_amplifier_gives_what_its_supply_can() {
-        let drive = Drive::Amplifier {
+        let drive = DriveModel::Amplifier {
             amperes_per_volt: 2.0,
             resistance: 2.0,
             supply: 24.0,

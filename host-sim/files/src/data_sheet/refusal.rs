@@ -6,14 +6,14 @@ use crate::error::shown;
 
 /// A data sheet that cannot be simulated. Whoever read the file says where it came from.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Refusal {
+pub struct SheetRefusal {
     /// The key or table that it is about.
     pub key: String,
     /// What was found and what is allowed.
     pub sentence: String,
 }
 
-impl Refusal {
+impl SheetRefusal {
     /// Of a key, in words of its own.
     pub fn of(key: &str, sentence: String) -> Self {
         Self { key: key.into(), sentence }
@@ -30,7 +30,7 @@ impl Refusal {
     }
 }
 
-impl fmt::Display for Refusal {
+impl fmt::Display for SheetRefusal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.sentence)
     }

@@ -2,8 +2,8 @@
 
 use serde::Deserialize;
 
-use super::refusal::Refusal;
-use super::tables::{DrivenBy, Gear, JointFriction, Load, Motor, Side, Supply};
+use super::refusal::SheetRefusal;
+use super::tables::{DrivenBy, EncoderPlace, Gear, JointFriction, LoadTable, Motor, SupplyTable};
 
 /// What a file says of the encoder beside the core's declarations.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
@@ -11,7 +11,7 @@ pub struct Mount {
     /// Lines of the disc.
     pub lines: Option<u32>,
     /// Where it sits.
-    pub at: Option<Side>,
+    pub at: Option<EncoderPlace>,
     /// Noise of a reading, counts.
     #[serde(default)]
     pub noise_counts: u32,
@@ -19,17 +19,17 @@ pub struct Mount {
 
 /// The tables that may be in a file; all else in it is left to others.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
-pub struct Tables {
+pub struct SheetTables {
     /// `[motor]`.
     pub motor: Option<Motor>,
     /// `[gear]`.
     pub gear: Option<Gear>,
     /// `[load]`.
-    pub load: Option<Load>,
+    pub load: Option<LoadTable>,
     /// `[friction]`.
     pub friction: Option<JointFriction>,
     /// `[supply]`.
-    pub supply: Option<Supply>,
+    pub supply: Option<SupplyTable>,
     /// Of `[encoder]`.
     #[serde(default)]
     pub encoder: Mount,
@@ -43,21 +43,21 @@ pub struct DataSheet {
     /// `[gear]`.
     pub gear: Gear,
     /// `[load]`.
-    pub load: Load,
+    pub load: LoadTable,
     /// `[friction]`.
     pub friction: JointFriction,
     /// `[supply]`.
-    pub supply: Option<Supply>,
+    pub supply: Option<SupplyTable>,
     /// Of `[encoder]`.
     pub encoder: Mount,
 }
 
-impl Tables {
+impl SheetTables {
     /// Makes the data sheet; none if the file has none of its tables.
     ///
     /// # Errors
     /// Names the table that is missing, or the key, what was found and what is allowed.
-    pub fn sheet(self) -> Result<Option<DataSheet>, Refusal> {
+    pub fn sheet(self) -> Result<Option<DataSheet>, SheetRefusal> {
         let Self { motor, gear, load, friction, supply, encoder } = self;
         let others = [
             ("gear", gear.is_some()),
@@ -78,9 +78,9 @@ impl Tables {
                 None => {
                     let key = stray.map_or("", |(key, _)| *key);
                     let why = "which begins with the table `[motor]`";
-                    Err(Refusal::of(key, format!("`{key}` is a part of a data sheet, {why}")))
+                    Err(SheetRefusal::of(key, format!("`{key}` is a part of a data sheet, {why}")))
                 }
-                Some((table, _)) => Err(Refusal::of(
+                Some((table, _)) => Err(SheetRefusal::of(
                     "motor",
                     format!(
                         "the table `[motor]` is missing; `[{table}]` is a part of a data sheet, \
@@ -90,7 +90,7 @@ impl Tables {
             };
         };
         let missing = |table: &'static str| {
-            Refusal::of(table, format!("the table `[{table}]` is missing in the data sheet"))
+            SheetRefusal::of(table, format!("the table `[{table}]` is missing in the data sheet"))
         };
         if supply.is_none() && motor.driven_by == DrivenBy::Voltage {
             return Err(missing("supply"));

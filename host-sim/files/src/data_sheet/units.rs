@@ -31,7 +31,7 @@
 use std::f64::consts::TAU;
 
 use super::sheet::DataSheet;
-use super::tables::{DrivenBy, Side};
+use super::tables::{DrivenBy, EncoderPlace};
 use crate::joint::CoreUnits;
 
 /// What of the drive is written in `[drive]`, and is not derived.
@@ -94,8 +94,8 @@ impl Mapping {
             duty_max: written.duty_max.unwrap_or(borne),
             count: sheet.encoder.lines.map(|lines| {
                 let turns = match sheet.encoder.at {
-                    Some(Side::Motor) => gear.ratio,
-                    Some(Side::Load) | None => 1.0,
+                    Some(EncoderPlace::Motor) => gear.ratio,
+                    Some(EncoderPlace::Load) | None => 1.0,
                 };
                 // Four edges a line.
                 TAU / (4.0 * f64::from(lines) * turns)

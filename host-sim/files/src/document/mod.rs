@@ -26,7 +26,7 @@ use self::wording::{brief, refused, syntax};
 use crate::data_sheet::{self, DataSheet, Mapping, UnseenSlack};
 use crate::error::{Error, suggestion};
 use crate::hardware::STM32F405;
-use crate::machine::{Identified, Machine};
+use crate::machine::{IdentifiedTable, MachineFile};
 use crate::setup::Setup;
 
 /// A machine's file has a few kilobytes; a device or a recording that was given by mistake may have
@@ -170,13 +170,13 @@ impl Document {
     ///
     /// # Errors
     /// Names the key, what was found and what is allowed.
-    pub fn machine(&self) -> Result<Machine, Error> {
+    pub fn machine(&self) -> Result<MachineFile, Error> {
         let mut table = self.table.clone();
         if let Some(sheet) = self.data_sheet()? {
             data_sheet::derive(&mut table, &sheet, &STM32F405).map_err(|why| self.refuse(&why))?;
         }
         stand_alone::fill(&mut table);
-        let machine: Machine = self.read_of(&table)?;
+        let machine: MachineFile = self.read_of(&table)?;
         self.check_names(&machine)?;
         Ok(machine)
     }
@@ -189,7 +189,7 @@ impl Document {
         if self.is_lab() {
             return Ok(None);
         }
-        let tables: data_sheet::Tables = self.read_of(&self.table)?;
+        let tables: data_sheet::SheetTables = self.read_of(&self.table)?;
         tables.sheet().map_err(|why| self.refuse(&why))
     }
 
@@ -224,14 +224,14 @@ impl Document {
         }
         let mut doubts =
             self.mapping()?.map_or_else(Vec::new, |(sheet, mapping)| sheet.doubts(&mapping));
-        if let Some(Identified { verdict, doubts: of_joint }) = self.machine()?.identified {
+        if let Some(IdentifiedTable { verdict, doubts: of_joint }) = self.machine()?.identified {
             let said = |doubt| format!("the identification of its joint was {verdict}: {doubt}");
             doubts.extend(of_joint.into_iter().map(said));
         }
         Ok(doubts.into_iter().map(|doubt| format!("{}: {doubt}", self.origin)).collect())
     }
 
-    fn refuse(&self, why: &data_sheet::Refusal) -> Error {
+    fn refuse(&self, why: &data_sheet::SheetRefusal) -> Error {
         Error::Input(format!("{}: {why}", self.origin.of(&why.key)))
     }
 
@@ -257,7 +257,7 @@ impl Document {
 
     /// Names of controllers and variants become labels, parts of file names and the first column of
     /// tables.
-    fn check_names(&self, machine: &Machine) -> Result<(), Error> {
+    fn check_names(&self, machine: &MachineFile) -> Result<(), Error> {
         let allowed = |name: &str, also: &str| {
             let plain = |c: char| c.is_ascii_alphanumeric() || "-_".contains(c) || also.contains(c);
             name.len() <= LONGEST_NAME && name.chars().all(plain)

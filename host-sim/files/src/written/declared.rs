@@ -9,7 +9,7 @@ use stiction::pd::PdGains;
 use stiction::value::{About, Absent, Table, Values};
 use stiction::{Allowed, ControllerConfig, Limits, ProfileLimits};
 
-use super::{Scalar, scalar};
+use super::{FileScalar, scalar};
 
 /// The declarations of a table of the file.
 pub trait Declared {
@@ -22,7 +22,7 @@ pub trait Declared {
     }
 
     /// Tells what a value is that is left out, if that does not depend on others.
-    fn otherwise(about: &About) -> Option<Scalar>;
+    fn otherwise(about: &About) -> Option<FileScalar>;
 
     /// Returns whether a value that is left out belongs into a table that has other ones.
     fn belongs(_: &About, _has: &dyn Fn(&str) -> bool) -> bool {
@@ -49,7 +49,7 @@ macro_rules! declared {
                 <$table as Table>::EXAMPLE.allowed(about.key)
             }
 
-            fn otherwise(about: &About) -> Option<Scalar> {
+            fn otherwise(about: &About) -> Option<FileScalar> {
                 let bits = <$table as Table>::EXAMPLE.get(about.key)?;
                 (about.absent == Absent::Default).then(|| scalar(about.kind, bits))
             }
@@ -91,7 +91,7 @@ impl Declared for AllGains {
         PdGains::EXAMPLE.allowed(about.key).or_else(of_laws)
     }
 
-    fn otherwise(about: &About) -> Option<Scalar> {
+    fn otherwise(about: &About) -> Option<FileScalar> {
         let bits = Gains::EXAMPLES.iter().find_map(|law| law.get(about.key))?;
         (about.absent == Absent::Default).then(|| scalar(about.kind, bits))
     }

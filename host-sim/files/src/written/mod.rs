@@ -68,7 +68,7 @@ impl Extras for () {
 
 /// A value as it was written.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Scalar {
+pub enum FileScalar {
     /// A number with a fraction.
     Number(f64),
     /// A whole number.
@@ -81,21 +81,21 @@ pub enum Scalar {
 
 /// A table of the file.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Written<T, E = ()> {
-    values: BTreeMap<&'static str, Scalar>,
+pub struct ParameterTable<T, E = ()> {
+    values: BTreeMap<&'static str, FileScalar>,
     /// The keys that the core knows nothing of.
     pub extras: E,
     of: PhantomData<T>,
 }
 
-impl<T, E: Default> Default for Written<T, E> {
+impl<T, E: Default> Default for ParameterTable<T, E> {
     /// Nothing is written.
     fn default() -> Self {
         Self::with(E::default())
     }
 }
 
-impl<T, E> Written<T, E> {
+impl<T, E> ParameterTable<T, E> {
     /// Nothing is written of what the core declares.
     pub const fn with(extras: E) -> Self {
         Self { values: BTreeMap::new(), extras, of: PhantomData }
@@ -104,9 +104,9 @@ impl<T, E> Written<T, E> {
     /// Finds a number, if it is written.
     pub fn number(&self, name: &str) -> Option<f64> {
         match self.values.get(name)? {
-            Scalar::Number(number) => Some(*number),
-            Scalar::Whole(whole) => Some(*whole as f64),
-            Scalar::Flag(_) | Scalar::Choice(_) => None,
+            FileScalar::Number(number) => Some(*number),
+            FileScalar::Whole(whole) => Some(*whole as f64),
+            FileScalar::Flag(_) | FileScalar::Choice(_) => None,
         }
     }
 
@@ -116,7 +116,7 @@ impl<T, E> Written<T, E> {
     }
 
     /// Lists the values that are written.
-    pub fn iter(&self) -> impl Iterator<Item = (&'static str, Scalar)> {
+    pub fn iter(&self) -> impl Iterator<Item = (&'static str, FileScalar)> {
         self.values.iter().map(|(name, value)| (*name, *value))
     }
 
@@ -125,10 +125,10 @@ impl<T, E> Written<T, E> {
         for about in about {
             let Some(written) = self.values.get(about.name) else { continue };
             let bits = match *written {
-                Scalar::Number(number) => (number as f32).to_bits(),
-                Scalar::Whole(whole) => whole.clamp(0, u32::MAX.into()) as u32,
-                Scalar::Flag(flag) => flag.into(),
-                Scalar::Choice(place) => place as u32,
+                FileScalar::Number(number) => (number as f32).to_bits(),
+                FileScalar::Whole(whole) => whole.clamp(0, u32::MAX.into()) as u32,
+                FileScalar::Flag(flag) => flag.into(),
+                FileScalar::Choice(place) => place as u32,
             };
             // Cannot fail: the declaration is that of the values, and the bits are of its type.
             let _ = values.set(about.key, bits);
@@ -144,7 +144,7 @@ impl<T, E> Written<T, E> {
     }
 }
 
-impl<T: Table, E: Default> Written<T, E> {
+impl<T: Table, E: Default> ParameterTable<T, E> {
     /// Writes out all values of a table.
     pub fn out(values: &T) -> Self {
         let mut all = Self::default();
@@ -161,7 +161,7 @@ impl<T: Table, E: Default> Written<T, E> {
     }
 }
 
-impl<E> Written<ControllerConfig, E> {
+impl<E> ParameterTable<ControllerConfig, E> {
     /// Tells the time between samples, s.
     pub fn sample_time_s(&self) -> f64 {
         self.needed("sample_time_s")
@@ -170,20 +170,20 @@ impl<E> Written<ControllerConfig, E> {
     /// Tells how many positions the velocity regression takes.
     pub fn velocity_window(&self) -> i64 {
         match self.values.get("velocity_window") {
-            Some(Scalar::Whole(whole)) => *whole,
+            Some(FileScalar::Whole(whole)) => *whole,
             _ => ControllerConfig::EXAMPLE.velocity_window.into(),
         }
     }
 }
 
-impl<E> Written<Encoder, E> {
+impl<E> ParameterTable<Encoder, E> {
     /// Tells the joint angle of one count, deg.
     pub fn resolution_deg(&self) -> f64 {
         self.needed("resolution_deg")
     }
 }
 
-impl<E> Written<DriveConfig, E> {
+impl<E> ParameterTable<DriveConfig, E> {
     /// Tells the largest output, V.
     pub fn full_scale_v(&self) -> f64 {
         self.needed("full_scale_v")
@@ -196,12 +196,12 @@ impl<E> Written<DriveConfig, E> {
 }
 
 /// Reads the value of these bits, as a person would write it.
-pub fn scalar(kind: Kind, bits: u32) -> Scalar {
+pub fn scalar(kind: Kind, bits: u32) -> FileScalar {
     match kind {
-        Kind::Number => Scalar::Number(single(f32::from_bits(bits))),
-        Kind::Whole => Scalar::Whole(bits.into()),
-        Kind::Flag => Scalar::Flag(bits != 0),
-        Kind::Choice(_) => Scalar::Choice(bits as usize),
+        Kind::Number => FileScalar::Number(single(f32::from_bits(bits))),
+        Kind::Whole => FileScalar::Whole(bits.into()),
+        Kind::Flag => FileScalar::Flag(bits != 0),
+        Kind::Choice(_) => FileScalar::Choice(bits as usize),
     }
 }
 

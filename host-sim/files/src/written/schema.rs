@@ -6,10 +6,10 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use stiction::Allowed;
 use stiction::value::{About, Absent, Kind};
 
-use super::{Declared, Extras, OFF, Scalar, Written, single};
+use super::{Declared, Extras, FileScalar, OFF, ParameterTable, single};
 use crate::error::shown;
 
-impl<T: Declared, E: Extras> JsonSchema for Written<T, E> {
+impl<T: Declared, E: Extras> JsonSchema for ParameterTable<T, E> {
     fn inline_schema() -> bool {
         true
     }
@@ -47,7 +47,7 @@ impl<T: Declared, E: Extras> JsonSchema for Written<T, E> {
 
 /// A value's type, bounds, default and sentence. Its number in records stands beside them under
 /// `x-number`, and bounds that depend on other values under `x-bounds`.
-fn schema_of(about: &About, allowed: Option<Allowed>, otherwise: Option<Scalar>) -> Schema {
+fn schema_of(about: &About, allowed: Option<Allowed>, otherwise: Option<FileScalar>) -> Schema {
     let mut schema = match about.kind {
         Kind::Number => json_schema!({ "type": "number" }),
         Kind::Whole => json_schema!({ "type": "integer" }),
@@ -75,12 +75,12 @@ fn schema_of(about: &About, allowed: Option<Allowed>, otherwise: Option<Scalar>)
         schema = json_schema!({ "anyOf": [schema, { "const": OFF }] });
     }
     let default = otherwise.map(|value| match (value, about.kind) {
-        (Scalar::Number(0.0), _) if about.may_be_off() => OFF.into(),
-        (Scalar::Choice(place), Kind::Choice(words)) => choice(words.get(place).unwrap_or(&"")),
-        (Scalar::Flag(flag), _) => flag.into(),
-        (Scalar::Whole(whole), _) => whole.into(),
-        (Scalar::Number(number), _) => number.into(),
-        (Scalar::Choice(_), _) => serde_json::Value::Null,
+        (FileScalar::Number(0.0), _) if about.may_be_off() => OFF.into(),
+        (FileScalar::Choice(place), Kind::Choice(words)) => choice(words.get(place).unwrap_or(&"")),
+        (FileScalar::Flag(flag), _) => flag.into(),
+        (FileScalar::Whole(whole), _) => whole.into(),
+        (FileScalar::Number(number), _) => number.into(),
+        (FileScalar::Choice(_), _) => serde_json::Value::Null,
     });
     if let Some(default) = default {
         schema.insert("default".into(), default);

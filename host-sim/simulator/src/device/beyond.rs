@@ -14,7 +14,7 @@
 //! it hangs. `merged_sheet.rs` makes that data sheet. Without one, the file lists in a comment what
 //! it leaves out, and the command prints the list.
 
-use super::identified::Identified;
+use super::identified::IdentifiedJoint;
 use super::spread::deviations;
 use crate::error;
 
@@ -24,7 +24,7 @@ pub(super) const LEAST: f64 = 0.02;
 
 /// Identified effects beyond `[joint]`, each value with the width of its error bar, V.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Beyond {
+pub struct UnmodelledEffects {
     pub(super) constant: Option<[f64; 2]>,
     /// Sine and cosine of the position.
     pub(super) gravity: Option<[[f64; 2]; 2]>,
@@ -32,9 +32,9 @@ pub struct Beyond {
     pub(super) stribeck: Option<[f64; 2]>,
 }
 
-impl Beyond {
+impl UnmodelledEffects {
     /// Returns the effects in an identification.
-    pub fn of(found: &Identified) -> Self {
+    pub fn of(found: &IdentifiedJoint) -> Self {
         let Some(estimate) = &found.summary.estimate else { return Self::default() };
         let deviations = deviations(found);
         let bar = |[value, sd]: [f32; 2]| [f64::from(value), deviations * f64::from(sd)];

@@ -7,12 +7,12 @@ use stiction::identification::{Doubts, Estimate, Levels, MapPoint, Outcome, Summ
 use super::client::Map;
 use crate::error::Error;
 use crate::joint::CoreUnits;
-use crate::machine::{Friction, Joint};
+use crate::machine::{JointFrictionLevels, JointTable};
 use crate::written::single;
 
 /// Result of an identification, and the machine that it belongs to.
 #[derive(Clone, Debug)]
-pub struct Identified {
+pub struct IdentifiedJoint {
     /// Estimates and doubts.
     pub summary: Summary,
     /// Friction at each speed.
@@ -126,7 +126,7 @@ fn lines(estimate: &Estimate) -> Vec<Line> {
     lines
 }
 
-impl Identified {
+impl IdentifiedJoint {
     /// Returns the step of the drive, V.
     fn lsb(&self) -> f64 {
         f64::from(self.parameters.controller.drive.lsb)
@@ -290,7 +290,7 @@ impl Identified {
     ///
     /// # Errors
     /// Returns why the result is not usable.
-    pub fn joint(&self) -> Result<Joint, Error> {
+    pub fn joint(&self) -> Result<JointTable, Error> {
         let refused = |why: &str| Error::Device(why.to_owned());
         let Summary { outcome, breakaway, estimate, doubts: doubted, .. } = &self.summary;
         if *outcome != Outcome::Done {
@@ -306,11 +306,11 @@ impl Identified {
         if positive <= 0.0 || negative <= 0.0 {
             return Err(refused("the breakaway was not found in both senses"));
         }
-        Ok(Joint {
+        Ok(JointTable {
             gain_deg_per_s2_per_v: 1.0 / single(estimate.inertia[0]),
             // A negative estimate is noise around zero.
             viscous_v_per_deg_per_s: single(estimate.viscous[0]).max(0.0),
-            friction: Friction {
+            friction: JointFrictionLevels {
                 stick_v: stick_v.max(slip_v),
                 slip_v,
                 band_deg_per_s: 0.0001,

@@ -17,16 +17,16 @@
 use stiction::{Motion, Parameters};
 use toml_edit::{DocumentMut, Item};
 
-use super::beyond::Beyond;
+use super::beyond::UnmodelledEffects;
 use super::contradiction::Contradiction;
-use super::identified::Identified;
-use super::merged::{Merged, lost, merged};
+use super::identified::IdentifiedJoint;
+use super::merged::{MergedFile, lost, merged};
 use super::merged_sheet::kept_words;
 use super::{machine_file, robust_joint, spread};
 use crate::document::Document;
 use crate::draft;
 use crate::error::Error;
-use crate::machine::Joint;
+use crate::machine::JointTable;
 
 /// Relative difference up to which a step of the device equals that of the file: the device stores
 /// single precision.
@@ -34,7 +34,7 @@ const SAME: f64 = 1e-6;
 
 /// The machine's file of an identified joint.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Written {
+pub struct IdentifiedFile {
     /// Text of the file.
     pub text: String,
     /// Sentence about results that the file cannot hold, with the reason.
@@ -52,7 +52,7 @@ pub struct Written {
 ///
 /// # Errors
 /// As [`written`].
-pub fn text(found: &Identified, of: &Document) -> Result<String, Error> {
+pub fn text(found: &IdentifiedJoint, of: &Document) -> Result<String, Error> {
     written(found, of).map(|written| written.text)
 }
 
@@ -62,7 +62,7 @@ pub fn text(found: &Identified, of: &Document) -> Result<String, Error> {
 /// # Errors
 /// Returns why the identification has no usable result, or that no machine's file can hold the
 /// parameters of the device.
-pub fn written(found: &Identified, of: &Document) -> Result<Written, Error> {
+pub fn written(found: &IdentifiedJoint, of: &Document) -> Result<IdentifiedFile, Error> {
     let mut joint = found.joint()?;
     let off = spread::spread(found, &joint);
     spread::inside(&mut joint, &off);
@@ -82,11 +82,11 @@ pub fn written(found: &Identified, of: &Document) -> Result<Written, Error> {
         Ok(merged) => (merged, None),
         Err(why) => {
             let contradicted = in_volts(&joint, &off, of);
-            let left_out = left_out(&Beyond::of(found), of, &why);
-            (Merged { text: body, ranges: off, kept: vec![], contradicted }, left_out)
+            let left_out = left_out(&UnmodelledEffects::of(found), of, &why);
+            (MergedFile { text: body, ranges: off, kept: vec![], contradicted }, left_out)
         }
     };
-    let Merged { text: body, ranges, kept, contradicted } = merged;
+    let MergedFile { text: body, ranges, kept, contradicted } = merged;
     let not_said =
         left_out.as_ref().map_or(String::new(), |why| format!("\n{}", spread::commented(why)));
     let ranges = draft::spread::table(ranges.iter().map(|(key, range)| (key.as_str(), *range)));
@@ -95,12 +95,12 @@ pub fn written(found: &Identified, of: &Document) -> Result<Written, Error> {
     let mut words: Vec<String> =
         kept_words(&kept, file, &Document::parse("", &text)?).into_iter().collect();
     words.extend(contradicted.iter().map(|one| format!("contradicted: {}", one.words(file))));
-    Ok(Written { text, left_out, kept, contradicted, words })
+    Ok(IdentifiedFile { text, left_out, kept, contradicted, words })
 }
 
 /// Returns the sentence about the parts of the joint that a file in degrees and volts leaves out:
 /// identified ones, and those of the data sheet.
-fn left_out(beyond: &Beyond, of: &Document, why: &str) -> Option<String> {
+fn left_out(beyond: &UnmodelledEffects, of: &Document, why: &str) -> Option<String> {
     let found = (!beyond.is_none()).then(|| beyond.left_out(why));
     let Some(lost) = lost(of) else { return found };
     let file = &of.origin.name;
@@ -110,7 +110,7 @@ fn left_out(beyond: &Beyond, of: &Document, why: &str) -> Option<String> {
 
 /// Returns the contradicted keys of a file in degrees and volts. A built-in file has none: its
 /// joint is not the user's.
-fn in_volts(joint: &Joint, off: &spread::Ranges, of: &Document) -> Vec<Contradiction> {
+fn in_volts(joint: &JointTable, off: &spread::Ranges, of: &Document) -> Vec<Contradiction> {
     if crate::document::find(&of.origin.name).is_ok() {
         return vec![];
     }

@@ -9,18 +9,18 @@ use stiction::link::Sample;
 use super::signals::Signals;
 use crate::error::Error;
 use crate::output::Cell;
-use crate::output::columns::{Column, LEADING, is_leading};
+use crate::output::columns::{LEADING, SeriesColumn, is_leading};
 
 /// Samples received from a device, and their signals.
 #[derive(Clone, Debug, Default)]
-pub struct Log {
+pub struct SampleLog {
     signals: Signals,
     /// Signals in columns after the leading ones.
     more: Vec<String>,
     samples: Vec<Sample>,
 }
 
-impl Log {
+impl SampleLog {
     /// Creates an empty log with the columns of a run, the applied effort, the signals of the law
     /// in use, and those in `more`.
     ///
@@ -72,17 +72,20 @@ impl Log {
         for sample in &self.samples {
             let seconds = f64::from(sample.clock.wrapping_sub(begin)) * f64::from(sample_time);
             // A column is one signal, or the sum of a whole and a fractional position.
-            let sum = |column: &Column| {
+            let sum = |column: &SeriesColumn| {
                 column.made_of().iter().map(|name| self.signals.number(sample, name)).sum::<f64>()
             };
             let row = LEADING.iter().map(|column| match column {
                 // The sample time is in single precision.
-                Column::Time => Cell::from((seconds * 1e6).round() / 1e6),
-                Column::Reference | Column::Position => Cell::from(sum(column) * resolution),
-                Column::Stuck => Cell::from(sum(column) == 0.0),
-                Column::Error | Column::Velocity | Column::Applied | Column::Signal(_) => {
-                    self.signals.cell(sample, column.name())
+                SeriesColumn::Time => Cell::from((seconds * 1e6).round() / 1e6),
+                SeriesColumn::Reference | SeriesColumn::Position => {
+                    Cell::from(sum(column) * resolution)
                 }
+                SeriesColumn::Stuck => Cell::from(sum(column) == 0.0),
+                SeriesColumn::Error
+                | SeriesColumn::Velocity
+                | SeriesColumn::Applied
+                | SeriesColumn::Signal(_) => self.signals.cell(sample, column.name()),
             });
             let more = self.more.iter().map(|name| self.signals.cell(sample, name));
             writer.serialize(row.chain(more).collect::<Vec<Cell>>()).map_err(failed)?;

@@ -17,8 +17,10 @@ use toml::{Table, Value};
 use crate::error::Error;
 use crate::experiment::{Document, Experiment, about_law, position};
 use crate::goal::PositionGoal;
-use crate::machine::{self, Identification, Joint, LawName, Machine, Names, PD, Reference, Run};
-use crate::written::{Written, single};
+use crate::machine::{
+    self, JointTable, LawName, MachineFile, Names, PD, RampTable, ReferenceTable, RunSettings,
+};
+use crate::written::{ParameterTable, single};
 
 /// Name of a controller with several laws, or with one law twice.
 const OF_SEVERAL: &str = "device";
@@ -38,8 +40,8 @@ pub fn read(name: &str, text: &str) -> Result<Parameters, Error> {
 ///
 /// # Errors
 /// Returns an error if no machine's file can hold these parameters.
-pub fn render(parameters: &Parameters, joint: &Joint, whose: &str) -> Result<String, Error> {
-    let machine = Machine { joint: joint.clone(), ..of(parameters) };
+pub fn render(parameters: &Parameters, joint: &JointTable, whose: &str) -> Result<String, Error> {
+    let machine = MachineFile { joint: joint.clone(), ..of(parameters) };
     let body = toml::to_string(&machine).map_err(|error| Error::Input(error.to_string()))?;
     let text = format!(
         "# Parameters of a device. A device does not store its joint: [joint] is that of {whose},\n\
@@ -112,7 +114,7 @@ fn known(parameters: &Parameters) -> Result<Table, Error> {
 }
 
 /// Returns the machine's file with an empty joint.
-fn of(parameters: &Parameters) -> Machine {
+fn of(parameters: &Parameters) -> MachineFile {
     let Parameters { controller: config, motion, device, limits, profile, jog } = parameters;
     let laws: Vec<LawName> = config.compensator.iter().map(|law| LawName(Some(*law))).collect();
     let (name, laws) = match laws[..] {
@@ -120,16 +122,17 @@ fn of(parameters: &Parameters) -> Machine {
         [one] => (one.name().to_owned(), None),
         _ => (OF_SEVERAL.to_owned(), Some(laws)),
     };
-    let mut gains = Written::with(machine::Laws { laws });
+    let mut gains = ParameterTable::with(machine::Laws { laws });
     gains.put(PdGains::ABOUT, &config.pd);
     config.compensator.iter().for_each(|law| gains.put(about_law(law), law));
-    let encoder = Written::out(&config.encoder);
-    let mut sampling =
-        Written::with(machine::Wanted { controller: Some(Names::One(name.clone())) });
+    let encoder = ParameterTable::out(&config.encoder);
+    let mut sampling = ParameterTable::with(machine::ControllerNames {
+        controller: Some(Names::One(name.clone())),
+    });
     sampling.put(ControllerConfig::ABOUT, config);
     let (reference, identification) =
         motion_tables(motion, encoder.resolution_deg(), sampling.sample_time_s());
-    Machine {
+    MachineFile {
         title: "Parameters of a device".into(),
         source: String::new(),
         figures: vec![],
@@ -138,10 +141,10 @@ fn of(parameters: &Parameters) -> Machine {
         load: None,
         friction: None,
         supply: None,
-        joint: Joint {
+        joint: JointTable {
             gain_deg_per_s2_per_v: 0.0,
             viscous_v_per_deg_per_s: 0.0,
-            friction: machine::Friction {
+            friction: machine::JointFrictionLevels {
                 stick_v: 0.0,
                 slip_v: 0.0,
                 band_deg_per_s: 0.0,
@@ -150,19 +153,19 @@ fn of(parameters: &Parameters) -> Machine {
             },
         },
         encoder,
-        drive: Written::out(&config.drive),
+        drive: ParameterTable::out(&config.drive),
         sampling,
         controller: [(name, gains)].into(),
         reference,
         identification,
         goal: PositionGoal::default(),
-        device: Written::out(device),
-        limits: Written::out(limits),
-        profile: Written::out(profile),
-        jog: Written::out(jog),
+        device: ParameterTable::out(device),
+        limits: ParameterTable::out(limits),
+        profile: ParameterTable::out(profile),
+        jog: ParameterTable::out(jog),
         identified: None,
         spread: BTreeMap::new(),
-        run: Run::default(),
+        run: RunSettings::default(),
         variant: vec![],
     }
 }
@@ -172,9 +175,9 @@ fn motion_tables(
     motion: &Motion,
     resolution_deg: f64,
     sample_time_s: f64,
-) -> (Reference, Option<Identification>) {
+) -> (ReferenceTable, Option<RampTable>) {
     let deg = |position: &Position| degrees(position, resolution_deg);
-    let mut reference = Reference::default();
+    let mut reference = ReferenceTable::default();
     match motion {
         // A file has no profiled moves: those of an experiment step.
         Motion::Hold | Motion::Profiled(_) => {}
@@ -184,7 +187,7 @@ fn motion_tables(
                 let exact = f64::from(tick) * sample_time_s;
                 shortest(exact, |time_s| (time_s - exact).abs() <= 1e-12 * exact)
             };
-            reference.trajectories.push(machine::Trajectory {
+            reference.trajectories.push(machine::TrajectoryTable {
                 corner_times_s: corners.iter().map(|corner| time_s(corner.tick)).collect(),
                 corner_positions_deg: corners.iter().map(|corner| deg(&corner.position)).collect(),
                 half_blend_s: single(*half_blend),
@@ -194,7 +197,7 @@ fn motion_tables(
             let rates = vec![single(*rate)];
             return (
                 reference,
-                Some(Identification { ramp_rates_v_per_s: rates, hold_s: single(*hold) }),
+                Some(RampTable { ramp_rates_v_per_s: rates, hold_s: single(*hold) }),
             );
         }
     }

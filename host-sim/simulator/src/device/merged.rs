@@ -4,20 +4,20 @@ use stiction::Parameters;
 use toml::{Table, Value};
 use toml_edit::{DocumentMut, Item};
 
-use super::beyond::{Beyond, LEAST as LEAST_LOAD};
+use super::beyond::{LEAST as LEAST_LOAD, UnmodelledEffects};
 use super::contradiction::Contradiction;
 use super::found_load::{MeasuredLoad, WIDE_DEG};
-use super::identified::Identified;
+use super::identified::IdentifiedJoint;
 use super::machine_file;
-use super::merged_sheet::{Measured, MergedSheet, TABLES, kept};
+use super::merged_sheet::{MeasuredJoint, MergedSheet, TABLES, kept};
 use super::spread::{Ranges, commented, deviations};
 use crate::document::Document;
 use crate::joint::CoreUnits;
-use crate::machine::Joint;
+use crate::machine::JointTable;
 
 /// A machine's file with the data sheet of an identified joint.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Merged {
+pub(super) struct MergedFile {
     /// Text, without `[spread]`.
     pub text: String,
     /// Ranges for `[spread]`.
@@ -34,11 +34,11 @@ pub(super) struct Merged {
 /// # Errors
 /// Returns why the merged file cannot be written.
 pub(super) fn merged(
-    found: &Identified,
-    (joint, off): (&Joint, &Ranges),
+    found: &IdentifiedJoint,
+    (joint, off): (&JointTable, &Ranges),
     of: &Document,
     (body, parameters): (&str, &Parameters),
-) -> Result<Merged, String> {
+) -> Result<MergedFile, String> {
     const NO_SHEET: &str =
         "its joint is in degrees and volts; a data sheet in --machine has keys for it";
     let (sheet, mapping) = of.mapping().ok().flatten().ok_or(NO_SHEET)?;
@@ -48,7 +48,7 @@ pub(super) fn merged(
     match machine_file::read("", &text) {
         Ok(again) if again == *parameters => {
             let MergedSheet { ranges, kept, contradicted, .. } = new;
-            Ok(Merged { text, ranges, kept, contradicted })
+            Ok(MergedFile { text, ranges, kept, contradicted })
         }
         Ok(_) => Err(format!(
             "with the data sheet of {}, a device would have other parameters than this one",
@@ -60,11 +60,11 @@ pub(super) fn merged(
 
 /// Returns the measured joint of a device in SI units.
 fn measured(
-    found: &Identified,
-    joint: &Joint,
+    found: &IdentifiedJoint,
+    joint: &JointTable,
     off: &Ranges,
     units: &CoreUnits,
-) -> Option<Measured> {
+) -> Option<MeasuredJoint> {
     let range = |key: &str| off.get(key).copied();
     let torque = |volts: f64| units.effort(volts);
     let per_radian = 1.0 / units.per_degree(1.0);
@@ -73,9 +73,9 @@ fn measured(
     let estimate = found.summary.estimate.as_ref()?;
     let deviations = deviations(found);
     let bar = |[value, sd]: [f32; 2]| [f64::from(value), deviations * f64::from(sd)].map(torque);
-    let beyond = Beyond::of(found);
+    let beyond = UnmodelledEffects::of(found);
     let half = 0.5 * f64::from(found.summary.range).to_radians();
-    Some(Measured {
+    Some(MeasuredJoint {
         inertia: (
             per_radian / joint.gain_deg_per_s2_per_v,
             [per_radian / strong, per_radian / weak],

@@ -42,7 +42,7 @@ const PER_DEGREE: [&str; 2] = ["friction.viscous_nm_s_per_deg", "friction.viscou
 
 /// Measured values of a joint, on the joint's side of the gear, each with its range.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Measured {
+pub struct MeasuredJoint {
     /// Inertia of rotor and load together, kg m^2.
     pub inertia: (f64, [f64; 2]),
     /// Viscous friction, N m s/rad.
@@ -83,7 +83,7 @@ impl MergedSheet {
     pub fn of(
         of: &Document,
         (sheet, mapping): (&DataSheet, &Mapping),
-        measured: &Measured,
+        measured: &MeasuredJoint,
     ) -> Result<Self, String> {
         let mut new = Sheet::of(of, measured.is_in_volts);
         new.inertia(sheet, mapping, measured.inertia);
@@ -263,7 +263,7 @@ impl<'a> Sheet<'a> {
 
     /// Sets the measured friction levels; both ways differ as in the file. Returns that difference,
     /// N m.
-    fn friction(&mut self, sheet: &DataSheet, measured: &Measured) -> f64 {
+    fn friction(&mut self, sheet: &DataSheet, measured: &MeasuredJoint) -> f64 {
         let ((slip, slips), (mut stick, sticks)) = (measured.slip, measured.stick);
         // The measured levels are means of both ways.
         let [of_slip, of_stick] =

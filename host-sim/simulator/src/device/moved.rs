@@ -22,7 +22,7 @@ const LOOKED_AT_S: f64 = 0.01;
 /// A device measures its encoder only. A simulated device reports its load as well, and the move is
 /// judged on both sides of the gear.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Moved {
+pub struct MoveResult {
     target_counts: i64,
     resolution_deg: f64,
     sample_time_s: f64,
@@ -42,7 +42,7 @@ pub struct Moved {
     is_ended: bool,
 }
 
-impl Moved {
+impl MoveResult {
     /// Starts to watch a move to a position, deg.
     pub fn to(deg: f64, resolution_deg: f64, sample_time_s: f64) -> Self {
         let goal = PositionGoal::default();
@@ -165,7 +165,7 @@ impl Moved {
 /// Prints target, position and time, one per line. If the gear has slack that the encoder cannot
 /// measure, the position is marked as the encoder's, and that of the load follows if it is known.
 /// The verdict follows if there is such slack or the file has a goal.
-impl fmt::Display for Moved {
+impl fmt::Display for MoveResult {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let deg = |counts: f64| counts * self.resolution_deg;
         let (target, counts, error) = (self.target_counts, self.counts, self.error_counts());
@@ -224,7 +224,7 @@ mod tests {
 
     #[test]
     fn a_move_reports_its_end_position_and_time() {
-        let mut moved = Moved::to(-2.5, 0.01, 0.02);
+        let mut moved = MoveResult::to(-2.5, 0.01, 0.02);
         let signals = Signals::of_core();
         // 20 counts a sample, every 5 ticks, from -10 to -249, at rest then.
         for i in 0..40 {
@@ -247,7 +247,7 @@ mod tests {
         let slack = UnseenSlack { backlash_deg: 0.6, backlash_counts: 60.0, wind_up_deg: 0.01 };
         let signals = Signals::of_core();
         let moved = |goal: PositionGoal, ahead: Option<f64>| {
-            let mut moved = Moved::to(1.0, 0.01, 0.01).judged_by(goal, Some(slack));
+            let mut moved = MoveResult::to(1.0, 0.01, 0.01).judged_by(goal, Some(slack));
             for i in 0..100 {
                 moved.see(&signals, &sample(7 + i, (2 * i as i32).min(100)), ahead);
             }

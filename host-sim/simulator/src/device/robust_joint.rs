@@ -22,17 +22,17 @@ use stiction::Parameters;
 use stiction::compensator::{Gains, RobustGains};
 use stiction::value::{About, Absent, Table as _, Values as _};
 
-use super::identified::Identified;
+use super::identified::IdentifiedJoint;
 use super::spread::commented;
 use crate::draft::Told;
 use crate::error::rounded;
-use crate::machine::Joint;
+use crate::machine::JointTable;
 
 /// Returns the device's parameters with the identified joint in their law `robust`, and the comment
 /// for the file that lists the changes. Without that law, the gains stay and there is no comment.
 pub fn with_identified_joint(
-    found: &Identified,
-    joint: &Joint,
+    found: &IdentifiedJoint,
+    joint: &JointTable,
     spread: &BTreeMap<String, [f64; 2]>,
 ) -> (Parameters, Option<String>) {
     let mut parameters = found.parameters.clone();
@@ -80,14 +80,18 @@ fn raise_thresholds(parameters: &mut Parameters, rests_v: f64) -> Option<String>
 }
 
 /// Returns the largest effort that the load of the joint needs, V: constant load and gravity.
-fn load_v(found: &Identified) -> f64 {
+fn load_v(found: &IdentifiedJoint) -> f64 {
     found.summary.estimate.map_or(0.0, |estimate| {
         let [sine, cosine] = estimate.gravity.map(|[value, _]| f64::from(value));
         f64::from(estimate.offset[0]).abs() + sine.hypot(cosine)
     })
 }
 
-fn joint_values(found: &Identified, joint: &Joint, spread: &BTreeMap<String, [f64; 2]>) -> Told {
+fn joint_values(
+    found: &IdentifiedJoint,
+    joint: &JointTable,
+    spread: &BTreeMap<String, [f64; 2]>,
+) -> Told {
     let end = |key: &str, end: usize, otherwise: f64| {
         spread.get(key).and_then(|range| range.get(end)).copied().unwrap_or(otherwise)
     };

@@ -30,10 +30,10 @@ use std::collections::BTreeMap;
 
 use stiction::identification::{Levels, Summary};
 
-use super::identified::{Identified, doubts};
+use super::identified::{IdentifiedJoint, doubts};
 use crate::draft;
 use crate::draft::spread::{LEAST, around, of_inertia, part, rounded};
-use crate::machine::Joint;
+use crate::machine::JointTable;
 
 /// Standard deviations to either side: in general, and with few stretches.
 const DEVIATIONS: [f64; 2] = [2.0, 4.0];
@@ -49,12 +49,12 @@ const STICK_TO_SLIP: f64 = 2.0;
 pub type Ranges = BTreeMap<String, [f64; 2]>;
 
 /// Returns the number of standard deviations to either side of an estimate.
-pub(super) fn deviations(found: &Identified) -> f64 {
+pub(super) fn deviations(found: &IdentifiedJoint) -> f64 {
     DEVIATIONS[usize::from(found.summary.doubts.few_rows)]
 }
 
 /// Returns the `[spread]` of an identified joint; empty without an estimate.
-pub fn spread(found: &Identified, joint: &Joint) -> Ranges {
+pub fn spread(found: &IdentifiedJoint, joint: &JointTable) -> Ranges {
     let Some(estimate) = &found.summary.estimate else { return BTreeMap::new() };
     let Summary { breakaway, doubts, .. } = &found.summary;
     let [least_inertia, viscous, slip, stick] = LEAST;
@@ -101,8 +101,8 @@ pub fn spread(found: &Identified, joint: &Joint) -> Ranges {
 
 /// Moves the levels of a joint into their ranges. With lost motion the breakaway that was read is
 /// that of a part of the joint, and lies below the range of its stick friction.
-pub fn inside(joint: &mut Joint, ranges: &Ranges) {
-    let Joint { gain_deg_per_s2_per_v, viscous_v_per_deg_per_s, friction } = joint;
+pub fn inside(joint: &mut JointTable, ranges: &Ranges) {
+    let JointTable { gain_deg_per_s2_per_v, viscous_v_per_deg_per_s, friction } = joint;
     for (key, value) in [
         ("joint.gain_deg_per_s2_per_v", gain_deg_per_s2_per_v),
         ("joint.viscous_v_per_deg_per_s", viscous_v_per_deg_per_s),
@@ -121,13 +121,13 @@ fn further(levels: &Levels) -> f64 {
 }
 
 /// Returns the fastest speed of the map, deg/s.
-fn fastest(found: &Identified) -> Option<f64> {
+fn fastest(found: &IdentifiedJoint) -> Option<f64> {
     let points = found.map.iter().flatten().filter(|point| point.windows > 0);
     points.map(|point| f64::from(point.velocity.abs())).filter(|v| *v > 0.0).reduce(f64::max)
 }
 
 /// Returns the verdict and the doubts as a table of the file.
-pub fn remarks(found: &Identified) -> String {
+pub fn remarks(found: &IdentifiedJoint) -> String {
     let doubted = doubts(&found.summary.doubts);
     let mut text = draft::spread::identified(found.verdict(), &doubted);
     if !doubted.is_empty() {

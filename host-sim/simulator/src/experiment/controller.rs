@@ -13,7 +13,7 @@ use super::plan::RunPlan;
 use crate::error::Error;
 use crate::hardware::STM32F405;
 use crate::machine::{LawName, Laws, PD};
-use crate::written::{AllGains, Written};
+use crate::written::{AllGains, ParameterTable};
 
 impl RunPlan {
     /// Builds the control core with this run's controller; with no controller, all gains are zero.
@@ -49,7 +49,7 @@ impl RunPlan {
     pub fn controller_config(&self) -> Result<ControllerConfig, Error> {
         let machine = &self.machine;
         let name = self.controller.as_deref().unwrap_or_default();
-        let none = Written::default();
+        let none = ParameterTable::default();
         let table = machine.controller.get(name).unwrap_or(&none);
         // It may be negative, or too large for the core's type.
         let window = machine.sampling.velocity_window();
@@ -79,7 +79,7 @@ impl RunPlan {
     fn laws(
         &self,
         name: &str,
-        table: &Written<AllGains, Laws>,
+        table: &ParameterTable<AllGains, Laws>,
     ) -> Result<FixedVec<Gains, MAX_TERMS>, Error> {
         let key = format!("controller.{name}.laws");
         let origin = self.origin.of(&key);
@@ -126,7 +126,7 @@ impl RunPlan {
     fn gains(
         &self,
         name: &str,
-        table: &Written<AllGains, Laws>,
+        table: &ParameterTable<AllGains, Laws>,
         mut law: Gains,
     ) -> Result<Gains, Error> {
         let about = about_law(&law);

@@ -7,7 +7,7 @@ use stiction::value::{Absent, Table};
 use super::controller::about_law;
 use crate::document::Builtin;
 use crate::machine::{Laws, PD};
-use crate::written::{AllGains, Scalar, Written};
+use crate::written::{AllGains, FileScalar, ParameterTable};
 
 /// Every controller of a device by its name: plain PD, and each law by itself.
 pub fn every_controller() -> Vec<String> {
@@ -29,16 +29,16 @@ pub fn with_every_law(builtin: &Builtin) -> String {
 
 /// The table of a law's example: what has no default.
 fn example(law: &Gains) -> String {
-    let mut table = Written::<AllGains, Laws>::default();
+    let mut table = ParameterTable::<AllGains, Laws>::default();
     table.put(PdGains::ABOUT, &PdGains::EXAMPLE);
     table.put(about_law(law).iter().filter(|about| about.absent == Absent::Needed), law);
     let keys = table.iter().filter_map(|(key, value)| {
         let value = match value {
-            Scalar::Number(number) => format!("{number:?}"),
-            Scalar::Whole(whole) => whole.to_string(),
-            Scalar::Flag(flag) => flag.to_string(),
+            FileScalar::Number(number) => format!("{number:?}"),
+            FileScalar::Whole(whole) => whole.to_string(),
+            FileScalar::Flag(flag) => flag.to_string(),
             // A choice has a default.
-            Scalar::Choice(_) => return None,
+            FileScalar::Choice(_) => return None,
         };
         Some(format!("{key} = {value}\n"))
     });

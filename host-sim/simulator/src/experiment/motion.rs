@@ -9,7 +9,7 @@ use super::plan::{MAX_RAMP_SAMPLES, MAX_SAMPLES, RunPlan};
 use super::task::Task;
 use crate::error::{Error, rounded, shown};
 use crate::identification::RampTest;
-use crate::machine::{Machine, Trajectory};
+use crate::machine::{MachineFile, TrajectoryTable};
 
 /// Two positions that are this far apart still differ by less than 2^31 counts.
 const MAX_COUNTS: f64 = 1_073_741_823.0;
@@ -20,7 +20,7 @@ const AFTER_A_RAMP_S: f64 = 1.0;
 impl RunPlan {
     /// Tells the longest time that the run can take, s.
     pub fn longest_s(&self) -> f64 {
-        let Machine { drive, identification, .. } = &*self.machine;
+        let MachineFile { drive, identification, .. } = &*self.machine;
         match self.task {
             Task::Ramp(rate) => {
                 let hold_s = identification.as_ref().map_or(0.0, |ramps| ramps.hold_s);
@@ -36,7 +36,7 @@ impl RunPlan {
     /// # Errors
     /// Names the rate or the hold if the ramp would take no time or too long.
     pub fn ramp(&self, rate: f64) -> Result<RampTest, Error> {
-        let Machine { sampling, drive, identification, run, .. } = &*self.machine;
+        let MachineFile { sampling, drive, identification, run, .. } = &*self.machine;
         if let Some(duration_s) = run.duration_s {
             self.above_zero("run.duration_s", duration_s)?;
         }
@@ -119,7 +119,7 @@ impl RunPlan {
         Ok(position(deg / resolution))
     }
 
-    fn corners(&self, trajectory: &Trajectory) -> Result<Vec<Corner>, Error> {
+    fn corners(&self, trajectory: &TrajectoryTable) -> Result<Vec<Corner>, Error> {
         let sampling = &self.machine.sampling;
         let (times, positions) = (&trajectory.corner_times_s, &trajectory.corner_positions_deg);
         let half_blend_s = trajectory.half_blend_s;

@@ -10,7 +10,7 @@ use crate::data_sheet::{OF_A_SHEET, UnseenSlack};
 use crate::document::{Document, Origin, within};
 use crate::error::{Error, rounded, shown, suggestion};
 use crate::joint::Substitute;
-use crate::machine::{Machine, Solver, Variant};
+use crate::machine::{AxisSolverName, MachineFile, Variant};
 
 /// The samples of all runs are held in memory at once: these are a gigabyte.
 pub(super) const MAX_SAMPLES: f64 = 1e7;
@@ -46,7 +46,7 @@ pub struct RunPlan {
     /// The key that asks for it, for messages: `reference.steps_deg[0]`.
     pub asked_by: String,
     /// The machine, with the variant's keys set.
-    pub machine: Arc<Machine>,
+    pub machine: Arc<MachineFile>,
     /// The name of the controller; a ramp has none.
     pub controller: Option<String>,
     /// What the joint is to do.
@@ -73,7 +73,7 @@ impl RunPlan {
     }
 }
 
-fn slugs<'a>(variant: &'a str, machine: &Machine, sampled: bool) -> Vec<&'a str> {
+fn slugs<'a>(variant: &'a str, machine: &MachineFile, sampled: bool) -> Vec<&'a str> {
     let delayed = sampled && machine.run.delay_samples == 1;
     [variant, if delayed { "delay-1" } else { "" }]
         .into_iter()
@@ -171,8 +171,8 @@ impl Experiment {
 /// is gone, or what a data sheet gives. A key that nobody knows is a slip of the hand, and refused.
 fn without_stale_variants(
     document: &Document,
-    mut machine: Machine,
-) -> Result<(Machine, Vec<String>), Error> {
+    mut machine: MachineFile,
+) -> Result<(MachineFile, Vec<String>), Error> {
     let of_a_sheet = document.data_sheet()?.is_some();
     let mut left_out = Vec::new();
     let mut number = 0;
@@ -201,7 +201,7 @@ fn without_stale_variants(
 /// The variants that do not contradict what was set by hand, and their names for messages.
 fn variants(
     document: &Document,
-    machine: &Machine,
+    machine: &MachineFile,
     fixed: &[String],
 ) -> Result<Vec<(String, Variant)>, Error> {
     if machine.variant.is_empty() {
@@ -246,7 +246,7 @@ fn same(a: &Value, b: &Value) -> bool {
 }
 
 fn runs_of(
-    machine: Machine,
+    machine: MachineFile,
     origin: &Origin,
     slug: &str,
     wanted: &[&str],
@@ -301,7 +301,7 @@ fn runs_of(
 
 /// The names of the controllers to run, each of which has a table.
 fn controllers<'a>(
-    machine: &'a Machine,
+    machine: &'a MachineFile,
     origin: &Origin,
     wanted: &[&'a str],
 ) -> Result<Vec<&'a str>, Error> {
@@ -371,7 +371,7 @@ fn affordable(origin: &Origin, runs: &[RunPlan]) -> Result<(), Error> {
             rounded(total),
         )));
     }
-    let by_steps = || runs.iter().filter(|run| run.machine.run.solver == Solver::Rk4);
+    let by_steps = || runs.iter().filter(|run| run.machine.run.solver == AxisSolverName::Rk4);
     let steps = |run: &RunPlan| {
         let sampling = run.machine.sampling.sample_time_s();
         samples(run) * (sampling / run.machine.run.step_s).ceil().max(1.0)

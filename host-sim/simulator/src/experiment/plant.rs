@@ -3,11 +3,12 @@
 
 use super::plan::RunPlan;
 use crate::data_sheet::{
-    DataSheet, Mapping, Mount, Refusal, SheetAxis, Tables, Times, UnseenSlack, WrittenDrive,
+    DataSheet, Mapping, Mount, SheetAxis, SheetFactors, SheetRefusal, SheetTables, UnseenSlack,
+    WrittenDrive,
 };
 use crate::error::Error;
 use crate::joint::{RunJoint, Substitute};
-use crate::machine::Solver;
+use crate::machine::AxisSolverName;
 use crate::plant::{Delay, Plant};
 
 impl RunPlan {
@@ -37,7 +38,11 @@ impl RunPlan {
         let of_the_file = match self.sheet()? {
             Some((sheet, mapping)) if self.substitute.is_none() => {
                 self.has_a_plain_drive(&sheet)?;
-                sheet.substitute(&mapping, self.machine.encoder.resolution_deg(), &Times::ONE)
+                sheet.substitute(
+                    &mapping,
+                    self.machine.encoder.resolution_deg(),
+                    &SheetFactors::ONE,
+                )
             }
             _ => None,
         };
@@ -51,7 +56,7 @@ impl RunPlan {
     ///
     /// # Errors
     /// Returns an error that names the invalid value.
-    pub fn beyond_an_axis(&self, times: &Times) -> Result<Option<Substitute>, Error> {
+    pub fn beyond_an_axis(&self, times: &SheetFactors) -> Result<Option<Substitute>, Error> {
         let count_deg = self.machine.encoder.resolution_deg();
         let sheet = self.sheet()?;
         Ok(sheet.and_then(|(sheet, mapping)| sheet.substitute(&mapping, count_deg, times)))
@@ -72,7 +77,7 @@ impl RunPlan {
         let machine = &*self.machine;
         let disc = &machine.encoder.extras;
         let encoder = Mount { lines: disc.lines, at: disc.at, noise_counts: disc.noise_counts };
-        let tables = Tables {
+        let tables = SheetTables {
             motor: machine.motor.clone(),
             gear: machine.gear.clone(),
             load: machine.load.clone(),
@@ -80,7 +85,8 @@ impl RunPlan {
             supply: machine.supply.clone(),
             encoder,
         };
-        let refused = |why: Refusal| Error::Input(format!("{}: {why}", self.origin.of(&why.key)));
+        let refused =
+            |why: SheetRefusal| Error::Input(format!("{}: {why}", self.origin.of(&why.key)));
         let Some(sheet) = tables.sheet().map_err(refused)? else { return Ok(None) };
         let drive = WrittenDrive {
             full_scale_v: Some(machine.drive.full_scale_v()),
@@ -103,7 +109,7 @@ impl RunPlan {
         let pwm_hz = drive.number("pwm_hz").unwrap_or_default();
         let count_deg = self.machine.encoder.resolution_deg();
         let axis = SheetAxis::of(&sheet, &mapping, [count_deg, pwm_hz])?;
-        if axis.is_some() && self.machine.run.solver == Solver::Rk4 {
+        if axis.is_some() && self.machine.run.solver == AxisSolverName::Rk4 {
             let allowed = "\"exact\", since the data sheet asks for more than a rigid axis";
             return Err(self.refuse("run.solver", "\"rk4\"", allowed));
         }

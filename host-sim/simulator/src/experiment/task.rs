@@ -5,7 +5,7 @@
 //! what a file asks, all runs       one     in counts, f32      what a tick follows
 //! ```
 
-use crate::machine::Trajectory;
+use crate::machine::TrajectoryTable;
 
 /// What a joint is to do in one run: the set points of a closed loop, or the effort of an open one.
 #[derive(Clone, Debug, PartialEq)]
@@ -13,7 +13,7 @@ pub enum Task {
     /// A jump by so many degrees.
     Step(f64),
     /// A motion through corners.
-    Trajectory(Trajectory),
+    Trajectory(TrajectoryTable),
     /// An effort that rises until the joint moves and falls until it rests, V/s.
     Ramp(f64),
 }

@@ -9,7 +9,7 @@ use stiction::signal::{self, SIGNALS, Signal};
 /// A column of a time series. A run knows the joint itself. A device knows its encoder only, and
 /// writes what it measures under the same name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Column {
+pub enum SeriesColumn {
     /// Time since the begin, s.
     Time,
     /// Set point theta_d, deg.
@@ -29,22 +29,22 @@ pub enum Column {
 }
 
 /// The columns that every run and every log begins with.
-pub const LEADING: [Column; 11] = [
-    Column::Time,
-    Column::Reference,
-    Column::Position,
-    Column::Error,
-    Column::Velocity,
-    Column::Signal(signal::index("v_pd")),
-    Column::Signal(signal::index("v_c")),
-    Column::Signal(signal::index("v")),
-    Column::Signal(signal::index("code")),
-    Column::Stuck,
-    Column::Applied,
+pub const LEADING: [SeriesColumn; 11] = [
+    SeriesColumn::Time,
+    SeriesColumn::Reference,
+    SeriesColumn::Position,
+    SeriesColumn::Error,
+    SeriesColumn::Velocity,
+    SeriesColumn::Signal(signal::index("v_pd")),
+    SeriesColumn::Signal(signal::index("v_c")),
+    SeriesColumn::Signal(signal::index("v")),
+    SeriesColumn::Signal(signal::index("code")),
+    SeriesColumn::Stuck,
+    SeriesColumn::Applied,
 ];
 
 /// The columns without which a file cannot be drawn.
-pub const DRAWN: &[Column] = LEADING.split_at(8).0;
+pub const DRAWN: &[SeriesColumn] = LEADING.split_at(8).0;
 
 /// The signals that only a closed loop has: a ramp leaves their cells empty.
 pub const OF_A_CLOSED_LOOP: [usize; 6] = [
@@ -56,7 +56,7 @@ pub const OF_A_CLOSED_LOOP: [usize; 6] = [
     signal::index("v_c"),
 ];
 
-impl Column {
+impl SeriesColumn {
     /// Returns the column's name, with its unit.
     pub const fn name(self) -> &'static str {
         match self {
@@ -101,9 +101,9 @@ pub fn is_leading(name: &str) -> bool {
 }
 
 /// Returns the columns of a run: the leading ones, then every other signal of the core.
-pub fn of_a_run() -> Vec<Column> {
+pub fn of_a_run() -> Vec<SeriesColumn> {
     let others = SIGNALS.iter().enumerate().filter(|(_, signal)| !is_leading(signal.name));
-    LEADING.into_iter().chain(others.map(|(place, _)| Column::Signal(place))).collect()
+    LEADING.into_iter().chain(others.map(|(place, _)| SeriesColumn::Signal(place))).collect()
 }
 
 /// Returns a time to the nanosecond. Times are k h, which is not always the decimal that a reader

@@ -3,9 +3,9 @@
 use stiction::signal;
 
 use super::cell::Cell;
-use super::columns::{Column, OF_A_CLOSED_LOOP, of_a_run, to_the_nanosecond};
-use crate::closed_loop::Moment;
-use crate::run::{RunResult, Trace};
+use super::columns::{OF_A_CLOSED_LOOP, SeriesColumn, of_a_run, to_the_nanosecond};
+use crate::closed_loop::LoopSample;
+use crate::run::{RunResult, RunTrace};
 
 /// Writes the header, then a line a sample. Of several runs, each line begins with its run's label.
 /// What the laws publish of themselves stands behind the other columns.
@@ -28,8 +28,8 @@ pub fn render(results: &[RunResult]) -> Result<Vec<u8>, csv::Error> {
     for result in results {
         let own = signals_of(result);
         let (moments, is_ramp) = match &result.trace {
-            Trace::Loop(moments) => (moments, false),
-            Trace::Ramp(moments) => (moments, true),
+            RunTrace::Loop(moments) => (moments, false),
+            RunTrace::Ramp(moments) => (moments, true),
         };
         for moment in moments {
             let label = labelled.then(|| Cell::from(result.plan.label.as_str()));
@@ -54,18 +54,18 @@ fn signals_of(result: &RunResult) -> Vec<&'static str> {
 }
 
 /// Makes the cell of a column. A ramp has no reference and no controller: those cells are empty.
-fn cell(column: Column, moment: &Moment, is_ramp: bool) -> Cell {
+fn cell(column: SeriesColumn, moment: &LoopSample, is_ramp: bool) -> Cell {
     match column {
-        Column::Reference | Column::Error if is_ramp => Cell::None,
-        Column::Signal(place) if is_ramp && OF_A_CLOSED_LOOP.contains(&place) => Cell::None,
-        Column::Time => to_the_nanosecond(moment.time_s).into(),
-        Column::Reference => moment.reference_deg.into(),
-        Column::Position => moment.position_deg.into(),
-        Column::Error => moment.error_deg().into(),
-        Column::Velocity => moment.velocity_deg_per_s.into(),
-        Column::Stuck => moment.stuck.into(),
-        Column::Applied => moment.applied_v.into(),
-        Column::Signal(place) => {
+        SeriesColumn::Reference | SeriesColumn::Error if is_ramp => Cell::None,
+        SeriesColumn::Signal(place) if is_ramp && OF_A_CLOSED_LOOP.contains(&place) => Cell::None,
+        SeriesColumn::Time => to_the_nanosecond(moment.time_s).into(),
+        SeriesColumn::Reference => moment.reference_deg.into(),
+        SeriesColumn::Position => moment.position_deg.into(),
+        SeriesColumn::Error => moment.error_deg().into(),
+        SeriesColumn::Velocity => moment.velocity_deg_per_s.into(),
+        SeriesColumn::Stuck => moment.stuck.into(),
+        SeriesColumn::Applied => moment.applied_v.into(),
+        SeriesColumn::Signal(place) => {
             match (signal::SIGNALS.get(place), signal::value(&moment.tick, place)) {
                 (Some(signal), Some(bits)) => Cell::of(signal.form, bits),
                 _ => Cell::None,

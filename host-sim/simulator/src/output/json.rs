@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use crate::data_sheet::UnseenSlack;
 use crate::experiment::{Experiment, RunPlan, Task};
 use crate::goal::GoalInBothUnits;
-use crate::run::{RunResult, Tripped};
+use crate::run::{RunResult, ServoTrip};
 use crate::solver::EventKind;
 
 /// Raised when a key changes its meaning or goes away.
@@ -23,37 +23,37 @@ struct Report<'a, M> {
     /// Left out for what has no gear; null if the encoder sees all of the gear.
     #[serde(skip_serializing_if = "Option::is_none")]
     unseen_slack: Option<Option<UnseenSlack>>,
-    runs: Vec<Run<'a, M>>,
+    runs: Vec<RunRecord<'a, M>>,
 }
 
 /// A run, of whatever is judged by the metrics `M`.
 #[derive(Serialize)]
-pub struct Run<'a, M> {
+pub struct RunRecord<'a, M> {
     /// What it is called.
     pub label: &'a str,
     /// What it was made with.
     pub parameters: Cow<'a, Value>,
     /// In the order of time.
-    pub events: Vec<Event>,
+    pub events: Vec<EventRecord>,
     /// The goal by which its success is judged; left out if there is none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub goal: Option<GoalInBothUnits>,
     /// What it is judged by.
     pub metrics: &'a M,
     /// What it took.
-    pub cost: Cost,
+    pub cost: RunCost,
     /// Whether the loop is unstable.
     pub unstable: bool,
     /// When the motion grew beyond every bound, s.
     pub diverged_at_s: Option<f64>,
     /// Only there if a servo has tripped.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub fault: Option<Tripped>,
+    pub fault: Option<ServoTrip>,
 }
 
 /// A change between sticking and slipping; bodies are counted from 1.
 #[derive(Serialize)]
-pub struct Event {
+pub struct EventRecord {
     /// When, s.
     pub time_s: f64,
     /// Of which body.
@@ -64,7 +64,7 @@ pub struct Event {
 
 /// What a run took.
 #[derive(Serialize)]
-pub struct Cost {
+pub struct RunCost {
     /// Time on the wall, s.
     pub wall_s: f64,
     /// How often a derivative was evaluated.
@@ -75,7 +75,7 @@ pub struct Cost {
 pub fn object<M: Serialize>(
     experiment: &str,
     source: &str,
-    runs: Vec<Run<M>>,
+    runs: Vec<RunRecord<M>>,
 ) -> serde_json::Result<String> {
     let unseen_slack = None;
     serde_json::to_string_pretty(&Report { schema: SCHEMA, experiment, source, unseen_slack, runs })
@@ -86,17 +86,17 @@ pub fn object<M: Serialize>(
 /// # Errors
 /// If a number cannot be written as JSON.
 pub fn render(experiment: &Experiment, results: &[RunResult]) -> serde_json::Result<String> {
-    let runs = results.iter().map(|result| Run {
+    let runs = results.iter().map(|result| RunRecord {
         label: &result.plan.label,
         parameters: Cow::Owned(parameters(&result.plan)),
         events: result
             .events
             .iter()
-            .map(|event| Event { time_s: event.time_s, body: 1, kind: event.kind })
+            .map(|event| EventRecord { time_s: event.time_s, body: 1, kind: event.kind })
             .collect(),
         goal: Some(goal(&result.plan)),
         metrics: &result.metrics,
-        cost: Cost {
+        cost: RunCost {
             wall_s: result.wall.as_secs_f64(),
             derivative_evaluations: result.derivative_evaluations,
         },

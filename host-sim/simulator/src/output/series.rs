@@ -2,12 +2,12 @@
 
 use std::path::Path;
 
-use super::columns::{Column, DRAWN};
+use super::columns::{DRAWN, SeriesColumn};
 use crate::error::Error;
 
 /// One sample of a run or a log; a ramp lacks the optional ones.
 #[derive(Clone, Debug, PartialEq, serde::Deserialize)]
-pub struct Sample {
+pub struct SeriesSample {
     /// The label of the run, if the file holds several.
     #[serde(default)]
     label: Option<String>,
@@ -35,7 +35,7 @@ pub struct Series {
     /// The file's name, and the run's label if the file holds several.
     pub name: String,
     /// The samples in the order of the file.
-    pub samples: Vec<Sample>,
+    pub samples: Vec<SeriesSample>,
 }
 
 /// Reads the runs of a file.
@@ -65,7 +65,7 @@ pub fn read(path: &Path) -> Result<Vec<Series>, Error> {
     }
     let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let mut all: Vec<Series> = Vec::new();
-    let position = Column::Position.name();
+    let position = SeriesColumn::Position.name();
     let header = header.clone();
     let position = header.iter().position(|found| found == position);
     for record in reader.into_records() {
@@ -75,7 +75,7 @@ pub fn read(path: &Path) -> Result<Vec<Series>, Error> {
         if position.is_some_and(|place| record.get(place) == Some("")) {
             continue;
         }
-        let sample: Sample =
+        let sample: SeriesSample =
             record.deserialize(Some(&header)).map_err(|error| refuse(error.to_string()))?;
         let name =
             sample.label.as_ref().map_or_else(|| stem.clone(), |label| format!("{stem}, {label}"));

@@ -2,9 +2,9 @@
 
 use comfy_table::{Cell, CellAlignment, ColumnConstraint, ContentArrangement, Table, presets};
 
-use super::sides::{self, Shown};
+use super::sides::{self, ShownSides};
 use crate::experiment::Task;
-use crate::run::{RunResult, Tripped};
+use crate::run::{RunResult, ServoTrip};
 
 /// The width that a terminal is sure to have.
 const WIDTH: u16 = 80;
@@ -41,8 +41,8 @@ pub fn render(results: &[RunResult]) -> String {
     ];
     let slack = results.iter().find_map(|result| result.unseen_slack.as_ref());
     let goal = results.first().map(|result| result.plan.machine.goal).unwrap_or_default();
-    let shown = Shown::of(slack, &goal);
-    let is_kept = |column: &str| shown != Shown::BothSides || !OF_A_SIDE.contains(&column);
+    let shown = ShownSides::of(slack, &goal);
+    let is_kept = |column: &str| shown != ShownSides::BothSides || !OF_A_SIDE.contains(&column);
     let mut parts = Vec::new();
     for (is_kind, columns, cells) in kinds {
         let of_kind: Vec<&RunResult> = results.iter().filter(|r| is_kind(&r.plan.task)).collect();
@@ -66,7 +66,7 @@ pub fn render(results: &[RunResult]) -> String {
         parts.push(table.trim_fmt() + "\n");
     }
     let is_judged = |result: &&RunResult| !matches!(result.plan.task, Task::Ramp(_));
-    if shown != Shown::Nothing && results.iter().any(|result| is_judged(&result)) {
+    if shown != ShownSides::Nothing && results.iter().any(|result| is_judged(&result)) {
         let judged = results.iter().filter(is_judged);
         let rows = judged.map(|one| (one.plan.label.clone(), &one.metrics.sides));
         parts.push(shown.table("run", rows));
@@ -155,7 +155,7 @@ fn ramp_cells(result: &RunResult) -> Vec<String> {
 
 fn remark(result: &RunResult) -> Option<String> {
     let label = &result.plan.label;
-    if let Some(Tripped { code, name, time_s, .. }) = result.fault {
+    if let Some(ServoTrip { code, name, time_s, .. }) = result.fault {
         return Some(format!("{label}: fault {code} ({name}) at {time_s} s turned the output off"));
     }
     match result.diverged_at_s {

@@ -14,7 +14,7 @@ use crate::hardware::STM32F405;
 
 /// A device under a tester who looks at every tick.
 #[derive(Debug)]
-pub struct Watched {
+pub struct WatchedDevice {
     device: Option<Device<SimulatedFlash>>,
     /// Of the same bytes: whether a request that ends a fault was among them.
     deframer: Deframer,
@@ -27,7 +27,7 @@ pub struct Watched {
     pub faulted: u64,
 }
 
-impl Watched {
+impl WatchedDevice {
     /// Power is on.
     pub fn new(parameters: &Parameters) -> Self {
         let mut store = Store::new(SimulatedFlash::new(2), [0, SECTOR]);
@@ -133,8 +133,8 @@ impl Watched {
 ///      a fault from the board d LENGTH           the wire takes so many bytes, times four      
 /// others           nothing
 /// ```
-pub fn holds(parameters: &Parameters, script: &[u8]) -> Watched {
-    let mut watched = Watched::new(parameters);
+pub fn holds(parameters: &Parameters, script: &[u8]) -> WatchedDevice {
+    let mut watched = WatchedDevice::new(parameters);
     let mut rest = script.iter();
     let mut next = || rest.next().copied();
     while let Some(letter) = next() {

@@ -3,13 +3,13 @@
 use serde::Serialize;
 
 use crate::benchmark::Score;
-use crate::data_sheet::told;
+use crate::data_sheet::overview;
 use crate::document::Document;
 use crate::ensemble::{Row, Sorted};
 use crate::error::{Error, rounded};
-use crate::machine::Machine;
+use crate::machine::MachineFile;
 use crate::selftest::{
-    Measures, Prediction, Range, bounds, ends, late, late_at_load, rest_at_load,
+    MoveMeasures, MoveRange, Prediction, bounds, ends, late, late_at_load, rest_at_load,
 };
 use crate::tuning::{Request, SideFigures, Tuned};
 
@@ -29,9 +29,14 @@ pub struct Described {
 pub fn described(document: &Document) -> Result<Vec<Described>, Error> {
     let machine = document.machine()?;
     let mut rows: Vec<Described> = match document.mapping()? {
-        Some((sheet, mapping)) => told::rows(&sheet, &mapping)
+        Some((sheet, mapping)) => overview::rows(&sheet, &mapping)
             .into_iter()
-            .map(|told::Row { what, si, core, how }| Described { what: what.into(), core, si, how })
+            .map(|overview::DerivedNumber { what, si, core, how }| Described {
+                what: what.into(),
+                core,
+                si,
+                how,
+            })
             .collect(),
         None => {
             let joint = &machine.joint;
@@ -186,7 +191,7 @@ pub struct Gain {
 }
 
 /// The gains of a controller; after tuning, what they were before.
-pub fn gains(machine: &Machine, controller: &str, tuned: &[Tuned]) -> Vec<Gain> {
+pub fn gains(machine: &MachineFile, controller: &str, tuned: &[Tuned]) -> Vec<Gain> {
     let turned = tuned.iter().find(|one| one.controller == controller && one.better);
     let turned = turned.map_or(&[][..], |one| &one.gains);
     let written = machine.controller.get(controller);
@@ -266,7 +271,12 @@ struct Move {
 }
 
 /// The figures of a prediction with their bounds, and its moves one by one.
-pub fn expected(range: Range, targets: &[f64], prediction: &Prediction, told: String) -> Expected {
+pub fn expected(
+    range: MoveRange,
+    targets: &[f64],
+    prediction: &Prediction,
+    told: String,
+) -> Expected {
     let figures = bounds(prediction).into_iter().map(|check| {
         let digits = check.digits();
         let value = |value: f64| format!("{value:.digits$}");
@@ -277,7 +287,7 @@ pub fn expected(range: Range, targets: &[f64], prediction: &Prediction, told: St
         };
         Figure { what: check.words, low, median, high, allowed }
     });
-    let spread = |place: usize, digits: usize, of: &dyn Fn(&Measures) -> f64| {
+    let spread = |place: usize, digits: usize, of: &dyn Fn(&MoveMeasures) -> f64| {
         let all = prediction.moves.iter().filter_map(|moves| moves.get(place)).map(of);
         let sorted = Sorted::new(all);
         let both = sorted.quantile(0.0).zip(sorted.max());

@@ -74,7 +74,7 @@ pub struct LayeredPanel {
 
 /// What is shown.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Shown {
+pub enum ChartContent {
     /// Groups of shares under each other.
     Shares(Vec<(String, Vec<Share>)>),
     /// Clouds beside each other.
@@ -107,7 +107,7 @@ pub struct Chart {
     /// Smaller line below the title.
     pub subtitle: String,
     /// What is shown.
-    pub shown: Shown,
+    pub shown: ChartContent,
 }
 
 impl Chart {

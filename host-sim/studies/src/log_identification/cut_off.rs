@@ -19,7 +19,7 @@
 
 use super::butterworth::LowPass;
 use super::derivative::derivatives;
-use super::time_grid::Grid;
+use super::time_grid::TimeGrid;
 
 /// Largest share of the noise in the acceleration's power.
 const NOISE: f64 = 0.002;
@@ -48,7 +48,7 @@ pub struct CutOff {
 }
 
 /// Returns the power of the acceleration below a cut-off.
-fn power(grid: &Grid, hz: f64) -> f64 {
+fn power(grid: &TimeGrid, hz: f64) -> f64 {
     let low_pass = LowPass::new(hz * grid.step_s);
     // Samples at either end that depend on the mirror image.
     let edge = (1.0 / (hz * grid.step_s)).ceil() as usize;
@@ -69,7 +69,7 @@ pub fn highest(step_s: f64) -> f64 {
 }
 
 /// Chooses the cut-off, or evaluates the given one. `count` is one count of the position.
-pub fn choose(grid: &Grid, count: f64, given: Option<f64>) -> CutOff {
+pub fn choose(grid: &TimeGrid, count: f64, given: Option<f64>) -> CutOff {
     let top = highest(grid.step_s);
     let two_pi = std::f64::consts::TAU;
     let counted = count * count / 12.0 * 2.0 * grid.step_s * two_pi.powi(4) / 5.0;

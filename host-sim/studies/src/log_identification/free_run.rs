@@ -14,9 +14,9 @@
 //! Friction damps a velocity error, so the velocity is the fairer check of a long log. Both are
 //! reported.
 
-use super::model::Fitted;
-use super::moments::Filtered;
-use super::time_grid::Grid;
+use super::model::FittedModel;
+use super::moments::FilteredLog;
+use super::time_grid::TimeGrid;
 
 /// Least number of steps per sample.
 const STEPS: f64 = 4.0;
@@ -72,7 +72,12 @@ impl Sums {
 }
 
 /// Simulates the machine over the whole log; each stretch starts from the logged state.
-pub fn free_run(fitted: &Fitted, grid: &Grid, filtered: &Filtered, delay_s: f64) -> FreeRun {
+pub fn free_run(
+    fitted: &FittedModel,
+    grid: &TimeGrid,
+    filtered: &FilteredLog,
+    delay_s: f64,
+) -> FreeRun {
     let h = grid.step_s;
     let inertia = fitted.inertia();
     let [b, other] = fitted.viscous();
@@ -113,7 +118,7 @@ pub fn free_run(fitted: &Fitted, grid: &Grid, filtered: &Filtered, delay_s: f64)
 }
 
 /// Returns the velocity after a step.
-fn step(fitted: &Fitted, v: f64, effort: f64, h: f64, inertia: f64) -> f64 {
+fn step(fitted: &FittedModel, v: f64, effort: f64, h: f64, inertia: f64) -> f64 {
     let [forward, backward] = fitted.levels();
     let [b_forward, b_backward] = fitted.viscous();
     let stribeck = fitted.stribeck(v);

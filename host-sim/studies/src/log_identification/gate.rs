@@ -10,7 +10,7 @@
 //! more, if twice as many samples lie there as in the next fiftieth of its range, and if at most a
 //! fifth of all samples do. An effort that switches between two values is not saturated.
 
-use super::time_grid::Grid;
+use super::time_grid::TimeGrid;
 
 /// Creeping speed as a share of the fast speed; below it friction differs (Stribeck, bristles).
 pub const CREEPING: f64 = 0.05;
@@ -54,7 +54,7 @@ pub fn creeping(velocities: &[&[f64]], part: f64, count: f64, cut_off_hz: f64) -
 }
 
 /// Returns the ends of the effort's range that count as saturated.
-pub fn saturated(grid: &Grid) -> [Option<f64>; 2] {
+pub fn saturated(grid: &TimeGrid) -> [Option<f64>; 2] {
     let all = || grid.stretches.iter().flat_map(|one| one.effort.iter().copied());
     let low = all().fold(f64::INFINITY, f64::min);
     let high = all().fold(f64::NEG_INFINITY, f64::max);
@@ -84,7 +84,7 @@ pub struct Gate {
 }
 
 /// Selects the samples that are neither creeping nor saturated, nor mixed with such samples.
-pub fn gate(grid: &Grid, velocities: &[&[f64]], creeping: f64, cut_off_hz: f64) -> Gate {
+pub fn gate(grid: &TimeGrid, velocities: &[&[f64]], creeping: f64, cut_off_hz: f64) -> Gate {
     let period = 1.0 / (cut_off_hz * grid.step_s);
     let ends = saturated(grid);
     let is_saturated = |effort: f64| ends.contains(&Some(effort));

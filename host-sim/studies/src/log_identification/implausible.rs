@@ -1,11 +1,11 @@
 //! Plausibility checks: standstill, wrong units, wrong signs. A value outside the range of existing
 //! machines lowers the verdict ([`Implausible`]); a log that cannot be of a machine is refused.
 
-use super::model::{Fitted, Parameter};
-use super::reading::Log;
-use super::time_grid::Grid;
-use super::units::Scale;
-use super::{Read, samples};
+use super::model::{FittedModel, FittedParameter};
+use super::reading::MotionLog;
+use super::time_grid::TimeGrid;
+use super::units::LogUnits;
+use super::{LogStatistics, samples};
 use crate::error::rounded;
 
 /// Range of sample times of control loops and loggers, s.
@@ -56,7 +56,7 @@ impl Implausible {
 }
 
 /// Returns warnings about the rows of a log.
-pub fn reading(log: &Log) -> Vec<String> {
+pub fn reading(log: &MotionLog) -> Vec<String> {
     let mut warnings = Vec::new();
     if let Some(row) = log.first_missing {
         warnings.push(format!(
@@ -83,7 +83,7 @@ pub fn reading(log: &Log) -> Vec<String> {
 }
 
 /// Checks the time between samples.
-pub fn step(grid: &Grid) -> Option<Implausible> {
+pub fn step(grid: &TimeGrid) -> Option<Implausible> {
     Implausible::of(grid.step_s, SAMPLE_TIMES, || {
         format!(
             "the sample time is {} s, which is implausible; set the unit of the time column with \
@@ -94,7 +94,7 @@ pub fn step(grid: &Grid) -> Option<Implausible> {
 }
 
 /// Returns warnings about gaps, jumps and uneven times.
-pub fn times(grid: &Grid) -> Vec<String> {
+pub fn times(grid: &TimeGrid) -> Vec<String> {
     let mut warnings = Vec::new();
     if let Some(at) = grid.first_gap_s {
         let gaps = if grid.gaps == 1 { "1 gap".into() } else { format!("{} gaps", grid.gaps) };
@@ -122,7 +122,7 @@ pub fn times(grid: &Grid) -> Vec<String> {
 }
 
 /// Refuses a log with a constant position or a constant effort.
-pub fn still(grid: &Grid) -> Result<(), String> {
+pub fn still(grid: &TimeGrid) -> Result<(), String> {
     let range = |of: fn(&super::time_grid::Stretch) -> &Vec<f64>| {
         let all = grid.stretches.iter().flat_map(of);
         let [low, high] = all.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| {
@@ -144,7 +144,7 @@ pub fn still(grid: &Grid) -> Result<(), String> {
 }
 
 /// Checks the largest speed.
-pub fn scale(read: &Read, scale: &Scale) -> Option<Implausible> {
+pub fn scale(read: &LogStatistics, scale: &LogUnits) -> Option<Implausible> {
     let place = usize::from(!scale.is_linear);
     Implausible::of(read.top_speed, [SLOWEST[place], FASTEST[place]], || {
         format!(
@@ -157,7 +157,7 @@ pub fn scale(read: &Read, scale: &Scale) -> Option<Implausible> {
 }
 
 /// Returns a warning if the unit of the effort is assumed.
-pub fn effort(scale: &Scale) -> Option<String> {
+pub fn effort(scale: &LogUnits) -> Option<String> {
     scale.is_assumed().then(|| {
         "the unit of the effort is unknown and assumed to be 1 N: all masses and forces scale with \
          it; set it with --effort-gain"
@@ -167,7 +167,7 @@ pub fn effort(scale: &Scale) -> Option<String> {
 
 /// Checks travel, friction and inertia. The ratio of friction to weight does not depend on the unit
 /// of the effort.
-pub fn machine(fitted: &Fitted, read: &Read, scale: &Scale) -> Vec<Implausible> {
+pub fn machine(fitted: &FittedModel, read: &LogStatistics, scale: &LogUnits) -> Vec<Implausible> {
     let place = usize::from(!scale.is_linear);
     let travel = Implausible::of(read.travel, TRAVELS[place], || {
         format!(
@@ -204,7 +204,7 @@ pub fn machine(fitted: &Fitted, read: &Read, scale: &Scale) -> Vec<Implausible> 
 }
 
 /// Refuses an inertia that is not positive.
-pub fn signs(parameters: &[(&str, Parameter)], scale: &Scale) -> Result<(), String> {
+pub fn signs(parameters: &[(&str, FittedParameter)], scale: &LogUnits) -> Result<(), String> {
     let find = |name: &str| {
         parameters.iter().find(|(one, _)| *one == name).map_or(0.0, |(_, found)| found.value)
     };

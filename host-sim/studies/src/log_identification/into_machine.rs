@@ -15,13 +15,13 @@ use std::f64::consts::TAU;
 use toml::Value;
 use toml_edit::{DocumentMut, Item, TableLike};
 
-use super::Identified;
+use super::IdentifiedMachine;
 use super::effort_unit::EffortUnit;
-use super::model::{Fitted, Model};
+use super::model::{FittedModel, MachineModel};
 use crate::data_sheet::{DataSheet, Mapping, resting_torque};
 use crate::device::contradiction::Contradiction;
 use crate::device::found_load::MeasuredLoad;
-use crate::device::merged_sheet::{Measured, MergedSheet, TABLES, kept_words};
+use crate::device::merged_sheet::{MeasuredJoint, MergedSheet, TABLES, kept_words};
 use crate::device::spread::commented;
 use crate::document::Document;
 use crate::draft::spread::{LEAST, around, identified as said, of_inertia, part, rounded, table};
@@ -98,7 +98,7 @@ impl MachineOfLog {
 
     /// Compares the units of a log with the file. Returns the contradictions, one sentence each;
     /// `counts_per_turn` is that of a position in counts.
-    pub fn against(&self, found: &Identified, counts_per_turn: Option<f64>) -> Vec<String> {
+    pub fn against(&self, found: &IdentifiedMachine, counts_per_turn: Option<f64>) -> Vec<String> {
         let Self { document, sheet, mapping, unit, effort_gain, .. } = self;
         let file = &document.origin.name;
         let mut words = Vec::new();
@@ -146,7 +146,7 @@ impl MachineOfLog {
     ///
     /// # Errors
     /// Returns why they cannot be merged.
-    pub fn merge(&self, log: &str, found: &Identified) -> Result<IntoMachine, Error> {
+    pub fn merge(&self, log: &str, found: &IdentifiedMachine) -> Result<IntoMachine, Error> {
         let Self { document, sheet, mapping, unit, .. } = self;
         let file = &document.origin.name;
         let refuse = |why: String| Error::Input(format!("--machine {file}: {why}"));
@@ -199,14 +199,18 @@ impl MachineOfLog {
 }
 
 /// Returns the largest torque against which the joint of the log can rest, N m.
-fn breakaway(measured: &Measured) -> f64 {
+fn breakaway(measured: &MeasuredJoint) -> f64 {
     let gravity = measured.load.gravity.map_or(0.0, |[[sine, _], [cosine, _]]| sine.hypot(cosine));
     let friction = if measured.has_stick { measured.stick.0 } else { measured.slip.0 };
     resting_torque(friction, measured.load.offset[0], gravity)
 }
 
 /// Returns the measured joint; `None` if its friction is negative.
-fn measured(found: &Identified, sheet: &DataSheet, unit: EffortUnit) -> Option<Measured> {
+fn measured(
+    found: &IdentifiedMachine,
+    sheet: &DataSheet,
+    unit: EffortUnit,
+) -> Option<MeasuredJoint> {
     let fitted = &found.fitted;
     let bar = |name: &str| {
         let all = || found.parameters.iter();
@@ -243,8 +247,8 @@ fn measured(found: &Identified, sheet: &DataSheet, unit: EffortUnit) -> Option<M
     let positions = found.moments.iter().map(|at| at.position);
     let range = positions
         .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], at| [low.min(at), high.max(at)]);
-    let Model { has_gravity, stribeck: speed, .. } = fitted.model;
-    (slip > 0.0).then(|| Measured {
+    let MachineModel { has_gravity, stribeck: speed, .. } = fitted.model;
+    (slip > 0.0).then(|| MeasuredJoint {
         inertia: (inertia, around(inertia, of_inertia(inertia, bar("inertia")), of_inertia_)),
         viscous: (viscous, [viscous - off_viscous, viscous + off_viscous]),
         slip: (slip, slips),
@@ -263,7 +267,7 @@ fn measured(found: &Identified, sheet: &DataSheet, unit: EffortUnit) -> Option<M
 }
 
 /// Returns half of the difference between the levels of both ways.
-fn offset(fitted: &Fitted) -> f64 {
+fn offset(fitted: &FittedModel) -> f64 {
     let [forward, backward] = fitted.levels();
     0.5 * (forward - backward)
 }

@@ -17,7 +17,7 @@
 pub const MOST: usize = 8;
 
 /// Row of a regression; entries after its columns are 0.
-pub type Columns = [f64; MOST];
+pub type RegressionRow = [f64; MOST];
 
 /// Numbers of blocks M, and the ratio of Student's t with M - 1 degrees of freedom at 95 %
 /// (two-sided) to 1.96.
@@ -33,11 +33,11 @@ pub struct Fit {
     /// Number of columns.
     pub columns: usize,
     /// Coefficients b.
-    pub values: Columns,
+    pub values: RegressionRow,
     /// Covariance of the coefficients.
-    pub covariance: [Columns; MOST],
+    pub covariance: [RegressionRow; MOST],
     /// Ratio of each coefficient's uncertainty to that without the other columns.
-    pub inflation: Columns,
+    pub inflation: RegressionRow,
     /// Sum of the squares of the residuals.
     pub residual: f64,
     /// Sum of the squares of y.
@@ -51,7 +51,7 @@ impl Fit {
     /// Returns the column that is a sum of others (or 0).
     pub fn of<R>(columns: usize, rows: impl Fn() -> R) -> Result<Self, usize>
     where
-        R: Iterator<Item = (Columns, f64)>,
+        R: Iterator<Item = (RegressionRow, f64)>,
     {
         let columns = columns.min(MOST);
         let mut triangle = [[0.0; MOST + 1]; MOST + 1];
@@ -100,7 +100,7 @@ impl Fit {
     }
 
     /// Returns the prediction for a row.
-    pub fn predict(&self, row: &Columns) -> f64 {
+    pub fn predict(&self, row: &RegressionRow) -> f64 {
         row.iter().zip(&self.values).map(|(column, value)| column * value).sum()
     }
 
@@ -113,10 +113,10 @@ impl Fit {
     /// variance over the block numbers, with the correlations of the finest blocks.
     fn clustered(
         &self,
-        bread: &[Columns; MOST],
+        bread: &[RegressionRow; MOST],
         count: usize,
-        rows: impl Iterator<Item = (Columns, f64)>,
-    ) -> [Columns; MOST] {
+        rows: impl Iterator<Item = (RegressionRow, f64)>,
+    ) -> [RegressionRow; MOST] {
         let n = self.columns;
         let finest = BLOCKS[BLOCKS.len() - 1].0;
         let mut sums = vec![[0.0; MOST]; finest];
@@ -149,7 +149,7 @@ impl Fit {
             }
         }
         // Correlations stay, with the largest variances.
-        let scale: Columns = std::array::from_fn(|i| match covariance[i][i] {
+        let scale: RegressionRow = std::array::from_fn(|i| match covariance[i][i] {
             variance if variance > 0.0 => (widest[i] / variance).sqrt(),
             _ => 1.0,
         });
@@ -179,7 +179,7 @@ fn rotate(triangle: &mut [[f64; MOST + 1]; MOST + 1], mut line: [f64; MOST + 1],
 }
 
 /// Returns the inverse of the upper left part of a triangle.
-fn inverse(triangle: &[[f64; MOST + 1]; MOST + 1], n: usize) -> [Columns; MOST] {
+fn inverse(triangle: &[[f64; MOST + 1]; MOST + 1], n: usize) -> [RegressionRow; MOST] {
     let mut inverse = [[0.0; MOST]; MOST];
     for j in 0..n {
         inverse[j][j] = 1.0 / triangle[j][j];
@@ -192,12 +192,12 @@ fn inverse(triangle: &[[f64; MOST + 1]; MOST + 1], n: usize) -> [Columns; MOST] 
 }
 
 fn sandwich(
-    bread: &[Columns; MOST],
-    meat: &[Columns; MOST],
+    bread: &[RegressionRow; MOST],
+    meat: &[RegressionRow; MOST],
     n: usize,
     factor: f64,
-) -> [Columns; MOST] {
-    let product = |a: &[Columns; MOST], b: &[Columns; MOST]| {
+) -> [RegressionRow; MOST] {
+    let product = |a: &[RegressionRow; MOST], b: &[RegressionRow; MOST]| {
         let mut product = [[0.0; MOST]; MOST];
         for i in 0..n {
             for j in 0..n {

@@ -8,8 +8,8 @@ use std::f64::consts::TAU;
 
 use toml::Value;
 
-use super::Identified;
-use super::model::Fitted;
+use super::IdentifiedMachine;
+use super::model::FittedModel;
 use crate::data_sheet::resting_torque;
 use crate::draft::spread::{
     LEAST, around, identified as said, of_inertia, part, rounded as digits, table,
@@ -30,7 +30,11 @@ const SAMPLE_TIMES: [f64; 2] = [1e-4, 0.02];
 ///
 /// # Errors
 /// Returns why the joint cannot be written.
-pub fn machine_file(name: &str, log: &str, identified: &Identified) -> Result<String, Error> {
+pub fn machine_file(
+    name: &str,
+    log: &str,
+    identified: &IdentifiedMachine,
+) -> Result<String, Error> {
     let refuse = |why: &str| Error::Input(format!("--into {name}: {why}"));
     if identified.scale.is_linear {
         return Err(refuse(
@@ -167,7 +171,7 @@ struct Off {
 }
 
 /// Returns the error bars of the friction.
-fn off(fitted: &Fitted) -> Off {
+fn off(fitted: &FittedModel) -> Off {
     let deviation = |name: &str| fitted.get(name).map_or(0.0, |found| 2.0 * found.sd);
     let parameters = fitted.parameters();
     let load = parameters.iter().find(|(name, _)| *name == "offset");
@@ -184,7 +188,11 @@ fn off(fitted: &Fitted) -> Off {
 
 /// Returns the error bars as `[spread]`, from which `tune` draws its joints. A log of motion does
 /// not identify the stick friction; its range extends by a quarter.
-fn spread(fitted: &Fitted, [slip, stribeck, viscous, constant]: [f64; 4], off: &Off) -> String {
+fn spread(
+    fitted: &FittedModel,
+    [slip, stribeck, viscous, constant]: [f64; 4],
+    off: &Off,
+) -> String {
     let deviation = |name: &str| fitted.get(name).map_or(0.0, |found| 2.0 * found.sd);
     let [least_inertia, least_viscous, least_slip, least_stick] = LEAST;
     let inertia = fitted.inertia();
@@ -214,7 +222,7 @@ fn spread(fitted: &Fitted, [slip, stribeck, viscous, constant]: [f64; 4], off: &
 }
 
 /// Returns the lines of an encoder with the counts of the log, and the source of the number.
-fn lines(identified: &Identified) -> (u32, &'static str) {
+fn lines(identified: &IdentifiedMachine) -> (u32, &'static str) {
     let lines = TAU / (4.0 * identified.read.count);
     if lines.is_finite() && (1.0..=65536.0).contains(&lines.round()) {
         (lines.round() as u32, "the smallest change of the logged position")

@@ -14,7 +14,7 @@
 //! them are detected by their inertia: it varies with the cut-off by more than 3 % and more than
 //! two standard deviations.
 
-use super::model::{Fitted, Moment};
+use super::model::{FittedModel, RegressionSample};
 use super::regression;
 
 /// Number of blocks in time; every other one belongs to one half.
@@ -59,14 +59,18 @@ pub struct Misfit {
 
 /// A sample of the residual.
 struct Sample {
-    at: Moment,
+    at: RegressionSample,
     error: f64,
     is_even: bool,
 }
 
 /// Returns the causes that the residual shows, the largest first. `smooth` are rows at a cut-off
 /// lower by the factor [`SMOOTHER`].
-pub fn misfits(fitted: &Fitted, moments: &[Moment], smooth: &[Moment]) -> Vec<Misfit> {
+pub fn misfits(
+    fitted: &FittedModel,
+    moments: &[RegressionSample],
+    smooth: &[RegressionSample],
+) -> Vec<Misfit> {
     let samples = residuals(fitted, moments);
     let way = |sample: &Sample| sample.at.velocity.signum();
     let [low, high] = range(samples.iter().map(|sample| sample.at.position));
@@ -128,9 +132,9 @@ pub fn misfits(fitted: &Fitted, moments: &[Moment], smooth: &[Moment]) -> Vec<Mi
     misfits
 }
 
-fn residuals(fitted: &Fitted, moments: &[Moment]) -> Vec<Sample> {
+fn residuals(fitted: &FittedModel, moments: &[RegressionSample]) -> Vec<Sample> {
     let count = moments.len().max(1);
-    let with_error = |(i, at): (usize, &Moment)| Sample {
+    let with_error = |(i, at): (usize, &RegressionSample)| Sample {
         at: *at,
         error: at.effort - fitted.fit.predict(&fitted.model.columns(at)),
         is_even: (i * BLOCKS / count).is_multiple_of(2),
@@ -168,7 +172,7 @@ fn by_cell(
 /// Detects two bodies with a spring between them. A rigid machine has the same inertia at every
 /// cut-off. Two bodies show their whole inertia below their resonance, and that of the driven body
 /// above it.
-fn flexibility(fitted: &Fitted, smooth: &[Moment]) -> Option<Misfit> {
+fn flexibility(fitted: &FittedModel, smooth: &[RegressionSample]) -> Option<Misfit> {
     let below = regression::fit(fitted.model, smooth).ok()?;
     let [here, there] = [fitted.get("inertia")?, below.get("inertia")?];
     let drift = there.value / here.value - 1.0;
@@ -177,7 +181,7 @@ fn flexibility(fitted: &Fitted, smooth: &[Moment]) -> Option<Misfit> {
         return None;
     }
     // Residual power that a model leaves at the lower cut-off.
-    let left = |fitted: &Fitted| -> f64 {
+    let left = |fitted: &FittedModel| -> f64 {
         residuals(fitted, smooth).iter().map(|sample| sample.error.powi(2)).sum()
     };
     let share = 1.0 - left(&below) / left(fitted);

@@ -44,22 +44,22 @@ use cut_off::CutOff;
 use free_run::FreeRun;
 use implausible::Implausible;
 use misfit::Misfit;
-use model::{Fitted, Moment, Parameter};
-use moments::Filtered;
+use model::{FittedModel, FittedParameter, RegressionSample};
+use moments::FilteredLog;
 use proposal::Proposal;
-use reading::Log;
-use time_grid::Grid;
-use units::Scale;
-use verdict::{Against, Verdict};
+use reading::MotionLog;
+use time_grid::TimeGrid;
+use units::LogUnits;
+use verdict::{FitVerdict, Objections};
 
 /// Ratio of the cut-off to the lower one for comparing coefficients.
 const LOWER: f64 = 1.5;
 
 /// Settings for the identification from a log.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Request {
+pub struct FitSettings {
     /// Units of the log.
-    pub scale: Scale,
+    pub scale: LogUnits,
     /// Whether friction differs between the directions; `None`: chosen from the log.
     pub is_asymmetric: Option<bool>,
     /// Whether the model has a Stribeck term.
@@ -74,13 +74,13 @@ pub struct Request {
 
 /// A machine identified from a log.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Identified {
+pub struct IdentifiedMachine {
     /// Units of the log.
-    pub scale: Scale,
+    pub scale: LogUnits,
     /// Model with its coefficients.
-    pub fitted: Fitted,
+    pub fitted: FittedModel,
     /// Reported parameters.
-    pub parameters: Vec<(&'static str, Parameter)>,
+    pub parameters: Vec<(&'static str, FittedParameter)>,
     /// Relative residual of both models without further terms, %.
     pub compared: Vec<(&'static str, f64)>,
     /// Cut-off of the low-pass.
@@ -94,18 +94,18 @@ pub struct Identified {
     /// Terms that would lower the residual.
     pub proposals: Vec<Proposal>,
     /// Verdict on the fit.
-    pub verdict: Verdict,
+    pub verdict: FitVerdict,
     /// Warnings to read before the numbers are used.
     pub warnings: Vec<String>,
     /// Rows of the regression.
-    pub moments: Vec<Moment>,
+    pub moments: Vec<RegressionSample>,
     /// Statistics of the log.
-    pub read: Read,
+    pub read: LogStatistics,
 }
 
 /// Statistics of a log.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
-pub struct Read {
+pub struct LogStatistics {
     /// Number of rows with three numbers.
     pub rows: u64,
     /// Number of rows that lack a number.
@@ -140,13 +140,13 @@ pub struct Read {
 ///
 /// # Errors
 /// Returns a sentence: why the log does not identify its machine, and what to do.
-pub fn identify(mut log: Log, request: &Request) -> Result<Identified, String> {
+pub fn identify(mut log: MotionLog, request: &FitSettings) -> Result<IdentifiedMachine, String> {
     let mut warnings = implausible::reading(&log);
     request.scale.apply(&mut log);
     let count = if log.smallest_change.is_finite() { log.smallest_change } else { 0.0 };
     let (rows, missing_rows, long_rows) = (log.rows, log.missing, log.long);
     let folded = log.folded;
-    let grid = Grid::of(&log, log.time_digit)?;
+    let grid = TimeGrid::of(&log, log.time_digit)?;
     drop(log);
     let mut implausible: Vec<Implausible> = implausible::step(&grid).into_iter().collect();
     warnings.extend(implausible.iter().map(|value| value.words.clone()));
@@ -163,13 +163,14 @@ pub fn identify(mut log: Log, request: &Request) -> Result<Identified, String> {
     // The mean of several rows has a finer resolution.
     let cut_off = cut_off::choose(&grid, count / folded as f64, request.cut_off_hz);
     let slow = if request.has_stribeck { gate::CREEPING_WITH_STRIBECK } else { gate::CREEPING };
-    let filtered = Filtered::of(&grid, [slow, count, cut_off.hz]);
+    let filtered = FilteredLog::of(&grid, [slow, count, cut_off.hz]);
     let (fitted, compared, effort_delay_s, moments) =
         regression::regress(&filtered, request, grid.step_s)?;
     let mut parameters = fitted.parameters();
     // One after the other, since each is as large as the log.
-    let below =
-        |part: f64| Filtered::of(&grid, [slow, count, cut_off.hz / part]).moments(effort_delay_s);
+    let below = |part: f64| {
+        FilteredLog::of(&grid, [slow, count, cut_off.hz / part]).moments(effort_delay_s)
+    };
     widen(&mut parameters, &fitted, &below(LOWER));
     if let Some((_, inertia)) = parameters.first_mut() {
         inertia.sd = inertia.sd.hypot(0.5 * cut_off.noise.min(1.0) * inertia.value);
@@ -179,7 +180,7 @@ pub fn identify(mut log: Log, request: &Request) -> Result<Identified, String> {
     let independent = (filtered.independent(moments.len()), filtered.creeping);
     let proposals = proposal::proposals(&fitted, &moments, independent, request.scale.is_linear);
     let misfits = misfit::misfits(&fitted, &moments, &below(misfit::SMOOTHER));
-    let read = Read {
+    let read = LogStatistics {
         rows,
         missing_rows,
         long_rows,
@@ -201,9 +202,10 @@ pub fn identify(mut log: Log, request: &Request) -> Result<Identified, String> {
     warnings.extend(more.iter().map(|value| value.words.clone()));
     implausible.extend(more);
     warnings.extend(implausible::effort(&request.scale));
-    let against = Against { implausible: &implausible, misfits: &misfits, proposals: &proposals };
+    let against =
+        Objections { implausible: &implausible, misfits: &misfits, proposals: &proposals };
     let verdict = verdict::of(&fitted, &parameters, &free_run, against, &cut_off, &read);
-    Ok(Identified {
+    Ok(IdentifiedMachine {
         scale: request.scale,
         fitted,
         parameters,
@@ -221,20 +223,24 @@ pub fn identify(mut log: Log, request: &Request) -> Result<Identified, String> {
 }
 
 /// Adds half of a coefficient's change with a lower cut-off to its standard deviation.
-fn widen(parameters: &mut [(&'static str, Parameter)], fitted: &Fitted, lower: &[Moment]) {
+fn widen(
+    parameters: &mut [(&'static str, FittedParameter)],
+    fitted: &FittedModel,
+    lower: &[RegressionSample],
+) {
     let Ok(other) = regression::fit(fitted.model, lower) else { return };
     for ((_, one), (_, other)) in parameters.iter_mut().zip(other.parameters()) {
         one.sd = one.sd.hypot(0.5 * (one.value - other.value));
     }
 }
 
-fn samples(grid: &Grid) -> usize {
+fn samples(grid: &TimeGrid) -> usize {
     grid.stretches.iter().map(|one| one.position.len()).sum()
 }
 
 /// Returns the travel of the stretch that moves farthest. A counter that overflows separates
 /// stretches.
-fn travel(grid: &Grid) -> f64 {
+fn travel(grid: &TimeGrid) -> f64 {
     let of = |positions: &Vec<f64>| {
         let low = positions.iter().copied().fold(f64::INFINITY, f64::min);
         let high = positions.iter().copied().fold(f64::NEG_INFINITY, f64::max);
@@ -243,7 +249,7 @@ fn travel(grid: &Grid) -> f64 {
     grid.stretches.iter().map(|one| of(&one.position)).fold(0.0, f64::max)
 }
 
-fn share_used(filtered: &Filtered) -> f64 {
+fn share_used(filtered: &FilteredLog) -> f64 {
     let all = filtered.gate.used.iter().flatten();
     let used = all.clone().filter(|used| **used).count();
     used as f64 / all.count().max(1) as f64

@@ -13,11 +13,11 @@
 //! effort; a, v and q in SI. In motion, a constant load cannot be distinguished from friction that
 //! differs between the directions: F+ and F- include both, and `offset` is (F+ - F-)/2.
 
-use super::least_squares::{Columns, Fit, MOST};
+use super::least_squares::{Fit, MOST, RegressionRow};
 
 /// Filtered signals at one time, in SI; a row of the regression.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Moment {
+pub struct RegressionSample {
     /// Time, s.
     pub time_s: f64,
     /// Position.
@@ -36,7 +36,7 @@ pub struct Moment {
 
 /// Terms of a model.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Model {
+pub struct MachineModel {
     /// Whether friction differs between the directions.
     pub is_asymmetric: bool,
     /// Stribeck velocity v_s, if the model has the term.
@@ -47,7 +47,7 @@ pub struct Model {
 
 /// Value of a parameter, with its standard deviation.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
-pub struct Parameter {
+pub struct FittedParameter {
     /// Value.
     pub value: f64,
     /// Standard deviation.
@@ -56,14 +56,14 @@ pub struct Parameter {
 
 /// A fitted model.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Fitted {
+pub struct FittedModel {
     /// Terms.
-    pub model: Model,
+    pub model: MachineModel,
     /// Coefficients.
     pub fit: Fit,
 }
 
-impl Model {
+impl MachineModel {
     /// Returns "symmetric" or "asymmetric".
     pub const fn name(&self) -> &'static str {
         if self.is_asymmetric { "asymmetric" } else { "symmetric" }
@@ -87,7 +87,7 @@ impl Model {
     }
 
     /// Returns the columns of the regression at one time.
-    pub fn columns(&self, at: &Moment) -> Columns {
+    pub fn columns(&self, at: &RegressionSample) -> RegressionRow {
         let mut columns = [0.0; MOST];
         let mut place = 0;
         let mut push = |value: f64| {
@@ -118,17 +118,17 @@ impl Model {
     }
 }
 
-impl Fitted {
+impl FittedModel {
     /// Returns the ratio of residual to effort, both as root mean squares, %.
     pub fn relative_residual_percent(&self) -> f64 {
         100.0 * (self.fit.residual / self.fit.total).sqrt()
     }
 
     /// Returns a coefficient by its name.
-    pub fn get(&self, name: &str) -> Option<Parameter> {
+    pub fn get(&self, name: &str) -> Option<FittedParameter> {
         let place = self.model.coefficients().iter().position(|one| *one == name)?;
         let sd = self.fit.deviation(place);
-        self.fit.values.get(place).map(|value| Parameter { value: *value, sd })
+        self.fit.values.get(place).map(|value| FittedParameter { value: *value, sd })
     }
 
     fn value(&self, name: &str) -> f64 {
@@ -136,7 +136,7 @@ impl Fitted {
     }
 
     /// Returns the reported parameters, with their names.
-    pub fn parameters(&self) -> Vec<(&'static str, Parameter)> {
+    pub fn parameters(&self) -> Vec<(&'static str, FittedParameter)> {
         let names = self.model.coefficients();
         let mut all: Vec<_> =
             names.iter().filter_map(|name| Some((*name, self.get(name)?))).collect();
@@ -144,7 +144,7 @@ impl Fitted {
             let c = &self.fit.covariance;
             let variance = 0.25 * (c[3][3] + c[4][4] - 2.0 * c[3][4]);
             let value = 0.5 * (self.fit.values[3] - self.fit.values[4]);
-            all.insert(5, ("offset", Parameter { value, sd: variance.max(0.0).sqrt() }));
+            all.insert(5, ("offset", FittedParameter { value, sd: variance.max(0.0).sqrt() }));
         }
         all
     }
@@ -186,14 +186,14 @@ impl Fitted {
     }
 
     /// Returns the Coulomb friction, mean of both ways, with the deviation of the fit.
-    pub fn coulomb(&self) -> Parameter {
+    pub fn coulomb(&self) -> FittedParameter {
         if !self.model.is_asymmetric {
             return self.get("coulomb").unwrap_or_default();
         }
         let c = &self.fit.covariance;
         let variance = 0.25 * (c[3][3] + c[4][4] + 2.0 * c[3][4]);
         let [forward, backward] = self.levels();
-        Parameter { value: 0.5 * (forward + backward), sd: variance.max(0.0).sqrt() }
+        FittedParameter { value: 0.5 * (forward + backward), sd: variance.max(0.0).sqrt() }
     }
 
     /// Returns the Stribeck term at a speed, which adds to the level of either way.

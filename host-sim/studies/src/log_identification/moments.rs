@@ -3,8 +3,8 @@
 use super::butterworth::LowPass;
 use super::derivative::derivatives;
 use super::gate::{self, Gate};
-use super::model::Moment;
-use super::time_grid::Grid;
+use super::model::RegressionSample;
+use super::time_grid::TimeGrid;
 
 /// Rows per period of the cut-off; more rows add no information.
 const ROWS_A_PERIOD: f64 = 10.0;
@@ -14,7 +14,7 @@ const MOST_ROWS: usize = 200_000;
 
 /// A filtered stretch.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Smooth {
+pub struct FilteredStretch {
     /// Position.
     pub position: Vec<f64>,
     /// Velocity.
@@ -29,32 +29,32 @@ pub struct Smooth {
 
 /// A filtered log.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Filtered {
+pub struct FilteredLog {
     /// Cut-off, Hz.
     pub cut_off_hz: f64,
     /// Speed below which the machine creeps.
     pub creeping: f64,
     /// Stretches of the grid.
-    pub stretches: Vec<Smooth>,
+    pub stretches: Vec<FilteredStretch>,
     /// Samples that the regression uses.
     pub gate: Gate,
     step_s: f64,
     begins_s: Vec<f64>,
 }
 
-impl Filtered {
+impl FilteredLog {
     /// Filters a log; `slow` is the creeping speed as a share of the fast speed.
-    pub fn of(grid: &Grid, [slow, count, cut_off_hz]: [f64; 3]) -> Self {
+    pub fn of(grid: &TimeGrid, [slow, count, cut_off_hz]: [f64; 3]) -> Self {
         let h = grid.step_s;
         let low_pass = LowPass::new(cut_off_hz * h);
-        let mut stretches: Vec<Smooth> = grid
+        let mut stretches: Vec<FilteredStretch> = grid
             .stretches
             .iter()
             .map(|stretch| {
                 let position = low_pass.apply(&stretch.position);
                 let [velocity, acceleration] = derivatives(&position, h);
                 let effort = low_pass.apply(&stretch.effort);
-                Smooth { position, velocity, acceleration, direction: Vec::new(), effort }
+                FilteredStretch { position, velocity, acceleration, direction: Vec::new(), effort }
             })
             .collect();
         let velocities: Vec<&[f64]> = stretches.iter().map(|one| &one.velocity[..]).collect();
@@ -82,7 +82,7 @@ impl Filtered {
     }
 
     /// Returns the rows of the regression for an effort that acts `delay_s` later than in the log.
-    pub fn moments(&self, delay_s: f64) -> Vec<Moment> {
+    pub fn moments(&self, delay_s: f64) -> Vec<RegressionSample> {
         let stride = self.stride();
         let mut moments = Vec::new();
         for ((smooth, used), begin) in
@@ -95,7 +95,7 @@ impl Filtered {
                 if !used || i % stride != 0 {
                     continue;
                 }
-                moments.push(Moment {
+                moments.push(RegressionSample {
                     time_s: begin + self.step_s * i as f64,
                     position,
                     velocity,

@@ -2,7 +2,7 @@
 
 use serde_json::{Map, Value, json};
 
-use super::Identified;
+use super::IdentifiedMachine;
 use crate::error::rounded;
 use crate::output::table;
 
@@ -10,7 +10,7 @@ use crate::output::table;
 const SCHEMA: u32 = 1;
 
 /// Returns the JSON object for scripts.
-pub fn object(log: &str, identified: &Identified) -> Value {
+pub fn object(log: &str, identified: &IdentifiedMachine) -> Value {
     let mut parameters = Map::new();
     let mut units = Map::new();
     for (name, parameter) in &identified.parameters {
@@ -52,7 +52,7 @@ pub fn object(log: &str, identified: &Identified) -> Value {
 }
 
 /// Returns the table of the parameters, with the verdict.
-pub fn text(identified: &Identified) -> String {
+pub fn text(identified: &IdentifiedMachine) -> String {
     let mut rows = table::new(&["parameter", "value", "+-", "%", "unit"]);
     for (name, parameter) in &identified.parameters {
         let percent = 100.0 * parameter.sd / parameter.value.abs();

@@ -18,7 +18,7 @@
 //! Limits: each term is tried alone, on the rows of the fit. `--stribeck` uses slower rows as well,
 //! so the residual of that command differs.
 
-use super::model::{Fitted, Model, Moment};
+use super::model::{FittedModel, MachineModel, RegressionSample};
 use super::regression;
 use crate::error::rounded;
 
@@ -72,14 +72,14 @@ fn two_digits(percent: f64) -> String {
 /// Returns the terms that would pay, the best first; `independent` is the number of independent
 /// rows. On a linear machine gravity does not depend on the position.
 pub fn proposals(
-    fitted: &Fitted,
-    moments: &[Moment],
+    fitted: &FittedModel,
+    moments: &[RegressionSample],
     (independent, creeping): (f64, f64),
     is_linear: bool,
 ) -> Vec<Proposal> {
     let model = fitted.model;
     let mut all = Vec::new();
-    let mut consider = |term, option, more: f64, with: Option<Fitted>| {
+    let mut consider = |term, option, more: f64, with: Option<FittedModel>| {
         all.extend(with.filter(|with| pays(fitted, with, more, independent)).map(|with| {
             Proposal {
                 term,
@@ -89,13 +89,13 @@ pub fn proposals(
             }
         }));
     };
-    let fit = |model: Model| regression::fit(model, moments).ok();
+    let fit = |model: MachineModel| regression::fit(model, moments).ok();
     if !model.has_gravity && !is_linear {
-        consider("gravity", "--gravity", 2.0, fit(Model { has_gravity: true, ..model }));
+        consider("gravity", "--gravity", 2.0, fit(MachineModel { has_gravity: true, ..model }));
     }
     if model.stribeck.is_none() {
         let stride = moments.len().div_ceil(SEARCHED).max(1);
-        let few: Vec<Moment> = moments.iter().step_by(stride).copied().collect();
+        let few: Vec<RegressionSample> = moments.iter().step_by(stride).copied().collect();
         let found = regression::stribeck(model, &few, creeping).ok();
         let with = found
             .and_then(|found| fit(found.model))
@@ -103,7 +103,7 @@ pub fn proposals(
         consider("stribeck", "--stribeck", 2.0, with);
     }
     if !model.is_asymmetric {
-        let with = fit(Model { is_asymmetric: true, ..model });
+        let with = fit(MachineModel { is_asymmetric: true, ..model });
         consider("asymmetric", "--model asymmetric", 1.0, with);
     }
     all.sort_by(|a, b| a.residual_with.total_cmp(&b.residual_with));
@@ -111,9 +111,9 @@ pub fn proposals(
 }
 
 /// Returns whether a fit with `more` coefficients pays.
-fn pays(before: &Fitted, with: &Fitted, more: f64, rows: f64) -> bool {
+fn pays(before: &FittedModel, with: &FittedModel, more: f64, rows: f64) -> bool {
     let drop = rows * (before.fit.residual / with.fit.residual).ln() - more * rows.ln();
-    let [one, other] = [before, with].map(Fitted::relative_residual_percent);
+    let [one, other] = [before, with].map(FittedModel::relative_residual_percent);
     let explained = (one * one - other * other).max(0.0).sqrt();
     drop > DROP && other <= LEFT * one && explained >= LEAST_PERCENT
 }

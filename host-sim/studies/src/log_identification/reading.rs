@@ -28,7 +28,7 @@ const MISSING: [&str; 8] = ["", "nan", "null", "na", "n/a", "none", "-", "inf"];
 
 /// Columns to read: names in the header, or numbers from 1 in a file without one.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Columns {
+pub struct LogColumns {
     /// Time.
     pub time: String,
     /// Position.
@@ -39,7 +39,7 @@ pub struct Columns {
 
 /// A log of time, position and effort, in the units of its file.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Log {
+pub struct MotionLog {
     /// Time of each sample; it never falls.
     pub time: Vec<f64>,
     /// Position of each sample.
@@ -72,7 +72,7 @@ pub struct Log {
 ///
 /// # Errors
 /// Returns an error with the file, the column or row, the value found and the allowed values.
-pub fn read(path: &Path, columns: &Columns) -> Result<Log, Error> {
+pub fn read(path: &Path, columns: &LogColumns) -> Result<MotionLog, Error> {
     let name = path.display().to_string();
     let file = File::open(path).map_err(|source| Error::File {
         action: "read",
@@ -86,7 +86,7 @@ pub fn read(path: &Path, columns: &Columns) -> Result<Log, Error> {
 ///
 /// # Errors
 /// As [`read`].
-pub fn read_from(name: &str, text: impl Read, columns: &Columns) -> Result<Log, Error> {
+pub fn read_from(name: &str, text: impl Read, columns: &LogColumns) -> Result<MotionLog, Error> {
     let refuse = |why: String| Error::Input(format!("{name}: {why}"));
     let failed = |source| Error::File { action: "read", path: name.into(), source };
     let text = encoding::decoded(text).map_err(failed)?;
@@ -196,7 +196,11 @@ fn word(cell: &[u8]) -> String {
 }
 
 /// Returns the places of the three columns.
-fn places_of(columns: &Columns, header: &[String], has_names: bool) -> Result<[usize; 3], String> {
+fn places_of(
+    columns: &LogColumns,
+    header: &[String],
+    has_names: bool,
+) -> Result<[usize; 3], String> {
     let place = |option: &str, column: &str| {
         if !has_names {
             let number = column.parse::<usize>().ok();
@@ -241,7 +245,7 @@ fn positions(header: &[String], is: impl Fn(&str) -> bool) -> Vec<usize> {
 
 /// Samples read so far.
 struct Samples {
-    log: Log,
+    log: MotionLog,
     delimiter: u8,
     /// Number of cells in the first row.
     width: usize,
@@ -255,8 +259,12 @@ struct Samples {
 
 impl Samples {
     fn new(delimiter: u8) -> Self {
-        let log =
-            Log { folded: 1, time_digit: 1.0, smallest_change: f64::INFINITY, ..Log::default() };
+        let log = MotionLog {
+            folded: 1,
+            time_digit: 1.0,
+            smallest_change: f64::INFINITY,
+            ..MotionLog::default()
+        };
         Self { log, delimiter, width: 0, parted: 0, sums: [0.0; 3], summed: 0, former: None }
     }
 
@@ -279,7 +287,7 @@ impl Samples {
         record: &ByteRecord,
         row: u64,
         places: [usize; 3],
-        columns: &Columns,
+        columns: &LogColumns,
     ) -> Result<(), String> {
         if self.is_long(record, row)? {
             return Ok(());
@@ -373,7 +381,7 @@ impl Samples {
         Ok(true)
     }
 
-    fn finish(self) -> Result<Log, String> {
+    fn finish(self) -> Result<MotionLog, String> {
         let log = self.log;
         if let Some((first, cells)) = log.first_long.filter(|_| 10 * log.long > log.rows) {
             return Err(format!(
@@ -423,7 +431,7 @@ fn row_of_decimals(record: &ByteRecord, width: usize) -> bool {
 }
 
 /// Replaces pairs of neighbours by their mean.
-fn fold(log: &mut Log) {
+fn fold(log: &mut MotionLog) {
     for series in [&mut log.time, &mut log.position, &mut log.effort] {
         for place in 0..series.len() / 2 {
             series[place] = 0.5 * (series[2 * place] + series[2 * place + 1]);

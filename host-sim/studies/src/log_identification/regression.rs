@@ -9,10 +9,10 @@
 //! it is fitted through the best of -2 to 3 samples and its neighbours. The delay is used only if
 //! it removes 2 % of the residual's power; otherwise it is 0.
 
-use super::Request;
+use super::FitSettings;
 use super::least_squares::Fit;
-use super::model::{Fitted, Model, Moment};
-use super::moments::Filtered;
+use super::model::{FittedModel, MachineModel, RegressionSample};
+use super::moments::FilteredLog;
 
 /// Least number of rows.
 const FEWEST: usize = 60;
@@ -35,11 +35,11 @@ const GOLDEN: f64 = 0.618_033_988_749_895;
 ///
 /// # Errors
 /// Returns an error that names the term the log cannot separate from the others.
-pub fn fit(model: Model, moments: &[Moment]) -> Result<Fitted, String> {
+pub fn fit(model: MachineModel, moments: &[RegressionSample]) -> Result<FittedModel, String> {
     let names = model.coefficients();
     let rows = || moments.iter().map(move |at| (model.columns(at), at.effort));
     match Fit::of(names.len(), rows) {
-        Ok(fit) => Ok(Fitted { model, fit }),
+        Ok(fit) => Ok(FittedModel { model, fit }),
         Err(column) => Err(format!(
             "`{}` cannot be separated from the other parameters: the motion has too little \
              variety; log several speeds and accelerations, both ways",
@@ -48,17 +48,22 @@ pub fn fit(model: Model, moments: &[Moment]) -> Result<Fitted, String> {
     }
 }
 
-type Regressed = (Fitted, Vec<(&'static str, f64)>, f64, Vec<Moment>);
+type Regressed = (FittedModel, Vec<(&'static str, f64)>, f64, Vec<RegressionSample>);
 
 /// Chooses delay and model, and fits the model. Returns the fit, the relative residuals of both
 /// models, the delay (s), and the rows.
 ///
 /// # Errors
 /// Returns a sentence: what the log lacks, and what to do.
-pub fn regress(filtered: &Filtered, request: &Request, step_s: f64) -> Result<Regressed, String> {
+pub fn regress(
+    filtered: &FilteredLog,
+    request: &FitSettings,
+    step_s: f64,
+) -> Result<Regressed, String> {
     enough(&filtered.moments(0.0))?;
-    let terms = Model { is_asymmetric: false, stribeck: None, has_gravity: request.has_gravity };
-    let wide = Model { is_asymmetric: true, ..terms };
+    let terms =
+        MachineModel { is_asymmetric: false, stribeck: None, has_gravity: request.has_gravity };
+    let wide = MachineModel { is_asymmetric: true, ..terms };
     let delay_s = match request.effort_delay_s {
         Some(delay_s) => delay_s,
         None => delay(filtered, wide, step_s)?,
@@ -77,7 +82,7 @@ pub fn regress(filtered: &Filtered, request: &Request, step_s: f64) -> Result<Re
 }
 
 /// Checks that there are enough rows in both directions.
-fn enough(moments: &[Moment]) -> Result<(), String> {
+fn enough(moments: &[RegressionSample]) -> Result<(), String> {
     if moments.len() < FEWEST {
         return Err(format!(
             "only {} samples are usable (steady motion), at least {FEWEST} are needed: log some \
@@ -98,7 +103,7 @@ fn enough(moments: &[Moment]) -> Result<(), String> {
     Ok(())
 }
 
-fn delay(filtered: &Filtered, model: Model, step_s: f64) -> Result<f64, String> {
+fn delay(filtered: &FilteredLog, model: MachineModel, step_s: f64) -> Result<f64, String> {
     let mut residuals = [0.0; DELAYS.len()];
     for (residual, samples) in residuals.iter_mut().zip(DELAYS) {
         *residual = fit(model, &filtered.moments(samples * step_s))?.fit.residual;
@@ -119,13 +124,17 @@ fn delay(filtered: &Filtered, model: Model, step_s: f64) -> Result<f64, String> 
 ///
 /// # Errors
 /// As [`fit`].
-pub fn stribeck(model: Model, moments: &[Moment], creeping: f64) -> Result<Fitted, String> {
+pub fn stribeck(
+    model: MachineModel,
+    moments: &[RegressionSample],
+    creeping: f64,
+) -> Result<FittedModel, String> {
     let mut speeds: Vec<f64> = moments.iter().map(|at| at.velocity.abs()).collect();
     speeds.sort_by(f64::total_cmp);
     let Some(fast) = speeds.get(speeds.len() * 95 / 100).copied() else {
         return fit(model, moments);
     };
-    let at = |velocity: f64| fit(Model { stribeck: Some(velocity), ..model }, moments);
+    let at = |velocity: f64| fit(MachineModel { stribeck: Some(velocity), ..model }, moments);
     let residual = |velocity: f64| at(velocity).map_or(f64::INFINITY, |one| one.fit.residual);
     let slow = speeds[speeds.len() * 2 / 100].max(creeping);
     let (low, high) = (slow.ln(), (0.5 * fast).max(2.0 * slow).ln());

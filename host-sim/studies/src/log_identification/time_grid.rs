@@ -13,7 +13,7 @@
 //! differentiated twice is noise. Limits: time stamps that jitter while the samples do not, such as
 //! those of a computer that reads a bus, are taken as they are.
 
-use super::reading::Log;
+use super::reading::MotionLog;
 
 /// Least time step of a gap, in ordinary steps.
 const GAP: f64 = 4.5;
@@ -44,7 +44,7 @@ pub struct Stretch {
 
 /// A log in even steps.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Grid {
+pub struct TimeGrid {
     /// Time between samples, s.
     pub step_s: f64,
     /// Parts between gaps and jumps.
@@ -59,12 +59,12 @@ pub struct Grid {
     pub is_interpolated: bool,
 }
 
-impl Grid {
+impl TimeGrid {
     /// Creates the grid of a log with columns in SI units.
     ///
     /// # Errors
     /// Returns a sentence about the error in the times.
-    pub fn of(log: &Log, time_digit_s: f64) -> Result<Self, String> {
+    pub fn of(log: &MotionLog, time_digit_s: f64) -> Result<Self, String> {
         let mut steps: Vec<f64> = log.time.windows(2).map(|pair| pair[1] - pair[0]).collect();
         let middle = steps.len() / 2;
         let median = *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
@@ -157,7 +157,7 @@ fn is_even(time: &[f64], step: f64, digit: f64) -> bool {
     time.iter().enumerate().all(|(i, at)| (at - line(i)).abs() <= allowed)
 }
 
-fn stretch(log: &Log, [from, to]: [usize; 2], step: f64, is_even: bool) -> Stretch {
+fn stretch(log: &MotionLog, [from, to]: [usize; 2], step: f64, is_even: bool) -> Stretch {
     let [time, position, effort] =
         [&log.time, &log.position, &log.effort].map(|series| &series[from..to]);
     let begin_s = time.first().copied().unwrap_or(0.0);

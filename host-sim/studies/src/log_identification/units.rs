@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use super::reading::Log;
+use super::reading::MotionLog;
 
 /// Largest start time that is kept, s. A later one is from an absolute clock and is shifted to 0.
 const LONG_AGO_S: f64 = 1e6;
@@ -79,7 +79,7 @@ pub fn unit_of_name(column: &str) -> Option<String> {
 
 /// Units of a log: conversion of its columns to SI.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Scale {
+pub struct LogUnits {
     /// Unit of time, s.
     pub time_s: f64,
     /// Unit of position, m or rad.
@@ -90,7 +90,7 @@ pub struct Scale {
     pub effort: Option<f64>,
 }
 
-impl Scale {
+impl LogUnits {
     /// Creates the units; `counts_per_turn` is used for [`PositionUnit::Count`].
     pub fn new(time_s: f64, unit: PositionUnit, counts_per_turn: f64, effort: Option<f64>) -> Self {
         let (position, is_linear) = match unit {
@@ -104,7 +104,7 @@ impl Scale {
     }
 
     /// Converts a log to SI; an effort of unknown unit stays as it is.
-    pub fn apply(&self, log: &mut Log) {
+    pub fn apply(&self, log: &mut MotionLog) {
         let effort = self.effort.unwrap_or(1.0);
         for (series, factor) in [
             (&mut log.time, self.time_s),

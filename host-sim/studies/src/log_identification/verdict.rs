@@ -1,11 +1,11 @@
 //! Verdict on an identification from a log.
 
-use super::Read;
+use super::LogStatistics;
 use super::cut_off::CutOff;
 use super::free_run::FreeRun;
 use super::implausible::Implausible;
 use super::misfit::Misfit;
-use super::model::{Fitted, Parameter};
+use super::model::{FittedModel, FittedParameter};
 use super::proposal::Proposal;
 use crate::error::rounded;
 
@@ -33,7 +33,7 @@ const NOISY: f64 = 0.02;
 /// Quality of a fit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Quality {
+pub enum FitQuality {
     /// No objections.
     Good,
     /// Usable with care.
@@ -42,7 +42,7 @@ pub enum Quality {
     Poor,
 }
 
-impl Quality {
+impl FitQuality {
     /// Returns the word for the verdict.
     pub const fn word(self) -> &'static str {
         match self {
@@ -55,9 +55,9 @@ impl Quality {
 
 /// Verdict on a fit, with reasons.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
-pub struct Verdict {
+pub struct FitVerdict {
     /// Quality of the fit.
-    pub quality: Quality,
+    pub quality: FitQuality,
     /// Reasons, one sentence each.
     pub words: Vec<String>,
     /// Reasons against the fit.
@@ -66,7 +66,7 @@ pub struct Verdict {
 
 /// Objections to a fit.
 #[derive(Clone, Copy, Debug)]
-pub struct Against<'a> {
+pub struct Objections<'a> {
     /// Values outside the range of existing machines.
     pub implausible: &'a [Implausible],
     /// Causes that the model leaves out and the residual depends on.
@@ -77,15 +77,15 @@ pub struct Against<'a> {
 
 /// Returns the verdict on a fit.
 pub fn of(
-    fitted: &Fitted,
-    parameters: &[(&'static str, Parameter)],
+    fitted: &FittedModel,
+    parameters: &[(&'static str, FittedParameter)],
     free_run: &FreeRun,
-    against: Against<'_>,
+    against: Objections<'_>,
     cut_off: &CutOff,
-    read: &Read,
-) -> Verdict {
-    let Against { implausible, misfits, proposals } = against;
-    let mut verdict = Verdict { quality: Quality::Good, words: vec![], doubts: vec![] };
+    read: &LogStatistics,
+) -> FitVerdict {
+    let Objections { implausible, misfits, proposals } = against;
+    let mut verdict = FitVerdict { quality: FitQuality::Good, words: vec![], doubts: vec![] };
     for value in implausible {
         verdict.judge([false, !value.is_far], value.words.clone());
     }
@@ -99,7 +99,7 @@ pub fn of(
         [explained >= EXPLAINED[0], explained >= EXPLAINED[1]],
         format!("the free run explains {} % of the velocity", rounded(100.0 * explained.max(0.0))),
     );
-    let uncertain = |of: &Parameter| of.sd / of.value.abs();
+    let uncertain = |of: &FittedParameter| of.sd / of.value.abs();
     if let Some((_, inertia)) = parameters.first() {
         let part = uncertain(inertia);
         if part > INERTIA[0] {
@@ -179,12 +179,12 @@ pub fn of(
     verdict
 }
 
-impl Verdict {
+impl FitVerdict {
     fn judge(&mut self, [is_good, is_fair]: [bool; 2], words: String) {
         let quality = match (is_good, is_fair) {
-            (true, _) => Quality::Good,
-            (false, true) => Quality::Fair,
-            (false, false) => Quality::Poor,
+            (true, _) => FitQuality::Good,
+            (false, true) => FitQuality::Fair,
+            (false, false) => FitQuality::Poor,
         };
         self.quality = self.quality.max(quality);
         if !is_good {

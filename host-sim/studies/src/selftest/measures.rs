@@ -84,7 +84,7 @@ impl AtLoad {
 
 /// What a move has come to.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Measures {
+pub struct MoveMeasures {
     /// Where it led to, deg.
     pub to_deg: f64,
     /// Time from the end of the set point's motion until the encoder's side stays within the goal's
@@ -108,7 +108,7 @@ pub struct Measures {
     pub accelerating_v: Mean,
 }
 
-impl Measures {
+impl MoveMeasures {
     /// Returns whether the encoder's side met the goal.
     pub const fn success(&self) -> bool {
         self.settled_s.is_some() && !self.is_late
@@ -123,7 +123,7 @@ pub fn measures(
     signals: &Signals,
     (to_deg, goal): (f64, &PositionGoal),
     [count_deg, sample_time_s]: [f64; 2],
-) -> Option<Measures> {
+) -> Option<MoveMeasures> {
     let first = samples.first()?.clock;
     let target = (to_deg / count_deg).round();
     let number = |sample: &Sample, place: usize| signals.number(sample, SIGNALS[place]);
@@ -135,7 +135,7 @@ pub fn measures(
     let end_s = samples.last().map_or(0.0, time_s);
     let last = samples.len() as u32 - 1;
     let mut judge = TrackingJudge::new([0, last], speed);
-    let mut found = Measures { to_deg, ..Measures::default() };
+    let mut found = MoveMeasures { to_deg, ..MoveMeasures::default() };
     let (mut reversals, mut square) = (Reversals::default(), Mean::default());
     let mut sides = [Settling::new(goal, count_deg); 2];
     let mut at_load = Some(AtLoad::default());
@@ -207,7 +207,7 @@ pub struct Figures {
 
 impl Figures {
     /// Sums up the moves of a session.
-    pub fn of(moves: &[Measures]) -> Self {
+    pub fn of(moves: &[MoveMeasures]) -> Self {
         let mut settled = Mean::default();
         moves.iter().filter_map(|one| one.settled_s).for_each(|time_s| settled.see(time_s));
         let count = moves.len().max(1) as f64;
@@ -249,7 +249,7 @@ mod tests {
 
     /// A second of set point at 100 counts a second, a joint that is behind by 0.25 s and rests at
     /// 99 for the other two; 0.5 V for friction, 0.3 V for a begin and an end of 0.1 s.
-    fn moved(sticks_at_s: f64) -> Measures {
+    fn moved(sticks_at_s: f64) -> MoveMeasures {
         let samples: Vec<Sample> = (0..400)
             .map(|k| {
                 let t = f64::from(k) * 0.01;
@@ -271,7 +271,7 @@ mod tests {
         judged(&samples, &[], PositionGoal::default())
     }
 
-    fn judged(samples: &[Sample], ahead: &[Option<f64>], goal: PositionGoal) -> Measures {
+    fn judged(samples: &[Sample], ahead: &[Option<f64>], goal: PositionGoal) -> MoveMeasures {
         measures(samples, ahead, &Signals::of_core(), (1.0, &goal), [0.01, 0.001]).unwrap()
     }
 
@@ -321,8 +321,9 @@ mod tests {
 
     #[test]
     fn figures_of_moves_are_sums_means_and_the_worst() {
-        let one = Measures { settled_s: Some(0.2), rest_counts: 1.0, held_v: 0.3, ..moved(0.5) };
-        let two = Measures { settled_s: None, rest_counts: 9.0, held_v: 0.4, ..moved(9.0) };
+        let one =
+            MoveMeasures { settled_s: Some(0.2), rest_counts: 1.0, held_v: 0.3, ..moved(0.5) };
+        let two = MoveMeasures { settled_s: None, rest_counts: 9.0, held_v: 0.4, ..moved(9.0) };
         let figures = Figures::of(&[one, two]);
         assert_eq!((figures.missed, figures.settled_s), (1, Some(0.2)));
         assert_eq!((figures.rest_counts, figures.sticks), (9.0, 1));

@@ -26,10 +26,12 @@ mod text;
 mod verdict;
 
 pub use self::measures::SIGNALS;
-pub use self::measures::{AtLoad, Figures, Measures};
-pub use self::moves::{Range, targets};
-pub use self::prediction::{Prediction, Request};
-pub use self::prepare::{Asked, JOINTS, MOVES, Planned, Prepared, SEED};
-pub use self::session::{Next, Session, Steps, run, run_while};
-pub use self::text::{Tested, ends, late, late_at_load, object, rest_at_load, sentence, words};
-pub use self::verdict::{Check, bounds, verdict};
+pub use self::measures::{AtLoad, Figures, MoveMeasures};
+pub use self::moves::{MoveRange, targets};
+pub use self::prediction::{Prediction, PredictionRequest};
+pub use self::prepare::{JOINTS, MOVES, PlannedSelfTest, PreparedSelfTest, SEED, SelfTestRequest};
+pub use self::session::{NextMove, SelfTestSession, Steps, run, run_while};
+pub use self::text::{
+    SelfTestResult, ends, late, late_at_load, object, rest_at_load, sentence, words,
+};
+pub use self::verdict::{SelfTestCheck, bounds, verdict};

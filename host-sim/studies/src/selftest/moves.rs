@@ -19,14 +19,14 @@ pub(super) const ROOM: f64 = 0.9;
 
 /// The range of the moves to either side of where the joint is armed.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Range {
+pub struct MoveRange {
     /// The farthest target, deg.
     pub deg: f64,
     /// An angle of a count, deg.
     pub count_deg: f64,
 }
 
-impl Range {
+impl MoveRange {
     /// Derives the range from a device's limits: as far as a profiled move from rest to rest goes
     /// in a second, `min(v, a / 4)`, but no more than 10 deg, and no farther than the limits of the
     /// position leave room around `position_deg`, where the joint is.
@@ -64,8 +64,8 @@ pub fn room(parameters: &Parameters, position_deg: f64) -> f64 {
 /// The first, third and so on lead over the range: to `R (2 frac(n g) - 1)` with the golden ratio
 /// g. Each between them is short, `R / 50` (at least 4 counts) onwards and back by turns: there a
 /// joint sticks before it slides. The last one leads back to zero.
-pub fn targets(range: Range, count: usize) -> Vec<f64> {
-    let Range { deg, count_deg } = range;
+pub fn targets(range: MoveRange, count: usize) -> Vec<f64> {
+    let MoveRange { deg, count_deg } = range;
     let on_a_count = |deg: f64| (deg / count_deg).round() * count_deg;
     let short = (SHORT * deg).max(SHORTEST_COUNTS * count_deg);
     let mut at = 0.0;
@@ -93,7 +93,7 @@ mod tests {
 
     #[test]
     fn moves_stay_in_range_are_long_and_short_by_turns_and_lead_back() {
-        let range = Range { deg: 10.0, count_deg: 0.01 };
+        let range = MoveRange { deg: 10.0, count_deg: 0.01 };
         let targets = targets(range, 20);
         assert_eq!((targets.len(), targets[19]), (20, 0.0));
         assert!(targets.iter().all(|to| to.abs() <= 10.0), "{targets:?}");
@@ -110,7 +110,7 @@ mod tests {
             assert!(some().any(|way| *way > 0.0) && some().any(|way| *way < 0.0), "{ways:?}");
         }
         // A range of a few counts still moves.
-        let small = super::targets(Range { deg: 0.05, count_deg: 0.01 }, 4);
+        let small = super::targets(MoveRange { deg: 0.05, count_deg: 0.01 }, 4);
         assert!((small[1] - small[0]).abs() > 0.039, "{small:?}");
     }
 
@@ -121,14 +121,14 @@ mod tests {
             ..crate::experiment::for_a_device(&plan()).unwrap()
         };
         (parameters.profile.velocity, parameters.profile.acceleration) = (200.0, 1000.0);
-        assert_eq!(Range::derived(&parameters, 3.0).deg, 10.0);
+        assert_eq!(MoveRange::derived(&parameters, 3.0).deg, 10.0);
         parameters.profile.velocity = 6.0;
-        assert_eq!(Range::derived(&parameters, 3.0).deg, 6.0);
+        assert_eq!(MoveRange::derived(&parameters, 3.0).deg, 6.0);
         parameters.profile.acceleration = 16.0;
-        assert_eq!(Range::derived(&parameters, 3.0).deg, 4.0);
+        assert_eq!(MoveRange::derived(&parameters, 3.0).deg, 4.0);
         (parameters.limits.position_min, parameters.limits.position_max) = (-4.0, 5.0);
-        assert!((Range::derived(&parameters, 3.0).deg - 1.8).abs() < 1e-12);
-        assert_eq!(Range::derived(&parameters, 6.0).deg, 0.0);
+        assert!((MoveRange::derived(&parameters, 3.0).deg - 1.8).abs() < 1e-12);
+        assert_eq!(MoveRange::derived(&parameters, 6.0).deg, 0.0);
     }
 
     fn plan() -> crate::experiment::RunPlan {

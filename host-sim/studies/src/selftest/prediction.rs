@@ -7,7 +7,7 @@ use stiction::Parameters;
 use stiction::link::StateCode;
 use stiction::servo::Boot;
 
-use super::measures::{Figures, Measures};
+use super::measures::{Figures, MoveMeasures};
 use super::session;
 use crate::device::client::Client;
 use crate::device::simulated::SimulatedDevice;
@@ -20,7 +20,7 @@ use crate::goal::PositionGoal;
 
 /// What is predicted.
 #[derive(Clone, Debug)]
-pub struct Request {
+pub struct PredictionRequest {
     /// The file whose joint it is.
     pub document: Document,
     /// What the device runs.
@@ -41,7 +41,7 @@ pub struct Prediction {
     /// The figures of each joint that made all moves.
     pub figures: Vec<Figures>,
     /// Their moves.
-    pub moves: Vec<Vec<Measures>>,
+    pub moves: Vec<Vec<MoveMeasures>>,
     /// How the others ended.
     pub ended: Vec<String>,
 }
@@ -59,7 +59,7 @@ impl Prediction {
     }
 }
 
-impl Request {
+impl PredictionRequest {
     /// Runs the joints, on all cores.
     ///
     /// # Errors
@@ -83,7 +83,7 @@ impl Request {
             self.spreads.iter().map(|text| Spread::read(text)).collect::<Result<_, _>>()?;
         let goal = self.document.machine()?.goal;
         let over = AtomicU64::new(0);
-        let run = |number: u64| -> Result<Option<Result<Vec<Measures>, String>>, Error> {
+        let run = |number: u64| -> Result<Option<Result<Vec<MoveMeasures>, String>>, Error> {
             let still = || goes_on(over.load(Ordering::Relaxed));
             if !still() {
                 return Ok(None);
@@ -125,7 +125,7 @@ impl Request {
         plan: &RunPlan,
         goal: &PositionGoal,
         goes_on: impl Fn() -> bool,
-    ) -> Result<Option<Result<Vec<Measures>, String>>, Error> {
+    ) -> Result<Option<Result<Vec<MoveMeasures>, String>>, Error> {
         let mut parameters = self.parameters.clone();
         parameters.device.autostart = false;
         let device = SimulatedDevice::running(plan, &parameters, Boot::default())?;
@@ -163,7 +163,7 @@ mod tests {
 
     fn predicted(document: &Document) -> Result<Vec<Figures>, Error> {
         let plan = Experiment::plan(&with(""), &[], &[])?.runs.swap_remove(0);
-        let request = Request {
+        let request = PredictionRequest {
             document: document.clone(),
             parameters: parameters(&plan)?,
             spreads: vec!["joint.friction.slip_v=0.30..0.39".into()],
@@ -189,7 +189,7 @@ mod tests {
     #[test]
     fn a_prediction_ends_as_soon_as_nobody_wants_it() {
         let plan = Experiment::plan(&with(""), &[], &[]).unwrap().runs.swap_remove(0);
-        let request = Request {
+        let request = PredictionRequest {
             document: with(""),
             parameters: parameters(&plan).unwrap(),
             spreads: vec![],

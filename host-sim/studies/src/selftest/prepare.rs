@@ -5,11 +5,11 @@ use stiction::Parameters;
 use stiction::link::Status;
 
 use super::measures::Figures;
-use super::moves::{ROOM, Range, longest_way, room, targets};
-use super::prediction::{Prediction, Request};
-use super::session::{LONGEST_S, Session, time_s};
-use super::text::Tested;
-use super::verdict::{Check, bounds, verdict};
+use super::moves::{MoveRange, ROOM, longest_way, room, targets};
+use super::prediction::{Prediction, PredictionRequest};
+use super::session::{LONGEST_S, SelfTestSession, time_s};
+use super::text::SelfTestResult;
+use super::verdict::{SelfTestCheck, bounds, verdict};
 use crate::data_sheet::UnseenSlack;
 use crate::device::client::Client;
 use crate::device::wire::Wire;
@@ -33,7 +33,7 @@ pub const SEED: u64 = 2026;
 
 /// What is asked for.
 #[derive(Clone, Debug)]
-pub struct Asked {
+pub struct SelfTestRequest {
     /// The machine's file.
     pub machine: String,
     /// Range of the moves to either side, deg; left out, the derived one.
@@ -57,11 +57,11 @@ struct Judge {
 
 /// A self-test of which is settled what is to be predicted.
 #[derive(Clone, Debug)]
-pub struct Planned {
+pub struct PlannedSelfTest {
     /// What is to be predicted of what.
-    pub request: Request,
+    pub request: PredictionRequest,
     machine: String,
-    range: Range,
+    range: MoveRange,
     doubts: Vec<String>,
     differences: Vec<String>,
     judge: Judge,
@@ -69,24 +69,24 @@ pub struct Planned {
 
 /// A self-test with its prediction, before the moves.
 #[derive(Clone, Debug)]
-pub struct Prepared {
+pub struct PreparedSelfTest {
     /// What was predicted of what.
-    pub request: Request,
+    pub request: PredictionRequest,
     machine: String,
-    range: Range,
+    range: MoveRange,
     prediction: Prediction,
     doubts: Vec<String>,
     differences: Vec<String>,
     judge: Judge,
 }
 
-impl Asked {
+impl SelfTestRequest {
     /// Asks a device for its parameters, and predicts.
     ///
     /// # Errors
     /// Says what is wrong with the file, the range or the device, or that the moves end before in
     /// most of the simulated joints.
-    pub fn prepare<W: Wire>(&self, client: &mut Client<W>) -> Result<Prepared, Error> {
+    pub fn prepare<W: Wire>(&self, client: &mut Client<W>) -> Result<PreparedSelfTest, Error> {
         self.plan(client)?.predict()
     }
 
@@ -94,7 +94,7 @@ impl Asked {
     ///
     /// # Errors
     /// Says what is wrong with the file, the range or the device.
-    pub fn plan<W: Wire>(&self, client: &mut Client<W>) -> Result<Planned, Error> {
+    pub fn plan<W: Wire>(&self, client: &mut Client<W>) -> Result<PlannedSelfTest, Error> {
         self.plan_of(client, Document::open(&self.machine)?)
     }
 
@@ -107,7 +107,7 @@ impl Asked {
         &self,
         client: &mut Client<W>,
         document: Document,
-    ) -> Result<Planned, Error> {
+    ) -> Result<PlannedSelfTest, Error> {
         let parameters = client.parameters()?;
         let doubts = document.doubts()?;
         let differences = differences(&self.machine, &document, &parameters)?;
@@ -115,7 +115,7 @@ impl Asked {
         let range = self.range(client, (&parameters, &judge.goal))?;
         let spreads =
             if self.spreads.is_empty() { spreads(&document)? } else { self.spreads.clone() };
-        let request = Request {
+        let request = PredictionRequest {
             document,
             parameters,
             spreads,
@@ -124,7 +124,7 @@ impl Asked {
             targets: targets(range, self.moves),
         };
         let machine = self.machine.clone();
-        Ok(Planned { request, machine, range, doubts, differences, judge })
+        Ok(PlannedSelfTest { request, machine, range, doubts, differences, judge })
     }
 
     /// The range that was asked for, or else the derived one.
@@ -132,7 +132,7 @@ impl Asked {
         &self,
         client: &mut Client<W>,
         found: (&Parameters, &PositionGoal),
-    ) -> Result<Range, Error> {
+    ) -> Result<MoveRange, Error> {
         let status = client.status()?;
         allowed(self.range_deg, found, at_deg(&status), self.moves)
     }
@@ -142,13 +142,13 @@ fn at_deg(status: &Status) -> f64 {
     f64::from(status.position) * f64::from(status.resolution)
 }
 
-impl Planned {
+impl PlannedSelfTest {
     /// Predicts, on all cores, and asks no device.
     ///
     /// # Errors
     /// Names a key that does not vary, or says that the moves end before in most of the simulated
     /// joints.
-    pub fn predict(self) -> Result<Prepared, Error> {
+    pub fn predict(self) -> Result<PreparedSelfTest, Error> {
         let cancelled = || Error::Input("selftest: the prediction has ended by itself".into());
         self.predict_while(&|_| true)?.ok_or_else(cancelled)
     }
@@ -161,7 +161,7 @@ impl Planned {
     pub fn predict_while(
         self,
         goes_on: &(dyn Fn(u64) -> bool + Sync),
-    ) -> Result<Option<Prepared>, Error> {
+    ) -> Result<Option<PreparedSelfTest>, Error> {
         let Self { request, machine, range, doubts, differences, judge } = self;
         let Some(prediction) = request.predict_while(goes_on)? else { return Ok(None) };
         if prediction.figures.len() < prediction.ended.len().max(1) {
@@ -173,11 +173,19 @@ impl Planned {
                 prediction.ended.len()
             )));
         }
-        Ok(Some(Prepared { request, machine, range, prediction, doubts, differences, judge }))
+        Ok(Some(PreparedSelfTest {
+            request,
+            machine,
+            range,
+            prediction,
+            doubts,
+            differences,
+            judge,
+        }))
     }
 }
 
-impl Prepared {
+impl PreparedSelfTest {
     /// Whether the prediction is that of a device as it is now. Somebody may have set other
     /// parameters since, or turned the joint by hand. Returns how the device stands.
     ///
@@ -253,13 +261,13 @@ impl Prepared {
     }
 
     /// What the device is to do: the figures with their bounds.
-    pub fn bounds(&self) -> Vec<Check> {
+    pub fn bounds(&self) -> Vec<SelfTestCheck> {
         bounds(&self.prediction)
     }
 
     /// Judges what the device has made of the moves.
-    pub fn judged(self, session: Session) -> Tested {
-        let Session { moves, status, is_ended, refused } = session;
+    pub fn judged(self, session: SelfTestSession) -> SelfTestResult {
+        let SelfTestSession { moves, status, is_ended, refused } = session;
         let by = || match (status.fault.code, refused) {
             (0, None) => "a stop".into(),
             (0, Some(why)) => why,
@@ -267,7 +275,7 @@ impl Prepared {
         };
         let checks =
             if is_ended { vec![] } else { verdict(&Figures::of(&moves), &self.prediction) };
-        Tested {
+        SelfTestResult {
             machine: self.machine,
             range_deg: self.range.deg,
             spreads: self.request.spreads,
@@ -292,9 +300,9 @@ fn allowed(
     (found, goal): (&Parameters, &PositionGoal),
     at_deg: f64,
     moves: usize,
-) -> Result<Range, Error> {
+) -> Result<MoveRange, Error> {
     const LIMITS: &str = "`limits.position_min_deg`, `limits.position_max_deg`";
-    let derived = Range::derived(found, at_deg);
+    let derived = MoveRange::derived(found, at_deg);
     let (least, room) = (derived.least_deg(), room(found, at_deg));
     if ROOM * room < least {
         return Err(Error::Input(format!(
@@ -335,7 +343,7 @@ fn allowed(
             rounded(ROOM * room),
         ));
     }
-    let range = |deg: f64| Range { deg, ..derived };
+    let range = |deg: f64| MoveRange { deg, ..derived };
     let time_s = |deg: f64| time_s(&found.profile, goal, longest_way(&targets(range(deg), moves)));
     if time_s(deg) > LONGEST_S {
         let fits = largest(least, deg, |deg| time_s(deg) <= LONGEST_S);
@@ -418,11 +426,11 @@ mod tests {
         found: &Parameters,
         at_deg: f64,
         moves: usize,
-    ) -> Result<Range, Error> {
+    ) -> Result<MoveRange, Error> {
         allowed(asked_deg, (found, &PositionGoal::default()), at_deg, moves)
     }
 
-    fn said(range: Result<Range, Error>) -> String {
+    fn said(range: Result<MoveRange, Error>) -> String {
         range.unwrap_err().to_string()
     }
 
@@ -451,7 +459,7 @@ mod tests {
         // No option was given, so none is blamed.
         let why = said(judged_by_default(None, &bounded, 4.99, 20));
         assert!(why.contains("0.01 deg from a limit") && !why.contains("--range"), "{why}");
-        let count_deg = Range::derived(&bounded, 0.0).count_deg;
+        let count_deg = MoveRange::derived(&bounded, 0.0).count_deg;
         let least = format!("at least {} deg from both", rounded(40.0 * count_deg / 0.9));
         assert!(why.contains(&least), "{why}: {least}");
         assert_eq!(judged_by_default(Some(4.5), &bounded, 0.0, 20).unwrap().deg, 4.5);

@@ -9,7 +9,7 @@ use std::time::Duration;
 use stiction::link::{Sample, StateCode, Status};
 use stiction::{Motion, Parameters, ProfileLimits};
 
-use super::measures::{Measures, SIGNALS, measures};
+use super::measures::{MoveMeasures, SIGNALS, measures};
 use crate::device::client::{Client, position_of};
 use crate::device::moved::longest_s;
 use crate::device::signals::Signals;
@@ -35,9 +35,9 @@ pub(super) fn time_s(profile: &ProfileLimits, goal: &PositionGoal, way_deg: f64)
 
 /// What a session has come to.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Session {
+pub struct SelfTestSession {
     /// The moves that were made.
-    pub moves: Vec<Measures>,
+    pub moves: Vec<MoveMeasures>,
     /// The status after the last of them.
     pub status: Status,
     /// Whether the device ended it: a fault, or a stop.
@@ -48,7 +48,7 @@ pub struct Session {
 
 /// A move that is to begin.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Next {
+pub struct NextMove {
     /// What the device is told.
     pub motion: Motion,
     /// Where it leads, deg.
@@ -71,7 +71,7 @@ pub struct Steps {
     /// The load's angle minus that of the encoder's side in each of them, deg.
     load_ahead_deg: Vec<Option<f64>>,
     goal: PositionGoal,
-    moves: Vec<Measures>,
+    moves: Vec<MoveMeasures>,
     begun: usize,
     refused: Option<String>,
 }
@@ -151,7 +151,7 @@ impl Steps {
     ///
     /// # Errors
     /// Says that a target is no position, which [`of`](Self::of) has refused already.
-    pub fn next(&mut self, status: &Status) -> Result<Option<Next>, Error> {
+    pub fn next(&mut self, status: &Status) -> Result<Option<NextMove>, Error> {
         self.judge();
         let Some(to_deg) = self.targets.get(self.begun).copied() else { return Ok(None) };
         if status.state != StateCode::Armed {
@@ -162,7 +162,7 @@ impl Steps {
         let time = Duration::from_secs_f64(time_s(&self.profile, &self.goal, way_deg));
         let motion = Motion::Profiled(position_of(to_deg, self.count_deg)?);
         (self.to_deg, self.begun) = (Some(to_deg), self.begun + 1);
-        Ok(Some(Next { motion, to_deg, time }))
+        Ok(Some(NextMove { motion, to_deg, time }))
     }
 
     fn judge(&mut self) {
@@ -181,10 +181,10 @@ impl Steps {
     }
 
     /// What it has come to, with the status after the last move.
-    pub fn ended(mut self, status: Status) -> Session {
+    pub fn ended(mut self, status: Status) -> SelfTestSession {
         self.judge();
         let is_ended = status.state != StateCode::Armed || self.refused.is_some();
-        Session { moves: self.moves, status, is_ended, refused: self.refused }
+        SelfTestSession { moves: self.moves, status, is_ended, refused: self.refused }
     }
 }
 
@@ -198,7 +198,7 @@ pub fn run<W: Wire>(
     client: &mut Client<W>,
     targets: &[f64],
     mut seen: impl FnMut(usize),
-) -> Result<Session, Error> {
+) -> Result<SelfTestSession, Error> {
     let goes_on = |made| {
         seen(made);
         true
@@ -216,7 +216,7 @@ pub fn run_while<W: Wire>(
     client: &mut Client<W>,
     (targets, goal): (&[f64], &PositionGoal),
     mut goes_on: impl FnMut(usize) -> bool,
-) -> Result<Option<Session>, Error> {
+) -> Result<Option<SelfTestSession>, Error> {
     let signals = Signals::new(client.signals()?);
     let parameters = client.parameters()?;
     let status = client.status()?;

@@ -2,9 +2,9 @@
 
 use serde_json::{Value, json};
 
-use super::measures::{AtLoad, Figures, Measures};
+use super::measures::{AtLoad, Figures, MoveMeasures};
 use super::prediction::Prediction;
-use super::verdict::Check;
+use super::verdict::SelfTestCheck;
 use crate::data_sheet::UnseenSlack;
 use crate::ensemble::Sorted;
 use crate::goal::PositionGoal;
@@ -14,7 +14,7 @@ use crate::output::table::{self, number};
 
 /// A self-test that is over.
 #[derive(Clone, Debug)]
-pub struct Tested {
+pub struct SelfTestResult {
     /// The machine's file.
     pub machine: String,
     /// Range of the moves to either side, deg.
@@ -26,9 +26,9 @@ pub struct Tested {
     /// What was predicted.
     pub prediction: Prediction,
     /// The moves that the device made.
-    pub moves: Vec<Measures>,
+    pub moves: Vec<MoveMeasures>,
     /// The figures with their bounds; empty if the device did not make all moves.
-    pub checks: Vec<Check>,
+    pub checks: Vec<SelfTestCheck>,
     /// What ended the moves before.
     pub ended_by: Option<String>,
     /// What there is to doubt about the joint of the file, a sentence each.
@@ -43,10 +43,12 @@ pub struct Tested {
     pub count_deg: f64,
 }
 
-impl Tested {
+impl SelfTestResult {
     /// Tells whether the joint does what was predicted.
     pub fn passes(&self) -> bool {
-        self.ended_by.is_none() && !self.checks.is_empty() && self.checks.iter().all(Check::passes)
+        self.ended_by.is_none()
+            && !self.checks.is_empty()
+            && self.checks.iter().all(SelfTestCheck::passes)
     }
 
     /// Returns a remark on the moves that miss the goal where most of the predicted joints miss
@@ -66,14 +68,14 @@ impl Tested {
 
     /// Returns whether every move met the goal at the encoder; none if no move was made.
     pub fn success_at_encoder(&self) -> Option<bool> {
-        let all = self.ended_by.is_none() && self.moves.iter().all(Measures::success);
+        let all = self.ended_by.is_none() && self.moves.iter().all(MoveMeasures::success);
         (!self.moves.is_empty()).then_some(all)
     }
 
     /// Returns whether every move met the goal at the load; none if no move was made, or if the
     /// device does not know its load.
     pub fn success_at_load(&self) -> Option<bool> {
-        let met = |all: bool, one: &Measures| one.at_load.map(|load| all && load.success());
+        let met = |all: bool, one: &MoveMeasures| one.at_load.map(|load| all && load.success());
         let all = self.moves.iter().try_fold(self.ended_by.is_none(), met)?;
         (!self.moves.is_empty()).then_some(all)
     }
@@ -95,7 +97,7 @@ impl Tested {
 fn predicted(
     prediction: &Prediction,
     number: usize,
-    of: impl Fn(&Measures) -> f64,
+    of: impl Fn(&MoveMeasures) -> f64,
 ) -> Option<[f64; 3]> {
     let all = prediction.moves.iter().filter_map(|moves| moves.get(number)).map(of);
     let sorted = Sorted::new(all);
@@ -113,22 +115,22 @@ pub fn ends(ends: [f64; 2], digits: usize, between: &str) -> String {
 }
 
 /// When a move settled, s; what never does takes infinitely long.
-pub fn late(one: &Measures) -> f64 {
+pub fn late(one: &MoveMeasures) -> f64 {
     one.settled_s.unwrap_or(f64::INFINITY)
 }
 
 /// When a move settled at the load, s; infinite where it never does, or is not known.
-pub fn late_at_load(one: &Measures) -> f64 {
+pub fn late_at_load(one: &MoveMeasures) -> f64 {
     one.at_load.and_then(|load| load.settled_s).unwrap_or(f64::INFINITY)
 }
 
 /// The largest distance of the load from its target, counts; infinite where it is not known.
-pub fn rest_at_load(one: &Measures) -> f64 {
+pub fn rest_at_load(one: &MoveMeasures) -> f64 {
     one.at_load.map_or(f64::INFINITY, |load| load.rest_counts)
 }
 
 /// Writes moves, figures and verdict within 80 columns.
-pub fn words(tested: &Tested) -> String {
+pub fn words(tested: &SelfTestResult) -> String {
     let mut text = String::new();
     if tested.unseen_slack.is_some() {
         text += "At the encoder:\n";
@@ -145,7 +147,7 @@ pub fn words(tested: &Tested) -> String {
         "held\nV",
     ]);
     for (place, one) in tested.moves.iter().enumerate() {
-        let range = |of: fn(&Measures) -> f64, digits: usize| {
+        let range = |of: fn(&MoveMeasures) -> f64, digits: usize| {
             let range = predicted(&tested.prediction, place, of);
             range.map_or("-".into(), |[low, _, high]| ends([low, high], digits, "-"))
         };
@@ -189,7 +191,7 @@ pub fn words(tested: &Tested) -> String {
         text += &format!("{}\n\n", figures.trim_fmt());
     }
     let joints = tested.prediction.figures.len();
-    let Tested { machine, seed, .. } = tested;
+    let SelfTestResult { machine, seed, .. } = tested;
     let of = format!("The prediction: {joints} simulated joints of {machine}, seed {seed}, with");
     text += &wrapped(&of, 0);
     tested.spreads.iter().for_each(|spread| text += &format!("  {spread}\n"));
@@ -201,7 +203,7 @@ pub fn words(tested: &Tested) -> String {
 }
 
 /// Writes settling and rest at the load: predicted, and measured on a device that knows its load.
-fn table_at_load(tested: &Tested) -> String {
+fn table_at_load(tested: &SelfTestResult) -> String {
     let mut moves = table::new(&[
         "move to\ndeg",
         "settled\ns",
@@ -210,7 +212,7 @@ fn table_at_load(tested: &Tested) -> String {
         "predicted\ncounts",
     ]);
     for (place, one) in tested.moves.iter().enumerate() {
-        let range = |of: fn(&Measures) -> f64, digits: usize| {
+        let range = |of: fn(&MoveMeasures) -> f64, digits: usize| {
             let range = predicted(&tested.prediction, place, of);
             range.map_or("-".into(), |[low, _, high]| ends([low, high], digits, "-"))
         };
@@ -227,7 +229,7 @@ fn table_at_load(tested: &Tested) -> String {
 }
 
 /// The verdict in words, a line each.
-pub fn sentence(tested: &Tested) -> String {
+pub fn sentence(tested: &SelfTestResult) -> String {
     match &tested.ended_by {
         Some(by) => format!("FAIL: ended by {by}"),
         None => {
@@ -250,7 +252,7 @@ pub fn sentence(tested: &Tested) -> String {
 
 /// Says how many moves missed the goal on either side of a gear with slack that the encoder cannot
 /// see.
-fn both_sides(tested: &Tested) -> String {
+fn both_sides(tested: &SelfTestResult) -> String {
     if tested.unseen_slack.is_none() {
         return String::new();
     }
@@ -267,7 +269,7 @@ fn both_sides(tested: &Tested) -> String {
     format!(".\nAt the encoder: {}.\nAt the load: {}{predicted}", count(at_encoder), count(at_load))
 }
 
-fn remarks(tested: &Tested) -> String {
+fn remarks(tested: &SelfTestResult) -> String {
     let mut text = String::new();
     if let Some(first) = tested.prediction.ended.first() {
         let count = tested.prediction.ended.len();
@@ -287,7 +289,7 @@ fn remarks(tested: &Tested) -> String {
 }
 
 /// The same as one object.
-pub fn object(tested: &Tested, warning: Option<&str>) -> Value {
+pub fn object(tested: &SelfTestResult, warning: Option<&str>) -> Value {
     let three = |[low, median, high]: [f64; 3]| {
         let value = |value: f64| value.is_finite().then_some(value);
         json!({"least": value(low), "median": value(median), "largest": value(high)})
@@ -295,7 +297,7 @@ pub fn object(tested: &Tested, warning: Option<&str>) -> Value {
     let [missed_at_encoder, missed_at_load] = tested.missed();
     let [_, predicted_at_load] = tested.prediction.missed_of_most();
     let moves = tested.moves.iter().enumerate().map(|(place, one)| {
-        let load = |of: fn(&Measures) -> f64| {
+        let load = |of: fn(&MoveMeasures) -> f64| {
             let known = tested.prediction.figures.iter().all(|one| one.missed_at_load.is_some());
             predicted(&tested.prediction, place, of).filter(|_| known).map(three)
         };
@@ -363,20 +365,20 @@ mod tests {
     use super::super::verdict::verdict;
     use super::*;
 
-    fn moved(to_deg: f64, settled_s: Option<f64>) -> Measures {
-        Measures {
+    fn moved(to_deg: f64, settled_s: Option<f64>) -> MoveMeasures {
+        MoveMeasures {
             to_deg,
             settled_s,
             rest_counts: 150.0,
             held_v: 0.123,
             sliding_v: Mean::of(0.456),
-            ..Measures::default()
+            ..MoveMeasures::default()
         }
     }
 
     /// A session of four moves as it was predicted: the second settles on one joint of three, and
     /// the others on none.
-    fn tested(settled_s: [Option<f64>; 3]) -> Tested {
+    fn tested(settled_s: [Option<f64>; 3]) -> SelfTestResult {
         let session = |second| {
             let to = [-123.456, 0.2, 0.4, 0.0];
             to.map(|to| moved(to, if to == 0.2 { second } else { None })).to_vec()
@@ -385,7 +387,7 @@ mod tests {
         let figures = moves.iter().map(|moves| Figures::of(moves)).collect();
         let prediction = Prediction { figures, moves, ended: vec![] };
         let moves = session(None);
-        Tested {
+        SelfTestResult {
             machine: "joint.toml".into(),
             range_deg: 130.0,
             spreads: vec![],
@@ -446,10 +448,10 @@ mod tests {
         UnseenSlack { backlash_deg: 0.6, backlash_counts: 60.0, wind_up_deg: 0.01 };
 
     /// A joint whose encoder's side settles in each move and whose load does in none.
-    fn with_slack() -> Tested {
+    fn with_slack() -> SelfTestResult {
         let load = AtLoad { rest_counts: 31.0, ..AtLoad::default() };
         let mut tested = tested([Some(0.2); 3]);
-        let settle = |one: &mut Measures| {
+        let settle = |one: &mut MoveMeasures| {
             (one.settled_s, one.rest_counts, one.at_load) = (Some(0.2), 1.0, Some(load));
         };
         tested.prediction.moves.iter_mut().flatten().for_each(settle);
@@ -457,7 +459,7 @@ mod tests {
         tested.prediction.figures = moves.iter().map(|moves| Figures::of(moves)).collect();
         tested.moves.iter_mut().for_each(settle);
         tested.checks = verdict(&Figures::of(&tested.moves), &tested.prediction);
-        Tested { unseen_slack: Some(SLACK), ..tested }
+        SelfTestResult { unseen_slack: Some(SLACK), ..tested }
     }
 
     #[test]
@@ -485,7 +487,7 @@ mod tests {
         let json = object(&board, None);
         assert!(json["success_at_load"].is_null() && json["unseen_slack"].is_object(), "{json}");
         // A joint whose encoder sees the load has one side.
-        let text = words(&Tested { unseen_slack: None, ..board });
+        let text = words(&SelfTestResult { unseen_slack: None, ..board });
         assert!(!text.contains("the load") && !text.contains("the encoder"), "{text}");
     }
 }

@@ -27,7 +27,7 @@ const EFFORT_SHARE: f64 = 0.05;
 
 /// A figure with its bounds.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Check {
+pub struct SelfTestCheck {
     /// The name that it has in JSON, with its unit.
     pub name: &'static str,
     /// The name for people.
@@ -42,7 +42,7 @@ pub struct Check {
     pub most: f64,
 }
 
-impl Check {
+impl SelfTestCheck {
     /// Digits behind the point with which it is shown.
     pub fn digits(&self) -> usize {
         if self.name.ends_with("_v") || self.name.ends_with("_s") { 3 } else { 0 }
@@ -59,9 +59,9 @@ impl Check {
 
 /// A figure: names, value, smallest margin (absolute, and as a share of the median), and whether
 /// less is wrong.
-type Row = (&'static str, &'static str, fn(&Figures) -> Option<f64>, [f64; 2], bool);
+type VerdictRow = (&'static str, &'static str, fn(&Figures) -> Option<f64>, [f64; 2], bool);
 
-const ROWS: [Row; 8] = [
+const ROWS: [VerdictRow; 8] = [
     ("missed_moves", "moves that did not settle", |of| Some(of.missed.into()), [0.0, 0.0], false),
     ("settling_s", "settling, mean (s)", |of| of.settled_s, [0.1, 0.0], false),
     ("rest_counts", "rest error, largest (counts)", |of| Some(of.rest_counts), [1.0, 0.0], false),
@@ -80,16 +80,16 @@ const ROWS: [Row; 8] = [
 
 /// Puts what was measured beside what was predicted. A figure that no predicted joint has is left
 /// out.
-pub fn verdict(measured: &Figures, prediction: &Prediction) -> Vec<Check> {
+pub fn verdict(measured: &Figures, prediction: &Prediction) -> Vec<SelfTestCheck> {
     checks(Some(measured), prediction)
 }
 
 /// The bounds of every figure before anything was measured.
-pub fn bounds(prediction: &Prediction) -> Vec<Check> {
+pub fn bounds(prediction: &Prediction) -> Vec<SelfTestCheck> {
     checks(None, prediction)
 }
 
-fn checks(measured: Option<&Figures>, prediction: &Prediction) -> Vec<Check> {
+fn checks(measured: Option<&Figures>, prediction: &Prediction) -> Vec<SelfTestCheck> {
     ROWS.into_iter()
         .filter_map(|(name, words, of, [size, share], is_bounded_below)| {
             let mut all: Vec<f64> = prediction.figures.iter().filter_map(of).collect();
@@ -97,7 +97,7 @@ fn checks(measured: Option<&Figures>, prediction: &Prediction) -> Vec<Check> {
             let (low, high) = (*all.first()?, *all.last()?);
             let median = *all.get(all.len() / 2)?;
             let margin = (MARGIN * (high - low)).max(size).max(share * median.abs());
-            Some(Check {
+            Some(SelfTestCheck {
                 name,
                 words,
                 measured: measured.and_then(of),
@@ -125,12 +125,12 @@ mod tests {
             ..Prediction::default()
         };
         let checks = |figures: Figures| verdict(&figures, &prediction);
-        let named = |checks: &[Check], name| {
+        let named = |checks: &[SelfTestCheck], name| {
             let found = checks.iter().find(|check| check.name == name);
             found.copied().unwrap()
         };
         let fine = checks(of(0.5, 1.2));
-        assert!(fine.iter().all(Check::passes), "{fine:?}");
+        assert!(fine.iter().all(SelfTestCheck::passes), "{fine:?}");
         assert!(fine.iter().all(|check| check.name != "accelerating_v"));
         let settling = named(&fine, "settling_s");
         assert_eq!(settling.predicted, [0.2, 0.4, 1.0]);

@@ -77,7 +77,7 @@ fn degrees_and_radians_say_the_same() {
         let value = value.parse::<f64>().unwrap();
         table[of].as_table_mut().unwrap().insert(key.into(), value.into());
     }
-    let degrees = table.try_into::<Tables>().unwrap().sheet().unwrap().unwrap();
+    let degrees = table.try_into::<SheetTables>().unwrap().sheet().unwrap().unwrap();
     let all = |sheet: &DataSheet| {
         [
             Some(sheet.viscous()),

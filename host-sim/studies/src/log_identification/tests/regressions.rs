@@ -1,9 +1,9 @@
 //! Least squares and its standard deviations against closed forms.
 
-use super::machine::Random;
-use crate::log_identification::least_squares::{Columns, Fit, MOST};
+use super::machine::SplitMix;
+use crate::log_identification::least_squares::{Fit, MOST, RegressionRow};
 
-fn row(values: &[f64]) -> Columns {
+fn row(values: &[f64]) -> RegressionRow {
     let mut row = [0.0; MOST];
     row[..values.len()].copy_from_slice(values);
     row
@@ -34,7 +34,7 @@ fn a_column_that_is_a_sum_of_others_is_named() {
 fn the_deviation_of_a_mean_takes_the_correlation_of_its_residuals_into_account() {
     const N: usize = 4000;
     for a in [0.0, 0.9] {
-        let mut random = Random(3);
+        let mut random = SplitMix(3);
         let mut values = vec![0.0; N];
         let mut estimated = 0.0;
         const LOGS: usize = 40;
