@@ -150,18 +150,18 @@ const fn thesis_band() -> f64 {
     1e-4
 }
 
-/// What the simulator wants to know of `[encoder]` beside the core's declarations.
+/// Keys of `[encoder]` that only the simulator has.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Disc {
-    /// How a position between two counts is read.
+    /// Rounding of a position between two counts.
     pub rounding: Rounding,
-    /// Where the joint's zero lies between two counts, in counts.
+    /// Place of the joint's zero between two counts, in counts.
     pub phase: f64,
-    /// Lines of the disc, of a data sheet.
+    /// Lines of the disc, from a data sheet.
     pub lines: Option<u32>,
-    /// Where it sits, of a data sheet.
+    /// Place of the disc, from a data sheet.
     pub at: Option<EncoderPlace>,
-    /// Noise of a reading in counts, of a data sheet.
+    /// Noise of a reading in counts, from a data sheet.
     pub noise_counts: u32,
 }
 
@@ -440,7 +440,7 @@ fn zero_or_one<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u8, D::Erro
     match found {
         toml::Value::Integer(0) => Ok(0),
         toml::Value::Integer(1) => Ok(1),
-        // The value itself is told by its path.
+        // The document adds the value, by its path.
         _ => Err(D::Error::invalid_value(Unexpected::Other("that"), &ALLOWED)),
     }
 }

@@ -229,8 +229,9 @@ pub enum FrictionModel {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum SolverName {
-    /// Error-controlled. Of set-valued friction and the Reset Integrator every switch is located;
-    /// the other models have none that is sharp, and their events are told at the ends of steps.
+    /// Error-controlled. Every switch of set-valued friction and of the Reset Integrator is
+    /// located; the other models have no sharp switches, and their events are reported at the ends
+    /// of steps.
     #[default]
     Exact,
     /// Fixed step.

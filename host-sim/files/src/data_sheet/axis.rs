@@ -4,7 +4,7 @@
 //! output V -> Drive -> effort V -> InCoreUnits (x G) -> Joint in SI -> load; encoder with noise
 //! ```
 //!
-//! Guarantees: for a rigid joint without a Stribeck velocity it is the axis that
+//! Guarantees: for a rigid joint without a Stribeck velocity it equals the axis that
 //! [`super::units`] maps to, and a test holds one against the other. Does badly: slower than the
 //! closed form of that axis, so that a run takes it only if the data sheet asks for more.
 
@@ -22,11 +22,11 @@ use super::sheet::DataSheet;
 use super::tables::EncoderPlace;
 use super::units::Mapping;
 
-/// The motor's part of the friction of an elastic joint, if nobody knows it: most of the friction
-/// of a geared joint is in the motor's bearings and the gear's input.
+/// Default share of the motor in the friction of an elastic joint: most of the friction of a geared
+/// joint is in the motor's bearings and the gear's input.
 pub(super) const MOTOR_SHARE: f64 = 0.7;
 
-/// The joint.
+/// The joint of a data sheet, as an axis in degrees and volts.
 #[derive(Clone, Debug)]
 pub struct SheetAxis {
     /// Its position is that of the side where the encoder sits.
@@ -38,10 +38,11 @@ pub struct SheetAxis {
 }
 
 impl SheetAxis {
-    /// The joint of a data sheet, at rest at zero; none if the axis in closed form is the same.
+    /// Creates the joint of a data sheet, at rest at zero; `None` if the axis in closed form is the
+    /// same.
     ///
     /// # Errors
-    /// Names a value that no joint can have.
+    /// Returns an error that names the invalid value.
     pub fn of(
         sheet: &DataSheet,
         mapping: &Mapping,
@@ -53,10 +54,10 @@ impl SheetAxis {
         Self::always(sheet, mapping, [count_deg, pwm_hz]).map(Some)
     }
 
-    /// The same, whatever the data sheet asks for.
+    /// Creates the joint of any data sheet, at rest at zero.
     ///
     /// # Errors
-    /// Names a value that no joint can have.
+    /// Returns an error that names the invalid value.
     pub fn always(
         sheet: &DataSheet,
         mapping: &Mapping,
@@ -78,7 +79,7 @@ impl SheetAxis {
             seen: InCoreUnits::new(joint, mapping.units, sheet.side(), &axis),
             drive: DriveModel::of(sheet, pwm_hz),
             count_deg,
-            // Any stream does; the same each time, so that a run can be repeated.
+            // The same noise in each run, so that a run can be repeated.
             noise: (sheet.encoder.noise_counts > 0).then(|| (CountNoise::new(1), 0.0)),
         })
     }
@@ -119,7 +120,7 @@ impl AxisSolver for SheetAxis {
     }
 }
 
-/// How many times as much of what its sheet says a joint has.
+/// Factors by which a joint differs from its data sheet.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SheetFactors {
     /// Inertia.
@@ -128,17 +129,17 @@ pub struct SheetFactors {
     pub slip: f64,
     /// Stick friction, either way.
     pub stick: f64,
-    /// Viscous friction, with what the back-EMF brakes.
+    /// Viscous friction, including that of the back-EMF.
     pub viscous: f64,
 }
 
 impl SheetFactors {
-    /// As the sheet says.
+    /// The joint of the data sheet.
     pub const ONE: Self = Self { inertia: 1.0, slip: 1.0, stick: 1.0, viscous: 1.0 };
 }
 
 impl DataSheet {
-    /// Whether it asks for more than a rigid axis with two levels of friction has.
+    /// Returns whether the joint needs more than a rigid axis with two levels of friction.
     pub fn is_more_than_an_axis(&self) -> bool {
         let reaches_its_supply = matches!(
             DriveModel::of(self, 0.0),
@@ -147,7 +148,8 @@ impl DataSheet {
         self.asks_for().iter().any(|(_, is_asked)| *is_asked) || reaches_its_supply
     }
 
-    /// What an axis in closed form does not have, by the keys that ask for it.
+    /// Returns the keys of effects that an axis in closed form does not have, and whether each is
+    /// used.
     pub fn asks_for(&self) -> [(&'static str, bool); 9] {
         let reverse = [self.stick(), self.slip()].iter().any(|[one, other]| one != other);
         [
@@ -163,7 +165,8 @@ impl DataSheet {
         ]
     }
 
-    /// What of it only [`SheetAxis`] has, by its key: a drive that is not ideal, or noise.
+    /// Returns the key of an effect that only [`SheetAxis`] has: a drive that is not ideal, or
+    /// noise.
     pub fn has_a_drive_of_its_own(&self) -> Option<&'static str> {
         if self.encoder.noise_counts > 0 {
             return Some("encoder.noise_counts");
@@ -174,9 +177,8 @@ impl DataSheet {
         (DriveModel::of(self, 0.0) != DriveModel::Ideal).then_some("supply")
     }
 
-    /// The joint without its drive, where a device has it in place of the axis in closed form; its
-    /// position is that of the side where the encoder sits. Of its inertia and its friction it has
-    /// so many times as much as the sheet says.
+    /// Returns the joint without its drive, which replaces the axis in closed form in a device. Its
+    /// position is that of the encoder's side; `times` scales its inertia and friction.
     pub fn substitute(
         &self,
         mapping: &Mapping,
@@ -195,7 +197,7 @@ impl DataSheet {
         }
     }
 
-    /// L/R of a motor that is driven by a voltage, s; an amplifier makes up for it.
+    /// Returns L/R of a motor driven by a voltage, s; 0 with an amplifier, which compensates it.
     pub fn lag_s(&self) -> f64 {
         match (self.motor.driven_by, self.motor.resistance_ohm) {
             (super::tables::DrivenBy::Voltage, Some(ohm)) => self.motor.inductance_h / ohm,
@@ -203,7 +205,7 @@ impl DataSheet {
         }
     }
 
-    /// What friction the positive way has more than the mean of both ways, N m.
+    /// Returns the friction of the positive way less the mean of both ways, N m.
     fn offset(&self) -> f64 {
         let [forward, backward] = self.slip();
         0.5 * (forward - backward)
@@ -214,8 +216,8 @@ impl DataSheet {
         let coulomb = times.slip * mean(self.slip());
         let curve = StribeckCurve {
             coulomb,
-            // Both ways differ by what their slip levels differ by. Equal levels times equal
-            // numbers may differ in their last bit.
+            // The difference of both ways is that of their slip levels. Equal levels times equal
+            // factors can differ in their last bit.
             stick: (times.stick * self.stick()[0] - times.slip * self.offset()).max(coulomb),
             stribeck_velocity: self.stribeck().unwrap_or(0.0),
             viscous: times.viscous * mapping.viscous,
@@ -236,7 +238,7 @@ impl DataSheet {
             }
             (None, Some(stiffness)) => {
                 let motor = friction.motor_share.unwrap_or(MOTOR_SHARE);
-                // The back-EMF acts on the motor, whatever the gear's friction does.
+                // The back-EMF acts on the motor.
                 let part = |share: f64, back_emf: f64| StribeckCurve {
                     coulomb: share * curve.coulomb,
                     stick: share * curve.stick,
@@ -248,7 +250,7 @@ impl DataSheet {
                     inertia: inertia - load,
                     friction: surface(part(motor, mapping.back_emf)),
                 };
-                // What repeats with the gear's angle is in the gear, on the motor's side.
+                // Friction that repeats with the gear's angle is on the motor's side.
                 let load = Body { inertia: load, friction: part(1.0 - motor, 0.0).into() };
                 let (damping, backlash) =
                     (self.damping().unwrap_or(0.0), self.backlash().unwrap_or(0.0));
@@ -264,7 +266,7 @@ impl DataSheet {
             amplitude: self.load.unbalance_nm,
             angle: -self.hangs_at().unwrap_or(0.0),
         });
-        // Friction that is higher one way is a mean and a torque against that way.
+        // Friction that is higher one way equals the mean plus a constant torque against that way.
         let constant = self.load.constant_nm - times.slip * self.offset();
         Description {
             load: LoadTorque { constant, gravity },

@@ -1,11 +1,11 @@
-//! The bounds of a data sheet's keys, one by one.
+//! Checks the range of each key of a data sheet.
 
 use super::refusal::SheetRefusal;
 use super::sheet::DataSheet;
 use super::tables::DrivenBy;
 use crate::error::shown;
 
-/// What a number may be.
+/// Range of a number.
 #[derive(Clone, Copy)]
 enum May {
     Positive,
@@ -28,10 +28,10 @@ impl May {
 }
 
 impl DataSheet {
-    /// Checks every key for itself, and that keys that need each other are there.
+    /// Checks the range of every key, and that keys that need each other are present.
     pub(super) fn check(&self) -> Result<(), SheetRefusal> {
         if let Some([one, other]) = self.doubled() {
-            let sentence = format!("`{one}` and `{other}` say the same; allowed is one of them");
+            let sentence = format!("`{one}` and `{other}` are the same quantity; set only one");
             return Err(SheetRefusal::of(other, sentence));
         }
         self.check_numbers()?;
@@ -111,17 +111,17 @@ impl DataSheet {
         let motor = &self.motor;
         match motor.driven_by {
             DrivenBy::Voltage if motor.resistance_ohm.is_none() => {
-                let why = "a motor that is driven by a voltage needs it";
+                let why = "a motor driven by a voltage needs it";
                 return Err(SheetRefusal::missing("motor.resistance_ohm", why));
             }
             DrivenBy::Current if motor.amplifier_a_per_v.is_none() => {
-                let why = "a motor that is driven by a current needs it";
+                let why = "a motor driven by a current needs it";
                 return Err(SheetRefusal::missing("motor.amplifier_a_per_v", why));
             }
             DrivenBy::Voltage if motor.amplifier_a_per_v.is_some() => {
                 let key = "motor.amplifier_a_per_v";
                 let sentence = format!(
-                    "`{key}` is of a motor that is driven by a current; `motor.driven_by` is \
+                    "`{key}` belongs to a motor driven by a current, but `motor.driven_by` is \
                      \"voltage\""
                 );
                 return Err(SheetRefusal::of(key, sentence));
@@ -138,13 +138,14 @@ impl DataSheet {
             ));
         }
         if dead_time > 0.0 && motor.driven_by == DrivenBy::Current {
-            let why = "0: an amplifier that sets the current makes up for it";
+            let why = "0: an amplifier that sets the current compensates it";
             return Err(SheetRefusal::number("motor.dead_time_s", dead_time, why));
         }
         Ok(())
     }
 
-    /// Of an amplifier only what its supply can give counts, which takes the motor's resistance.
+    /// Checks the supply. With an amplifier, the supply limits the current, so the motor's
+    /// resistance is needed.
     fn check_supply(&self) -> Result<(), SheetRefusal> {
         let motor = &self.motor;
         let Some(supply) = &self.supply else {
@@ -152,7 +153,7 @@ impl DataSheet {
                 None => Ok(()),
                 Some(_) => Err(SheetRefusal::missing(
                     "supply.voltage_v",
-                    "the motor's speed without load is that at this voltage",
+                    "the motor's speed without load refers to this voltage",
                 )),
             };
         };
@@ -160,19 +161,19 @@ impl DataSheet {
             return Ok(());
         }
         if motor.resistance_ohm.is_none() {
-            let why = "an amplifier on a `[supply]` ends where this takes all of its voltage";
+            let why = "it limits the current of an amplifier on a `[supply]`";
             return Err(SheetRefusal::missing("motor.resistance_ohm", why));
         }
         let resistance = supply.internal_resistance_ohm;
         if resistance > 0.0 {
-            let allowed = "0: of an amplifier that sets the current it cannot be simulated";
+            let allowed = "0: with an amplifier that sets the current it cannot be simulated";
             let key = "supply.internal_resistance_ohm";
             return Err(SheetRefusal::number(key, resistance, allowed));
         }
         if !supply.takes_current_back {
             let key = "supply.takes_current_back";
             let sentence = format!(
-                "`{key}` is false; allowed is true: of an amplifier that sets the current it \
+                "`{key}` is false; allowed is true: with an amplifier that sets the current it \
                  cannot be simulated"
             );
             return Err(SheetRefusal::of(key, sentence));
@@ -194,11 +195,11 @@ impl DataSheet {
         } else if self.motor.rotor_inertia_kg_m2 == 0.0 || self.load.inertia_kg_m2 == 0.0 {
             let key = ["motor.rotor_inertia_kg_m2", "load.inertia_kg_m2"]
                 [usize::from(self.motor.rotor_inertia_kg_m2 > 0.0)];
-            let why = "a number above 0, since the gear's stiffness has an inertia on both sides";
+            let why = "a number above 0, since an elastic gear needs an inertia on both sides";
             return Err(SheetRefusal::number(key, 0.0, why));
         }
         if self.motor.rotor_inertia_kg_m2 + self.load.inertia_kg_m2 == 0.0 {
-            let why = "a number above 0, since the rotor's inertia is 0, too";
+            let why = "a number above 0, since the rotor's inertia is 0 as well";
             return Err(SheetRefusal::number("load.inertia_kg_m2", 0.0, why));
         }
         Ok(())
@@ -216,7 +217,7 @@ impl DataSheet {
             }
         }
         if self.bristle_stiffness().is_none() && self.bristle_damping().is_some() {
-            let why = "bristles with damping have a stiffness";
+            let why = "bristles with damping need it";
             return Err(SheetRefusal::missing("friction.bristle_stiffness_nm_per_rad", why));
         }
         if !(0.0..1.0).contains(&friction.ripple) {
@@ -224,7 +225,7 @@ impl DataSheet {
             return Err(SheetRefusal::number("friction.ripple", friction.ripple, allowed));
         }
         if friction.ripple > 0.0 && friction.ripple_per_turn.is_none() {
-            let why = "a friction that varies with the gear's angle has a period";
+            let why = "friction that varies with the gear's angle needs it";
             return Err(SheetRefusal::missing("friction.ripple_per_turn", why));
         }
         match friction.motor_share {
@@ -232,7 +233,7 @@ impl DataSheet {
                 Err(SheetRefusal::number("friction.motor_share", share, "a number from 0 to 1"))
             }
             Some(share) if self.stiffness().is_none() => {
-                let allowed = "nothing, since the gear has no stiffness and the joint is one body";
+                let allowed = "nothing, since the gear has no stiffness: the joint is one body";
                 Err(SheetRefusal::number("friction.motor_share", share, allowed))
             }
             _ => Ok(()),
@@ -245,7 +246,7 @@ impl DataSheet {
             Some(0) => Err(SheetRefusal::number("encoder.lines", 0.0, "a whole number above 0")),
             Some(_) if encoder.at.is_none() => Err(SheetRefusal::missing(
                 "encoder.at",
-                "`encoder.lines` needs \"motor\" or \"load\", where the disc sits",
+                "`encoder.lines` needs the place of the disc, \"motor\" or \"load\"",
             )),
             _ if encoder.noise_counts > 1 => Err(SheetRefusal::number(
                 "encoder.noise_counts",

@@ -1,11 +1,12 @@
-//! A joint as its data sheets describe it, in SI: motor, gear, load, friction, supply, encoder.
+//! Data sheet of a joint, in SI: motor, gear, load, friction, supply, encoder.
 //!
 //! ```text
 //! [motor], [gear], .. -> Tables -> DataSheet (checked) -> Mapping -> [joint], [drive], [encoder]
 //! ```
 //!
-//! [`units`] has the mapping, [`derive()`] writes its numbers where the core looks for them. What
-//! is derived may not be written as well, so that no file says two things. [`tables`] are the keys.
+//! [`units`] has the mapping, and [`derive()`] writes its numbers into the tables that the core
+//! reads. A file that sets a derived key is refused, so that a file cannot contradict itself.
+//! [`tables`] has the keys.
 
 mod axis;
 mod check;

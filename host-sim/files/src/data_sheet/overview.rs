@@ -1,5 +1,4 @@
-//! A data sheet told to a person: both systems of units side by side, and where each number comes
-//! from.
+//! Derived numbers of a data sheet in both systems of units, each with its formula.
 
 use std::f64::consts::TAU;
 
@@ -11,17 +10,17 @@ use crate::error::shown;
 /// A derived number.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DerivedNumber {
-    /// What it is.
+    /// Name of the quantity.
     pub what: &'static str,
-    /// In SI, with its unit; empty if it has none.
+    /// Value in SI, with its unit; empty if it has none.
     pub si: String,
-    /// In the core's units; empty if the core has none.
+    /// Value in the core's units; empty if the core has none.
     pub core: String,
-    /// How it came about.
+    /// Formula.
     pub how: String,
 }
 
-/// Five digits, which is more than a data sheet has.
+/// Formats a number with five digits, which is more than a data sheet has.
 fn digits(number: f64) -> String {
     shown(format!("{number:.4e}").parse().unwrap_or(number))
 }
@@ -30,7 +29,7 @@ fn with(number: f64, unit: &str) -> String {
     format!("{} {unit}", digits(number))
 }
 
-/// Tells every number that a data sheet gives.
+/// Lists all numbers that are derived from a data sheet.
 pub fn rows(sheet: &DataSheet, mapping: &Mapping) -> Vec<DerivedNumber> {
     let mut rows = vec![effort(sheet, mapping)];
     rows.extend(body(sheet, mapping));
@@ -60,7 +59,7 @@ fn effort(sheet: &DataSheet, mapping: &Mapping) -> DerivedNumber {
         }
     };
     DerivedNumber {
-        what: "effort of a volt",
+        what: "effort per volt",
         si: with(mapping.units.effort_gain, "N m"),
         core: "1 V".into(),
         how,
@@ -82,7 +81,7 @@ fn body(sheet: &DataSheet, mapping: &Mapping) -> Vec<DerivedNumber> {
         ),
     }];
     rows.push(DerivedNumber {
-        what: "acceleration of a volt",
+        what: "acceleration per volt",
         si: with(mapping.units.effort_gain / mapping.inertia, "rad/s^2"),
         core: with(mapping.gain(), "deg/s^2"),
         how: "kappa = (180/pi) G / J".into(),
@@ -93,11 +92,11 @@ fn body(sheet: &DataSheet, mapping: &Mapping) -> Vec<DerivedNumber> {
             what: "back-EMF",
             si: with(mapping.back_emf, "N m s/rad"),
             core: viscous_core(mapping.back_emf),
-            how: "eta (n K_t)^2 / R: to the core, a viscous friction".into(),
+            how: "eta (n K_t)^2 / R: a viscous friction for the core".into(),
         });
     }
     rows.push(DerivedNumber {
-        what: "viscous friction in all",
+        what: "total viscous friction",
         si: with(mapping.viscous, "N m s/rad"),
         core: viscous_core(mapping.viscous),
         how: if mapping.back_emf > 0.0 {
@@ -131,7 +130,7 @@ fn friction(sheet: &DataSheet, mapping: &Mapping) -> Vec<DerivedNumber> {
     rows
 }
 
-/// What an axis in closed form does not have, as far as it has a unit.
+/// Lists effects that an axis in closed form does not have.
 fn shape(sheet: &DataSheet, mapping: &Mapping) -> Vec<DerivedNumber> {
     let angle = |what, radians: Option<f64>, per: &str| {
         radians.filter(|radians| *radians != 0.0).map(|radians| DerivedNumber {
@@ -183,7 +182,7 @@ fn limits(sheet: &DataSheet, mapping: &Mapping) -> Vec<DerivedNumber> {
             how: limit,
         });
     }
-    // Without a supply nobody knows where the current of an amplifier ends.
+    // Without a supply the voltage limit of an amplifier is unknown.
     if let Some(supply) = &sheet.supply {
         let speed = supply.voltage_v / (sheet.gear.ratio * sheet.motor.kt_nm_per_a);
         rows.push(DerivedNumber {

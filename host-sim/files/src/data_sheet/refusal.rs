@@ -1,30 +1,30 @@
-//! Why a data sheet is refused: the key and one sentence.
+//! Error of a data sheet: the key and one sentence.
 
 use std::fmt;
 
 use crate::error::shown;
 
-/// A data sheet that cannot be simulated. Whoever read the file says where it came from.
+/// Error of a data sheet that cannot be simulated. The document adds the name of the file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SheetRefusal {
-    /// The key or table that it is about.
+    /// Key or table of the error.
     pub key: String,
-    /// What was found and what is allowed.
+    /// Sentence with the value found and the allowed values.
     pub sentence: String,
 }
 
 impl SheetRefusal {
-    /// Of a key, in words of its own.
+    /// Creates the error of a key with a sentence of its own.
     pub fn of(key: &str, sentence: String) -> Self {
         Self { key: key.into(), sentence }
     }
 
-    /// A number that is not allowed.
+    /// Creates the error of an invalid number.
     pub fn number(key: &str, found: f64, allowed: &str) -> Self {
         Self::of(key, format!("`{key}` is {}; allowed is {allowed}", shown(found)))
     }
 
-    /// A key that has to be there.
+    /// Creates the error of a missing key.
     pub fn missing(key: &str, why: &str) -> Self {
         Self::of(key, format!("`{key}` is missing; {why}"))
     }

@@ -1,16 +1,16 @@
-//! What of a data sheet cannot be simulated: refused, never ignored.
+//! Refuses effects of a data sheet that cannot be simulated.
 
 use super::refusal::SheetRefusal;
 use super::sheet::DataSheet;
 
-/// Two levels of friction differ by the same amount if they do so to this part.
+/// Relative tolerance for equal differences of two friction levels.
 const SAME: f64 = 1e-9;
 
 impl DataSheet {
-    /// Refuses what no plant of the simulator has.
+    /// Checks that a plant of the simulator has all effects of the data sheet.
     ///
     /// # Errors
-    /// Names the key, what was found and what is allowed.
+    /// Returns an error with the key, the value found and the allowed values.
     pub fn can_be_simulated(&self) -> Result<(), SheetRefusal> {
         let friction = &self.friction;
         if self.bristle_stiffness().is_some() {
@@ -26,11 +26,11 @@ impl DataSheet {
                 return Err(SheetRefusal::of(key, sentence));
             }
             if self.slip()[0].min(self.slip()[1]) == 0.0 {
-                let why = "a number above 0, since a bristle has something to slide on";
+                let why = "a number above 0, since a bristle needs it";
                 return Err(SheetRefusal::number("friction.slip_nm", 0.0, why));
             }
             if self.stribeck().unwrap_or(0.0) == 0.0 {
-                let why = "the friction of a bristle falls over a speed, and not at once";
+                let why = "the friction of a bristle cannot fall at once";
                 return Err(SheetRefusal::missing("friction.stribeck_rad_per_s", why));
             }
         }

@@ -1,7 +1,7 @@
 //! The tables of a data sheet, as a file has them.
 //!
-//! Angles, speeds, stiffnesses and viscous coefficients may be written in degrees or in radians;
-//! the key's name says which. [`super::DataSheet`] brings both to SI.
+//! Angles, speeds, stiffnesses and viscous coefficients are in degrees or in radians, as the name
+//! of the key says. [`super::DataSheet`] converts both to SI.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

@@ -56,14 +56,14 @@ impl fmt::Display for UnseenSlack {
         if backlash_deg == 0.0 {
             return write!(
                 f,
-                "this encoder cannot see the wind-up of the gear; the load can be up to {wind_up} \
-                 deg off at rest"
+                "this encoder cannot see the wind-up of the gear; the load can be up to \
+                 {wind_up} deg off at rest"
             );
         }
         write!(
             f,
-            "this encoder cannot see {backlash_counts:.0} counts of backlash; the load can be up \
-             to {} deg off, plus the wind-up of the gear (up to {wind_up} deg at rest)",
+            "this encoder cannot see {backlash_counts:.0} counts of backlash; the load can be \
+             up to {} deg off, plus the wind-up of the gear (up to {wind_up} deg at rest)",
             rounded(backlash_deg)
         )
     }

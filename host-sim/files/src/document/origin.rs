@@ -1,24 +1,24 @@
-//! Who gave a value: the file, a variant of it, or a hand on the command line.
+//! Origin of a value: the file, a variant, the command line, or a draw.
 
 use std::fmt;
 
 use super::wording::brief;
 
-/// Where the values of a document came from, for messages.
+/// Origin of the values of a document, for messages.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Origin {
-    /// The name of a built-in experiment, or the path of a file.
+    /// Name of a built-in experiment, or path of a file.
     pub name: String,
-    /// The variant of it, if any.
+    /// Variant, if any.
     pub(super) variant: Option<String>,
-    /// What was set by hand, as typed.
+    /// Assignments of the command line, as typed.
     pub(super) set: Vec<String>,
-    /// What was drawn within a spread, as `KEY=VALUE`.
+    /// Values drawn within a spread, as `KEY=VALUE`.
     pub(super) drawn: Vec<String>,
 }
 
 impl Origin {
-    /// Names the source of a key's value: what was set by hand, or else the file.
+    /// Returns the source of a key's value: an assignment, a draw, or the file.
     pub fn of(&self, key: &str) -> String {
         let set = |assignment: &&String| {
             let typed = assignment.split('=').next().unwrap_or_default().trim();
@@ -29,13 +29,13 @@ impl Origin {
         }
         match self.set.iter().rfind(set) {
             Some(assignment) => format!("--set {}", brief(assignment)),
-            // What was drawn may be what the key no longer goes with.
+            // A drawn value may contradict the key.
             None if !self.drawn.is_empty() => {
                 let drawn: Vec<String> = self.drawn.iter().map(|drawn| brief(drawn)).collect();
                 format!("{self}: its spread gives {}", drawn.join(", "))
             }
             None => {
-                // A key of the file that no longer goes with one that was set.
+                // An assignment may contradict a key of the file.
                 let with = if self.set.is_empty() { "" } else { " with" };
                 let set: String =
                     self.set.iter().map(|set| format!(" --set {}", brief(set))).collect();
@@ -55,7 +55,7 @@ impl fmt::Display for Origin {
     }
 }
 
-/// Whether a key is a table or a list itself or something in it.
+/// Returns whether a key is the given table or list, or inside it.
 pub fn within(key: &str, table: &str) -> bool {
     key.strip_prefix(table).is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '[']))
 }

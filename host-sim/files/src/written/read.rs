@@ -1,4 +1,4 @@
-//! Reading a table by its declarations, in serde's own words where it is refused.
+//! Reads a table by its declarations. Errors have serde's form.
 
 use std::fmt;
 use std::marker::PhantomData;
@@ -10,7 +10,7 @@ use stiction::value::{About, Kind};
 
 use super::{Declared, Extras, FileScalar, OFF, ParameterTable};
 
-/// Reads the key of a table, and refuses one that is not known.
+/// Reads the key of a table, and refuses an unknown one.
 struct Name<'a>(&'a [&'static str]);
 
 impl<'de> DeserializeSeed<'de> for Name<'_> {
@@ -31,13 +31,13 @@ impl Visitor<'_> for Name<'_> {
     fn visit_str<E: de::Error>(self, typed: &str) -> Result<&'static str, E> {
         self.0.iter().find(|name| **name == typed).copied().ok_or_else(|| {
             let known: Vec<String> = self.0.iter().map(|name| format!("`{name}`")).collect();
-            // In serde's own words, which the reader of a file understands.
+            // In serde's form, which the document parses.
             E::custom(format!("unknown field `{typed}`, expected one of {}", known.join(", ")))
         })
     }
 }
 
-/// Reads a value as it is declared, which may be what is allowed.
+/// Reads a value by its declaration and its allowed values.
 struct Value<'a>(&'a About, Option<Allowed>);
 
 impl<'de> DeserializeSeed<'de> for Value<'_> {
@@ -54,7 +54,7 @@ impl<'de> DeserializeSeed<'de> for Value<'_> {
     }
 }
 
-/// A number, or the word that turns off what has it.
+/// Reads a number, or the word that turns a limit off.
 struct NumberOrOff;
 
 impl Visitor<'_> for NumberOrOff {
@@ -80,7 +80,7 @@ impl Visitor<'_> for NumberOrOff {
     }
 }
 
-/// A float is not whole, even if it has no fraction: that is a slip of the hand.
+/// Reads a whole number. A float is refused, even without a fraction.
 struct WholeNumber(Option<Allowed>);
 
 impl Visitor<'_> for WholeNumber {
@@ -102,7 +102,7 @@ impl Visitor<'_> for WholeNumber {
     }
 }
 
-/// One of a few words; those that are numbers are written as such.
+/// Reads one of a few words. A word that is a number is written as a number.
 struct Choice(&'static [&'static str]);
 
 impl Choice {

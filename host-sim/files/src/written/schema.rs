@@ -1,4 +1,4 @@
-//! The schema of a table: of each value its type, bounds, default and sentence.
+//! Schema of a table: type, range, default and description of each value.
 
 use std::borrow::Cow;
 
@@ -45,8 +45,8 @@ impl<T: Declared, E: Extras> JsonSchema for ParameterTable<T, E> {
     }
 }
 
-/// A value's type, bounds, default and sentence. Its number in records stands beside them under
-/// `x-number`, and bounds that depend on other values under `x-bounds`.
+/// Returns type, range, default and description of a value. `x-number` is its number in records,
+/// and `x-bounds` a range that depends on other values.
 fn schema_of(about: &About, allowed: Option<Allowed>, otherwise: Option<FileScalar>) -> Schema {
     let mut schema = match about.kind {
         Kind::Number => json_schema!({ "type": "number" }),
@@ -93,12 +93,12 @@ fn schema_of(about: &About, allowed: Option<Allowed>, otherwise: Option<FileScal
     schema
 }
 
-/// A word that is a number is written as one.
+/// Returns the JSON value of a word; a word that is a number becomes a number.
 fn choice(word: &str) -> serde_json::Value {
     word.parse::<i64>().map_or_else(|_| word.into(), Into::into)
 }
 
-/// What a value may be.
+/// Range of a value.
 enum Bounds {
     None,
     Between(f32, f32),
@@ -107,8 +107,8 @@ enum Bounds {
     Words(String),
 }
 
-/// The bounds of a declaration: the core's figures, but for an end that depends on another value.
-/// That one is the expression of the source in the names of the file.
+/// Returns the range of a declaration. An end that depends on another value is the expression of
+/// the source, in the names of the file.
 fn bounds(about: &About, allowed: Option<Allowed>) -> Bounds {
     let (low, high, is_above) = match allowed {
         Some(Allowed::Between(low, high) | Allowed::OrOff(low, high)) => (low, high, false),
@@ -131,14 +131,16 @@ fn bounds(about: &About, allowed: Option<Allowed>) -> Bounds {
     })
 }
 
-/// The expressions of the two ends, as in `Above(drive.full_scale / 32_768.0, drive.full_scale)`.
+/// Returns the expressions of both ends, as in `Above(drive.full_scale / 32_768.0,
+/// drive.full_scale)`.
 fn ends(bounds: &str) -> [Option<&str>; 2] {
     let inside = bounds.split_once('(').map(|(_, inside)| inside.trim_end_matches(')'));
     let ends = inside.and_then(|inside| inside.split_once(", "));
     [ends.map(|(low, _)| low), ends.map(|(_, high)| high)]
 }
 
-/// `drive.full_scale / 32_768.0` as `full_scale_v / 32768`; none if no other value is in it.
+/// Returns `drive.full_scale / 32_768.0` as `full_scale_v / 32768`; `None` if it has no other
+/// value.
 fn in_names(expression: &str) -> Option<String> {
     let name = |word: &str| {
         let (_, field) = word.split_once('.')?;

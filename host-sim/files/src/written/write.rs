@@ -1,4 +1,4 @@
-//! Writing a table by its declarations, with what is left out as its default.
+//! Writes a table by its declarations; missing values are written as their defaults.
 
 use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};

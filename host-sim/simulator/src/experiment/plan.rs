@@ -324,7 +324,7 @@ fn controllers<'a>(
                      `[controller.{name}]`{near}"
                 )
             }
-            (false, true) => format!("--controller {}: `{name}` is there twice", wanted.join(",")),
+            (false, true) => format!("--controller {}: `{name}` is listed twice", wanted.join(",")),
             (false, false) => {
                 format!(
                     "--controller {}: there is no controller `{name}` in {origin}{near}",

@@ -47,7 +47,7 @@ pub fn described(document: &Document) -> Result<Vec<Described>, Error> {
                 how: String::new(),
             };
             vec![
-                row("acceleration of a volt", joint.gain_deg_per_s2_per_v, "deg/s^2"),
+                row("acceleration per volt", joint.gain_deg_per_s2_per_v, "deg/s^2"),
                 row("viscous friction", joint.viscous_v_per_deg_per_s, "V s/deg"),
                 row("stick friction", joint.friction.stick_v, "V"),
                 row("slip friction", joint.friction.slip_v, "V"),

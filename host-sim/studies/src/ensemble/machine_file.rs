@@ -378,8 +378,8 @@ mod tests {
         for (text, said) in [
             ("joint.friction.stick_v", "write KEY=LOW..HIGH"),
             ("joint.friction.stick_v=0.6..0.3", "the lower one first"),
-            ("joint.friction.stick_v=0.3", "LOW..HIGH of two numbers"),
-            ("controller.pd.kp_v_per_deg=1..2", "only keys of the joint vary"),
+            ("joint.friction.stick_v=0.3", "LOW..HIGH: two numbers"),
+            ("controller.pd.kp_v_per_deg=1..2", "only keys of the joint can vary"),
         ] {
             let message = Spread::read(text).unwrap_err().to_string();
             assert!(message.contains(said) && message.contains("--spread"), "{message}");

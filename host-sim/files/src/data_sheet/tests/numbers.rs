@@ -129,7 +129,7 @@ fn a_plausible_sheet_has_no_doubts_and_an_implausible_one_is_told() {
         (("load.inertia_kg_m2", "7e-4"), "1143 times less than the rotor's"),
         (("friction.stick_nm", "30"), "stall torque is 48 N m"),
         (("friction.stick_nm", "17"), "`friction.stick_nm` is 17 and `slip_nm` 4;"),
-        (("load.constant_nm", "-6"), "moves by itself when the motor is off"),
+        (("load.constant_nm", "-6"), "moves when the motor is off"),
         (("load.unbalance_nm", "45"), "it does not start from everywhere"),
         (("supply.voltage_v", "12000"), "12000 V: are these mV? The key is in V"),
         (("motor.inductance_h", "20"), "`motor.inductance_h` is 20 H; usual is 1e-9 to 10 H"),
