@@ -429,7 +429,10 @@ fn a_truth_that_no_device_could_have_is_refused() {
     ] {
         let truth = joint(&directory, name, &answers);
         let said = refusal(&[&["--simulated"], &own[..], &[&truth, "status"]].concat());
-        assert!(said.contains(expected) && said.contains("both files need the same"), "{said}");
+        assert!(
+            said.contains(expected) && said.contains("must be the same in both files"),
+            "{said}"
+        );
     }
     let board = ["--port", "/dev/none", "--truth", &believed, "status"];
     let said = refusal(&board);
@@ -481,8 +484,8 @@ fn a_program_reads_status_faults_and_the_fault_of_a_move() {
     );
 }
 
-/// The data sheet has no load, and the joint has one: the file of the identified joint has the load,
-/// and thresholds under which the joint may rest against it.
+/// The data sheet has no load, and the joint has one: the file of the identified joint has the
+/// load, and thresholds under which the joint may rest against it.
 #[test]
 fn an_identification_that_finds_a_load_raises_the_thresholds_that_it_would_trip() {
     let directory = tempfile::tempdir().unwrap();

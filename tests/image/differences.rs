@@ -17,7 +17,7 @@ use crate::common::{emulation, image, plans};
 fn refusal(image: &RunPlan, beside: &RunPlan, free_running: bool) -> String {
     let mut emulation = emulation();
     emulation.free_running = free_running;
-    match emulation.run_told(blob(image).unwrap(), beside, &AtomicU32::default()) {
+    match emulation.run_with_record(blob(image).unwrap(), beside, &AtomicU32::default()) {
         Ok(_) => panic!("nothing was found"),
         Err(error) => error.to_string(),
     }

@@ -13,22 +13,22 @@ use crate::plant::Plant;
 use crate::solver::{AxisSolver, Event};
 use crate::target::{BareLoop, Target};
 
-/// A controller wired to an axis.
+/// A controller connected to a simulated axis.
 #[derive(Clone, Debug)]
 pub struct ClosedLoop {
-    /// The core.
+    /// Controller of the core.
     pub controller: Controller,
-    /// The motion.
+    /// Motion.
     pub course: Course,
-    /// The encoder on the axis.
+    /// Encoder on the axis.
     pub encoder: EncoderModel,
-    /// Volts of one drive code.
+    /// Voltage of one drive code, V.
     pub lsb_v: f64,
     /// Time between samples, s.
     pub sample_time_s: f64,
     /// Computation delay.
     pub delay: Delay,
-    /// The axis, for its friction over time.
+    /// Axis, which has the friction over time.
     pub axis: RobotAxis,
 }
 
@@ -37,7 +37,7 @@ pub struct ClosedLoop {
 pub struct LoopSample {
     /// Time, s.
     pub time_s: f64,
-    /// What the core computed.
+    /// Signals of the core in this tick.
     pub tick: Tick,
     /// theta_d, deg.
     pub reference_deg: f64,
@@ -49,31 +49,30 @@ pub struct LoopSample {
     pub at_load_deg: f64,
     /// True joint velocity, deg/s.
     pub velocity_deg_per_s: f64,
-    /// What the D/A holds from now on, V.
+    /// Output of the D/A until the next sample, V.
     pub applied_v: f64,
     /// Whether the joint is stuck.
     pub stuck: bool,
 }
 
 impl LoopSample {
-    /// Reference minus true position, deg.
+    /// Returns reference minus true position, deg.
     pub fn error_deg(&self) -> f64 {
         self.reference_deg - self.position_deg
     }
 }
 
 impl ClosedLoop {
-    /// The plant of the loop, moved by `solver`.
+    /// Returns the plant of the loop, moved by `solver`.
     pub fn plant<S: AxisSolver>(&self, solver: S) -> Plant<S> {
         let scale = [self.lsb_v, self.sample_time_s];
         Plant::new(solver, self.axis.clone(), self.encoder, scale, self.delay)
     }
 
-    /// Runs the bare loop from rest for `samples` samples after the first, and shows every instant
-    /// and every event.
+    /// Runs the bare loop from rest for `samples` samples after the first, and passes every sample
+    /// and every event to the callbacks.
     ///
-    /// Returns the time at which a state was no longer finite, if that happened; the run ends
-    /// there.
+    /// Returns the time at which a state was no longer finite, s; the run ends there.
     pub fn run<S: AxisSolver>(
         &self,
         solver: &mut S,
@@ -87,7 +86,7 @@ impl ClosedLoop {
         self.step(&mut target, &mut plant, samples, on_moment, on_event)
     }
 
-    /// Steps a target against a plant, as [`run`](Self::run), or until the target has ended.
+    /// Runs a target with a plant as [`run`](Self::run) does, or until the target ends.
     #[inline]
     pub fn step<S: AxisSolver>(
         &self,
@@ -112,7 +111,7 @@ impl ClosedLoop {
         None
     }
 
-    /// The loop at the instant of a tick, with this effort on the D/A from now on, V.
+    /// Returns the sample of a tick; `effort_v` is the D/A's output until the next sample, V.
     #[inline]
     pub fn moment(
         &self,

@@ -1,4 +1,4 @@
-//! Running the runs of an experiment, on every core.
+//! Executes the runs of an experiment, on every core.
 
 use std::time::{Duration, Instant};
 
@@ -19,45 +19,46 @@ use crate::plant::{Delay, Plant};
 use crate::solver::{AxisSolver, Event, Rk4Axis};
 use crate::target::{BareLoop, Target, WatchedServo};
 
-/// Everything that came out of a run.
+/// Result of a run.
 #[derive(Clone, Debug)]
 pub struct RunResult {
-    /// What was run.
+    /// Plan of the run.
     pub plan: RunPlan,
-    /// The loop at every sample, or the ramp.
+    /// Samples of the loop, or of the ramp.
     pub trace: RunTrace,
     /// Breaks, sticks and reversals, in order.
     pub events: Vec<Event>,
-    /// What it is judged by.
+    /// Metrics.
     pub metrics: RunMetrics,
-    /// Wall time.
+    /// Wall-clock time.
     pub wall: Duration,
-    /// How often the solver evaluated the acceleration; none in closed form.
+    /// Number of evaluations of the acceleration; 0 in closed form.
     pub derivative_evaluations: u64,
-    /// The loop is unstable.
+    /// Whether the loop is unstable.
     pub unstable: bool,
-    /// When a state was no longer finite.
+    /// Time at which a state was no longer finite, s.
     pub diverged_at_s: Option<f64>,
-    /// What ended the motion of a servo; its joint coasts from then on.
+    /// Fault that ended the motion of a servo; its joint coasts from then on.
     pub fault: Option<ServoTrip>,
-    /// Slack of the gear that the encoder cannot measure: both sides of the gear are shown.
+    /// Slack of the gear that the encoder cannot measure; with it, both sides of the gear are
+    /// shown.
     pub unseen_slack: Option<UnseenSlack>,
 }
 
 /// A fault of a servo.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct ServoTrip {
-    /// Its code.
+    /// Code.
     pub code: u8,
-    /// In a few words.
+    /// Description.
     pub name: &'static str,
-    /// Time since the motion began, s.
+    /// Time since the start of the motion, s.
     pub time_s: f64,
-    /// What tripped it, in the fault's unit.
+    /// Value that tripped it, in the fault's unit.
     pub value: f32,
 }
 
-/// What drives the joint.
+/// Driver of the joint.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum RunDriver {
     /// The control loop alone.
@@ -67,27 +68,27 @@ pub enum RunDriver {
     ByServo,
 }
 
-/// The samples of a run.
+/// Samples of a run.
 #[derive(Clone, Debug)]
 pub enum RunTrace {
     /// Of a closed loop.
     Loop(Vec<LoopSample>),
-    /// Of an effort ramp: the loop is open, so the reference says nothing.
+    /// Of an effort ramp: the loop is open, so the reference has no meaning.
     Ramp(Vec<LoopSample>),
 }
 
-/// Runs all plans by the bare loop, as [`run_all_driven`].
+/// Runs all plans with the bare loop, as [`run_all_driven`].
 ///
 /// # Errors
-/// The first configuration that is not allowed; nothing has been run then.
+/// Returns the first invalid configuration; nothing has been run then.
 pub fn run_all(plans: &[RunPlan]) -> Result<Vec<RunResult>, Error> {
     run_all_driven(plans, RunDriver::ByLoop)
 }
 
-/// Runs all plans in parallel, with a progress bar on a terminal if it takes more than a moment.
+/// Runs all plans in parallel, with a progress bar on a terminal if they take longer than a moment.
 ///
 /// # Errors
-/// The first configuration that is not allowed; nothing has been run then.
+/// Returns the first invalid configuration; nothing has been run then.
 pub fn run_all_driven(plans: &[RunPlan], driven: RunDriver) -> Result<Vec<RunResult>, Error> {
     for plan in plans {
         plan.validate()?;
@@ -101,7 +102,7 @@ pub fn run_all_driven(plans: &[RunPlan], driven: RunDriver) -> Result<Vec<RunRes
     results
 }
 
-/// Runs one plan by the bare loop.
+/// Runs one plan with the bare loop.
 ///
 /// # Errors
 /// Returns an error that names the invalid value.
@@ -137,7 +138,7 @@ fn run_with<S: AxisSolver>(
     let (counter, counts) = (plant.counter(), plant.counts());
     if driven == RunDriver::ByServo {
         if let Task::Ramp(_) = plan.task {
-            let why = "the servo runs ramps on a device: `stiction device ... identify`";
+            let why = "ramps of a servo need a device: `stiction device ... identify`";
             return Err(Error::Input(format!("--target servo: {} is a ramp; {why}", plan.label)));
         }
         let mut target = WatchedServo::new(parameters(plan)?, counter, counts)?;
@@ -161,29 +162,29 @@ fn run_with<S: AxisSolver>(
     recording.judged(&plant.solver, &target.state.ramp().findings())
 }
 
-/// A run as it is recorded, whatever drives the joint.
+/// Recording of a run.
 #[derive(Debug)]
 pub struct Recording<'a> {
     plan: &'a RunPlan,
-    /// What is stepped. The readings of a ramp are of the effort of the same sample: it has no
-    /// delay.
+    /// Loop of the run. A ramp has no delay, since its readings are of the effort of the same
+    /// sample.
     pub closed_loop: ClosedLoop,
-    /// Samples after the first; a ramp ends by itself.
+    /// Largest number of samples after the first; a ramp can end earlier.
     pub samples: u32,
-    /// Every instant so far.
+    /// Samples so far.
     pub trace: RunTrace,
     /// Breaks, sticks and reversals so far.
     pub events: Vec<Event>,
-    /// When a state was no longer finite.
+    /// Time at which a state was no longer finite, s.
     pub diverged_at_s: Option<f64>,
     begin: Instant,
 }
 
 impl<'a> Recording<'a> {
-    /// Nothing so far.
+    /// Creates an empty recording.
     ///
     /// # Errors
-    /// Names a value of the plan that is not allowed.
+    /// Returns an error that names the invalid value.
     pub fn new(plan: &'a RunPlan) -> Result<Self, Error> {
         let begin = Instant::now();
         let mut closed_loop = plan.closed_loop()?;
@@ -205,7 +206,7 @@ impl<'a> Recording<'a> {
         })
     }
 
-    /// Steps a target against a plant, to the end.
+    /// Runs a target with a plant, to the end.
     pub fn step<S: AxisSolver>(&mut self, target: &mut impl Target, plant: &mut Plant<S>) {
         let Self { closed_loop, samples, trace, events, .. } = self;
         let on_moment = |moment: &LoopSample| trace.push(moment);
@@ -213,10 +214,10 @@ impl<'a> Recording<'a> {
             closed_loop.step(target, plant, *samples, on_moment, |event| events.push(event));
     }
 
-    /// What the run comes to; `found` is what a ramp has found.
+    /// Returns the result of the run; `found` are the findings of a ramp.
     ///
     /// # Errors
-    /// Names a value of the plan that is not allowed.
+    /// Returns an error that names the invalid value.
     pub fn judged(
         self,
         solver: &impl AxisSolver,
@@ -242,7 +243,7 @@ impl<'a> Recording<'a> {
 }
 
 impl RunTrace {
-    /// One more instant.
+    /// Adds a sample.
     pub fn push(&mut self, moment: &LoopSample) {
         let (Self::Loop(moments) | Self::Ramp(moments)) = self;
         moments.push(*moment);
@@ -250,7 +251,7 @@ impl RunTrace {
 }
 
 impl RunResult {
-    /// Judges what a closed loop did that was started at `begin`.
+    /// Returns the result of a closed loop that started at `begin`.
     fn of_loop(
         plan: &RunPlan,
         moments: Vec<LoopSample>,
@@ -280,7 +281,7 @@ impl RunResult {
         }
     }
 
-    /// Tells what a ramp found that was started at `begin`.
+    /// Returns the result of a ramp that started at `begin`.
     fn of_ramp(
         plan: &RunPlan,
         levels: RampFriction,

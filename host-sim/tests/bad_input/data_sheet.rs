@@ -242,5 +242,8 @@ fn what_is_left_of_the_file_that_was_copied_does_no_harm() {
     fs::write(&file, fs::read_to_string(&file).unwrap() + variant).unwrap();
     let done = stiction(&["run", &file]).output().unwrap();
     let said = String::from_utf8(done.stderr).unwrap();
-    assert!(done.status.success() && said.contains("which the data sheet gives"), "{said}");
+    assert!(
+        done.status.success() && said.contains("which is derived from the data sheet"),
+        "{said}"
+    );
 }

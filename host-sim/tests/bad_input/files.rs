@@ -166,7 +166,7 @@ fn a_file_with_a_mistake_is_named_with_the_key() {
             PATH,
             PLACES,
             "[0.0, 50.0, 50.0, 0.0]",
-            &["`pd/trajectory-5.0`", "its own size, speed or slug"],
+            &["`pd/trajectory-5.0`", "need different sizes, speeds and slugs"],
         ),
         (
             PATH,

@@ -5,15 +5,15 @@
 //! (M(q) + diag(N_i^2 J_i)) q'' = u - c(q, q') - g(q) - F(q')
 //! ```
 //!
-//! A rotor turns N times as fast as its joint; what the motion of one joint does to the other's
-//! rotor is 1/N of what it does to the link, and is left out (Spong, ASME J. Dynamic Systems 109,
-//! 1987). What is left of the coupling is the kick-back of the thesis's section 2.2.2.2: a joint
-//! that accelerates pushes the other one, and may break it away.
+//! A rotor turns N times as fast as its joint. The effect of one joint's motion on the other's
+//! rotor is 1/N of that on the link, and is neglected (Spong, ASME J. Dynamic Systems 109, 1987).
+//! The remaining coupling is the kick-back of the thesis's section 2.2.2.2: an accelerating joint
+//! pushes the other one, and can break it away.
 //!
 //! Which joints stick is decided for both at once ([`crate::solver::modes`]); between two switches
-//! the motion is integrated as that of [`super::RigidJoint`]. Guarantees: velocity exactly zero of what
-//! is stuck; no assumption on the other joint's acceleration. Does badly: efforts have no lag; a
-//! stuck joint whose reaction goes beyond its limit and back within a step stays stuck.
+//! the motion is integrated as that of [`super::RigidJoint`]. Guarantees: the velocity of a stuck
+//! joint is exactly zero; no assumption on the other joint's acceleration. Limits: efforts have no
+//! lag; a stuck joint whose reaction exceeds its limit and returns within a step stays stuck.
 
 use super::Turn;
 use super::description::StribeckCurve;
@@ -53,7 +53,7 @@ impl ArmDescription {
     /// Makes the arm, at rest at its start.
     ///
     /// # Errors
-    /// Names a value that no arm can have.
+    /// Returns an error that names the invalid value.
     pub fn build(&self) -> Result<GearedArm, InvalidModel> {
         let refuse = |what: &str, found: f64, allowed: &str| {
             let found = shown(found);
@@ -119,7 +119,7 @@ pub struct GearedArm {
 /// Position and velocity of the first joint, then of the second; or their rates.
 type State = [f64; 4];
 
-/// So many steps and switches in a sample are no motion any more: the rest of it is not followed.
+/// Largest number of steps and switches in a sample; the rest of the sample is skipped.
 const MOST_STEPS: usize = 10 * MOST_SWITCHES;
 
 /// The friction of a joint where it is.

@@ -1,6 +1,6 @@
-//! A joint as plain data, from which [`Description::build`] makes one that moves.
+//! Description of a joint as plain data; [`Description::build`] makes the simulated joint.
 //!
-//! Units are SI: rad, N m, kg m^2, s. Any other consistent set does as well, since no constant of
+//! Units are SI: rad, N m, kg m^2, s. Any other consistent set works as well, since no constant of
 //! the plants has a unit: the thesis's axis is simulated in deg, V and V s^2/deg.
 
 use super::{AnyJoint, FlexibleJoint, LuGreJoint, RigidJoint};
@@ -59,7 +59,7 @@ pub struct Thermal {
     pub viscous_per_k: f64,
 }
 
-/// Set-valued friction with what makes it vary.
+/// Set-valued friction with its variations.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SetValuedFriction {
     /// The levels.
@@ -116,7 +116,7 @@ pub struct ShaftDescription {
     pub backlash: f64,
 }
 
-/// What lies between the effort and the load.
+/// Drive train between the effort and the load.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Train {
     /// One inertia with set-valued friction.
@@ -150,7 +150,7 @@ pub struct Gravity {
     pub angle: f64,
 }
 
-/// What pulls at the joint.
+/// Torque of the load on the joint.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LoadTorque {
     /// A constant torque, N m.
@@ -210,12 +210,12 @@ impl Stops {
     }
 }
 
-/// A whole joint.
+/// Description of a whole joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Description {
     /// Inertia, friction, elasticity.
     pub train: Train,
-    /// What pulls at it.
+    /// Torque of the load.
     pub load: LoadTorque,
     /// Time constant of the first-order lag of the effort, s; 0 for none.
     pub lag_s: f64,
@@ -223,9 +223,9 @@ pub struct Description {
     pub stops: Stops,
     /// A push.
     pub push: Option<TorquePulse>,
-    /// Where it starts, at rest, rad.
+    /// Start position, at rest, rad.
     pub start: f64,
-    /// Angle of one count, rad: errors of a solver are kept far below it.
+    /// Angle of one count, rad. Errors of a solver are far below it.
     pub count: f64,
 }
 
@@ -271,7 +271,7 @@ impl Description {
     /// Makes the joint, at rest at its start.
     ///
     /// # Errors
-    /// Names a value that no joint can have.
+    /// Returns an error that names the invalid value.
     pub fn build(&self) -> Result<AnyJoint, InvalidModel> {
         self.check()?;
         Ok(match self.train {
@@ -297,7 +297,7 @@ impl Description {
         }
         if let Some(push) = &self.push {
             finite("push", push.torque)?;
-            require("push's end", push.until_s, push.from_s <= push.until_s, "after its begin")?;
+            require("push's end", push.until_s, push.from_s <= push.until_s, "after its start")?;
         }
         match &self.train {
             Train::Rigid(body) => check_body(body),
@@ -306,7 +306,7 @@ impl Description {
                 check_curve(curve)?;
                 above_zero("slip level of a bristle", curve.coulomb)?;
                 let is_smooth = curve.stribeck_velocity > 0.0 || curve.stick == curve.coulomb;
-                let what = "above zero: the level of a bristle has no jump";
+                let what = "above zero, since the level of a bristle cannot jump";
                 require("Stribeck velocity", curve.stribeck_velocity, is_smooth, what)?;
                 above_zero("bristle's stiffness", bristle.stiffness)?;
                 at_least_zero("bristle's damping", bristle.damping)

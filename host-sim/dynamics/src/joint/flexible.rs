@@ -6,8 +6,8 @@
 //!
 //! with T of [`super::shaft`]. The shaft makes the torque continuous in positions and velocities,
 //! so that each body sticks or slips by itself. Between two switches the motion is smooth, and is
-//! integrated as that of [`super::RigidJoint`]. Halts, breaks, the wall and the contacts of the backlash
-//! are located by Newton's method on the integrated motion.
+//! integrated as that of [`super::RigidJoint`]. Halts, breaks, the wall and the contacts of the
+//! backlash are located by Newton's method on the integrated motion.
 //!
 //! Guarantees: velocity exactly zero of what is stuck; switches in order, as far as cubics on the
 //! steps show them. Does badly: a stick level that grows at rest is taken as constant within a
@@ -23,7 +23,7 @@ use super::step::{LOCATED, MOST_SWITCHES, Pace, SHORTEST_S, SwitchFunction, firs
 use super::{DiscSide, Joint, Turn};
 use crate::solver::{Event, EventKind};
 
-/// The joint.
+/// A flexible joint.
 #[derive(Clone, Debug)]
 pub struct FlexibleJoint {
     /// Motor and load.
@@ -39,7 +39,7 @@ pub struct FlexibleJoint {
     ends: Ends,
     time_s: f64,
     unfollowed_s: f64,
-    /// Motor friction's work since the begin of the sample, J.
+    /// Work of the motor's friction since the start of the sample, J.
     heat: f64,
 }
 
@@ -155,8 +155,8 @@ impl FlexibleJoint {
         attempt
     }
 
-    /// All that stays above zero until the next switch, at ends with these rates and this rest of
-    /// the lag: two for the motor, two for the load, two for the contact.
+    /// Returns the switch functions, which are positive until the next switch, for ends with these
+    /// rates and this rest of the lag: two for the motor, two for the load, two for the contact.
     #[inline]
     fn watched(&self, ends: &Ends, rates: &Ends, left: f64) -> [SwitchFunction; 6] {
         let [motor, load] = &self.bodies;
@@ -178,7 +178,7 @@ impl FlexibleJoint {
         [a, b, c, d, e, f]
     }
 
-    /// How near to zero what is watched is at a switch.
+    /// Returns the largest value of a switch function that counts as zero.
     fn located(&self, which: usize) -> f64 {
         let is_torque = |body: usize| self.bodies[body].sense == 0.0;
         let torque = self.shaft.stiffness * self.pace.position;
@@ -192,7 +192,7 @@ impl FlexibleJoint {
             }
     }
 
-    /// One step, up to the first switch in it at most. Gives its length.
+    /// Takes one step, at most up to its first switch. Returns its length, s.
     fn step(&mut self, longest_s: f64, on: &mut impl FnMut(EventKind, f64)) -> f64 {
         let first = self.rate(0, &self.ends);
         let mut begin_rates = first;
@@ -225,7 +225,8 @@ impl FlexibleJoint {
                 self.switch(which, longest_s - h, on);
                 return h;
             }
-            // The cubic saw what is not there: it sees better in a shorter step.
+            // The cubic predicted a switch that does not exist; it is more accurate in a shorter
+            // step.
             if h <= SHORTEST_S {
                 self.arrive(&step, h);
                 return h;
@@ -289,7 +290,7 @@ impl FlexibleJoint {
         None
     }
 
-    /// What is watched has fallen to zero.
+    /// Handles a switch function that has fallen to zero.
     fn switch(&mut self, which: usize, left_s: f64, on: &mut impl FnMut(EventKind, f64)) {
         let body = which / 2;
         match which {
@@ -333,7 +334,7 @@ impl FlexibleJoint {
         }
     }
 
-    /// Lets go what is stuck and driven beyond its range.
+    /// Releases bodies that are stuck and driven beyond their range.
     fn release(&mut self, left_s: f64, on: &mut impl FnMut(EventKind, f64)) {
         for body in [MOTOR, LOAD] {
             let torque = self.driving(body);
@@ -383,12 +384,12 @@ impl FlexibleJoint {
     }
 }
 
-/// So many steps and switches in a sample are no motion any more: the rest of it is not followed.
+/// Largest number of steps and switches in a sample; the rest of the sample is skipped.
 const MOST_STEPS: usize = 10 * MOST_SWITCHES;
 
 impl Joint for FlexibleJoint {
     #[inline]
-    fn hold_and_tell(&mut self, effort: f64, duration_s: f64, on: &mut impl FnMut(Event)) {
+    fn hold_and_report(&mut self, effort: f64, duration_s: f64, on: &mut impl FnMut(Event)) {
         self.lag.set(effort);
         if self.is_stuck() && self.lag.left() == 0.0 && !self.is_busy {
             let torque = effort - self.shaft.torque(&self.ends);

@@ -63,22 +63,22 @@ pub struct InCoreUnits<J> {
     pub joint: J,
     units: CoreUnits,
     side: super::DiscSide,
-    /// The slip level of the axis that the plant is told, V: what is above it is a brake.
+    /// Slip level of the plant's axis, V; friction above it is a brake.
     slip_v: f64,
     braked_v: f64,
 }
 
 impl<J: Joint> InCoreUnits<J> {
-    /// A joint behind a gain, with the encoder on one side; `axis` is the one that the plant is
-    /// given. Its load lies on the flank of the gear that carries it ([`Joint::wind_up`]): a load
-    /// that fell through the slack would move the joint before it is armed.
+    /// Creates an axis from a joint, with the encoder on one side; `axis` is that of the plant. The
+    /// load starts on the flank of the gear that carries it ([`Joint::wind_up`]): a load that fell
+    /// through the slack would move the joint before it is armed.
     pub fn new(mut joint: J, units: CoreUnits, side: super::DiscSide, axis: &RobotAxis) -> Self {
         joint.wind_up(side);
         Self { joint, units, side, slip_v: axis.friction.slip, braked_v: 0.0 }
     }
 
-    /// Puts the side that the encoder sees somewhere (deg, deg/s), by hand. Without velocity, the
-    /// load lies on a flank again.
+    /// Sets position (deg) and velocity (deg/s) of the encoder's side, as if it was moved by hand.
+    /// Without velocity, the load lies on a flank again.
     pub fn put(&mut self, position_deg: f64, velocity_deg_per_s: f64) {
         let (position, velocity) = (position_deg.to_radians(), velocity_deg_per_s.to_radians());
         self.joint.put(Turn { position, velocity });
@@ -108,7 +108,7 @@ impl<J: Joint> AxisSolver for InCoreUnits<J> {
             self.braked_v = brake_v;
             self.joint.set_brake(self.units.effort(brake_v));
         }
-        self.joint.hold_and_tell(self.units.effort(v), duration_s, on);
+        self.joint.hold_and_report(self.units.effort(v), duration_s, on);
     }
 
     #[inline]
@@ -131,7 +131,7 @@ impl<J: Joint> AxisSolver for InCoreUnits<J> {
         self.joint.is_stuck()
     }
 
-    /// None is counted: a joint's steps are its own affair.
+    /// Zero: the evaluations of a joint are not counted.
     fn derivative_evaluations(&self) -> u64 {
         0
     }

@@ -23,7 +23,7 @@ use super::surface::Surface;
 use super::{Joint, Turn};
 use crate::solver::{Event, EventKind};
 
-/// The joint.
+/// A rigid joint with set-valued friction.
 #[derive(Clone, Debug)]
 pub struct RigidJoint {
     inertia: f64,
@@ -45,7 +45,7 @@ pub struct RigidJoint {
     push_now: f64,
     time_s: f64,
     unfollowed_s: f64,
-    /// Friction's work since the begin of the sample, J.
+    /// Work of the friction since the start of the sample, J.
     heat: f64,
 }
 
@@ -190,7 +190,8 @@ impl RigidJoint {
                         (step, h) = found;
                         halts = true;
                     }
-                    // The cubic saw what is not there: it sees better in a shorter step.
+                    // The cubic predicted a halt that does not exist; it is more accurate in a
+                    // shorter step.
                     None if h > SHORTEST_S => {
                         longest_s = (0.5 * h).max(SHORTEST_S);
                         continue;
@@ -321,7 +322,7 @@ impl RigidJoint {
 
 impl Joint for RigidJoint {
     #[inline]
-    fn hold_and_tell(&mut self, effort: f64, duration_s: f64, on: &mut impl FnMut(Event)) {
+    fn hold_and_report(&mut self, effort: f64, duration_s: f64, on: &mut impl FnMut(Event)) {
         self.lag.set(effort);
         let is_still = self.sense == 0.0 && self.lag.left() == 0.0;
         if is_still && !self.is_busy && self.holds(effort) {

@@ -1,10 +1,10 @@
-//! What a solver without located events needs: rates of a state, and who slips.
+//! Interface for solvers without located events: rates of a state, and slipping bodies.
 
 use super::state::BodyState;
 use crate::friction::SingleValued;
 use crate::mechanism::Mechanism;
 
-/// Rates, and the friction that they came from.
+/// Rates of a state, with its frictions.
 #[derive(Clone, Copy, Debug)]
 pub struct StateRates<const N: usize, const Z: usize> {
     /// Velocities, accelerations, rates of the frictions' states.
@@ -30,7 +30,7 @@ pub trait Dynamics<const N: usize, const Z: usize> {
     /// Errors far below these do not matter (see [`super::step_doubling`]).
     fn scale(&self) -> BodyState<N, Z>;
 
-    /// Told of each step that was kept; may put states back into their range.
+    /// Called after each accepted step; can limit states to their range.
     fn accepted(&mut self, state: &mut BodyState<N, Z>, rates: &StateRates<N, Z>) {
         let _ = (state, rates);
     }

@@ -1,5 +1,5 @@
-//! What the two Runge-Kutta solvers of the thesis share: the classical step, and telling an
-//! observer of what was kept.
+//! Shared parts of the thesis's two Runge-Kutta solvers: the classical step, and the reports to an
+//! observer.
 // One index goes through several arrays of bodies at once.
 #![allow(clippy::needless_range_loop)]
 

@@ -2,10 +2,10 @@
 //!
 //! It works as [`super::event_driven`] does, with the friction's own states among the unknowns: a
 //! pair of order 8(5,3) with error control, polynomials of the functions that end a piece, Newton's
-//! method on the integrated motion. A model without pieces is followed through its kinks by the
-//! error control alone, and its breaks and sticks are told at the ends of steps.
+//! method on the integrated motion. A model without pieces is integrated through its kinks by error
+//! control alone, and its breaks and sticks are reported at the ends of steps.
 //!
-//! Does badly: stiff models. A bristle of `k` on a mass `m` takes a step each `1/sqrt(k/m)` or so,
+//! Limits: stiff models. A bristle of `k` on a mass `m` needs a step about every `1/sqrt(k/m)`,
 //! whatever the tolerance.
 // One index goes through several arrays of bodies at once.
 #![allow(clippy::needless_range_loop)]
@@ -20,7 +20,7 @@ use super::{EventKind, SolverFailure};
 use crate::friction::SingleValued;
 use crate::mechanism::Mechanism;
 
-/// Steps before a run is given up: half a minute of work.
+/// Largest number of steps of a run: half a minute of computation.
 const MAX_STEPS: u64 = 2_000_000;
 
 /// The event function of a piece counts as zero if it is off by no more than this part of its
@@ -131,7 +131,7 @@ where
     /// slipping.
     fn refresh(&mut self) -> Result<(), SolverFailure> {
         self.now = self.rates(self.t, &self.state.clone());
-        self.tell()?;
+        self.report_slips()?;
         self.sample(self.t, &self.state.clone(), &self.now.clone());
         Ok(())
     }
@@ -175,7 +175,7 @@ where
                 self.step_s = if h < self.step_s { self.step_s.max(next) } else { next };
                 let t = if h >= remaining { end_s } else { self.t + h };
                 self.arrive(t, h, end, then)?;
-                return self.tell();
+                return self.report_slips();
             };
             let Some((part, end, then)) = self.locate(&found, h) else {
                 h *= 0.5;
@@ -211,8 +211,8 @@ where
         Ok(())
     }
 
-    /// Tells of bodies that began or ceased to slip.
-    fn tell(&mut self) -> Result<(), SolverFailure> {
+    /// Reports bodies that started or stopped to slip.
+    fn report_slips(&mut self) -> Result<(), SolverFailure> {
         for body in 0..N {
             let (v, z) = (self.state.v[body], &self.state.z[body]);
             let slips = self.friction[body].slips(self.pieces[body], v, z);

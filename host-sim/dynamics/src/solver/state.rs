@@ -1,4 +1,4 @@
-//! The state of a mechanism with friction, and what solvers tell of it.
+//! State of a mechanism with friction, and the samples and events that solvers report.
 
 use super::EventKind;
 
@@ -61,10 +61,10 @@ impl<const N: usize, const Z: usize> BodyState<N, Z> {
     }
 }
 
-/// A mechanism at one instant, as a solver found it.
+/// A mechanism at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BodySample<const N: usize> {
-    /// When, s.
+    /// Time, s.
     pub time_s: f64,
     /// Coordinates.
     pub q: [f64; N],
@@ -91,7 +91,7 @@ pub struct BodyEvent {
     pub kind: EventKind,
 }
 
-/// Who listens to a solver.
+/// Receiver of the samples and events of a solver.
 pub trait Observer<const N: usize> {
     /// Whether [`Self::sample`] is to be called at all.
     const SAMPLES: bool = true;
@@ -120,7 +120,7 @@ impl<const N: usize> Observer<N> for Vec<BodyEvent> {
     }
 }
 
-/// Where a run ended, and what it took.
+/// End of a run, and its cost.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Finish<const N: usize> {
     /// Coordinates at the end.
@@ -131,6 +131,6 @@ pub struct Finish<const N: usize> {
     pub evaluations: u64,
     /// Steps that were kept.
     pub steps: u64,
-    /// When a state was no longer finite; the run ended there.
+    /// Time at which a state was no longer finite, s; the run ends there.
     pub diverged_at_s: Option<f64>,
 }

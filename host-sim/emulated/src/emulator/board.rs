@@ -1,9 +1,8 @@
 //! The board: the microcontroller, its crystal, its supply, and what is on its pins.
 //!
-//! The emulated part is an STM32F427. All that the firmware uses of the STM32F405 is in it, at the
-//! same addresses; what it has beyond that the firmware does not know of. An instruction takes one
-//! cycle of 168 MHz: there are no wait states, so times measured here are counts of instructions
-//! and say nothing about cycles.
+//! The emulated microcontroller is an STM32F427. It has everything of the STM32F405 that the
+//! firmware uses, at the same addresses. An instruction takes one cycle of 168 MHz: there are no
+//! wait states, so times measured here are counts of instructions, not cycles.
 
 use std::num::{NonZeroU32, NonZeroU64};
 
@@ -75,7 +74,7 @@ pub enum GpioPort {
     B = 1,
 }
 
-/// What is soldered on; the default is a whole board.
+/// Components on the board; the default is a complete board.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FittedParts {
     /// The 8 MHz crystal is there and oscillates.

@@ -51,7 +51,7 @@ pub struct BoardUnderTest<C = PlantInLockstep> {
     thread: Option<JoinHandle<Result<PoweredOffBoard<C>, Error>>>,
 }
 
-/// This is left of a board without power.
+/// State of a board after power-off.
 #[derive(Debug)]
 pub struct PoweredOffBoard<C> {
     /// The harness has what was seen, and what was on the pins.
@@ -62,7 +62,7 @@ pub struct PoweredOffBoard<C> {
     pub instructions: u64,
 }
 
-/// Something that is done to a halted board.
+/// Action on a halted board.
 pub type BoardAction<C> = Box<dyn for<'a> FnOnce(&mut Halted<'a, C>) + Send>;
 
 /// Command to a halted board.
@@ -73,14 +73,14 @@ pub enum BoardCommand<C> {
     Until(StopCondition),
 }
 
-/// Time passes until something has come.
+/// Condition that ends a stretch of time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StopCondition {
     /// The number of samples since power-on.
     Samples(u64),
     /// ns since power-on.
     Time(u64),
-    /// The board has said something on its link, or this time has come, ns since power-on.
+    /// The board has sent a frame on its link, or this time is reached, ns since power-on.
     Frame(u64),
     /// The number of counted ticks is reached, or this time, ns since power-on.
     Counted {
@@ -228,7 +228,7 @@ impl<C> std::fmt::Debug for BoardUnderTest<C> {
 }
 
 fn gone() -> Error {
-    Error::Emulator("the emulated board has no power any more".into())
+    Error::Emulator("the emulated board is powered off".into())
 }
 
 impl<C> Halted<'_, C> {
@@ -291,7 +291,7 @@ impl Halted<'_> {
         &mut self.harness.coupling.plant.plant
     }
 
-    /// Cuts, swaps or mends the encoder's wires.
+    /// Cuts, swaps or restores the encoder's wires.
     pub fn rewire(&mut self, wires: Wires) {
         self.harness.coupling.rewire(wires, self.session.board_mut(), self.stop.at);
     }

@@ -1,4 +1,4 @@
-//! What the bridge makes of TIM1's outputs and the two pins beside them.
+//! State of the bridge from TIM1's outputs and the two pins beside them.
 //!
 //! Centre-aligned outputs are read from the registers, not from the pins: 44 000 edges a second
 //! would say the same.

@@ -90,11 +90,11 @@ fn count_with(
     let trouble =
         |why: &str| Error::Emulator(format!("{}: {why}; {}", plan.label, harness.log.tail()));
     let Some(probe) = harness.probe.take() else {
-        return Err(trouble("nothing was counted"));
+        return Err(trouble("no tick was counted"));
     };
     if counted <= samples {
         let asked = samples + 1;
-        return Err(trouble(&format!("it was not armed all the time: {counted} ticks of {asked}")));
+        return Err(trouble(&format!("it was armed for only {counted} of {asked} ticks")));
     }
     match &probe.trouble {
         Some(why) => Err(trouble(why)),

@@ -1,5 +1,5 @@
-//! Fault injection: what is done to a board around the unmodified image, at its time, and what
-//! bridge and log do about it.
+//! Fault injection: injects faults into a board with the unmodified image, and records bridge and
+//! log.
 //!
 //! [`observe`] and [`converse`] have a board with a blocked joint. A board with a joint that moves
 //! has its faults injected by its caller.
@@ -69,7 +69,7 @@ pub enum Injection {
     },
 }
 
-/// This has been seen of a board.
+/// Observations of a board.
 #[derive(Clone, Debug)]
 pub struct BoardObservation {
     /// The bridge was on in these spans of time, ns since power-on, to the instruction.
@@ -120,7 +120,8 @@ pub fn observe(
     observed(image, records, fitted, faults, until_ns, None)
 }
 
-/// Does the same with a partner at the other end of the command link, called every 50 us.
+/// Observes a board as [`observe`] does, with a partner at the other end of the command link, which
+/// is called every 50 us.
 ///
 /// # Errors
 /// If the image cannot be placed.

@@ -1,4 +1,4 @@
-//! The flash image: is it one, for this chip, and of this core?
+//! Reads a flash image, and checks its chip and the version of its core.
 //!
 //! The firmware carries an ELF note, section `.note.stiction`: name `stiction`, type 1, and as its
 //! description three texts that end in a zero byte each: version of the core, commit, chip.
@@ -42,7 +42,7 @@ pub struct FirmwareImage {
     pub last_tick: u64,
 }
 
-/// What an image says of itself.
+/// Note in an image: versions of core and commit, and chip.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ImageNote {
     /// Version of the core.
@@ -57,7 +57,7 @@ impl FirmwareImage {
     /// Reads a file and refuses what cannot run on the board.
     ///
     /// # Errors
-    /// Says what the file is not, and how to build one that is.
+    /// Returns why the file is not a valid image, and how to build one.
     pub fn open(path: &Path) -> Result<Self, Error> {
         let elf = fs::read(path).map_err(|source| {
             let why = if source.kind() == std::io::ErrorKind::NotFound {
@@ -70,7 +70,7 @@ impl FirmwareImage {
         Self::parse(path, elf)
     }
 
-    /// The same of bytes that have been read.
+    /// Parses an image from the bytes of its file.
     ///
     /// # Errors
     /// As [`open`](Self::open).
@@ -93,7 +93,7 @@ impl FirmwareImage {
         })?;
         if note.chip != CHIP {
             return Err(no(format!(
-                "it is built for an {}, and the board has an {CHIP}; {BUILD}",
+                "it is built for an {}, but the board has an {CHIP}; {BUILD}",
                 note.chip
             )));
         }

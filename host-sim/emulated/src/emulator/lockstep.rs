@@ -54,7 +54,7 @@ impl<P: PlantInterface> Lockstep<P> {
         self.replan(at);
     }
 
-    /// Cuts, swaps or mends the encoder's wires.
+    /// Cuts, swaps or restores the encoder's wires.
     pub fn rewire(&mut self, wires: Wires, board: &mut EmulatedBoard, at: VirtualNanos) {
         self.encoder.rewire(wires, board, at);
     }

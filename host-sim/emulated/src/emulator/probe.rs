@@ -122,7 +122,7 @@ fn watch(host: &mut dyn Host, watches: impl Iterator<Item = Watch>) -> Result<()
     Ok(())
 }
 
-/// What something has taken.
+/// Cost of a span.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PassageCost {
     /// Counted.
@@ -141,7 +141,7 @@ pub struct TickCost {
     pub core: PassageCost,
 }
 
-/// What to count in an image.
+/// Functions to count in an image.
 #[derive(Clone, Debug)]
 pub struct Points {
     handler: Span,
@@ -248,7 +248,7 @@ impl Probe {
         let Some(Passage { whole, part: Some(part), instructions }) = passage else {
             let why = self.tracer.trouble.take();
             self.trouble =
-                self.trouble.take().or(why).or_else(|| Some("its way was not followed".into()));
+                self.trouble.take().or(why).or_else(|| Some("its path was not traced".into()));
             return;
         };
         if instructions != interrupt {

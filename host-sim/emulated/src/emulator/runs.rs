@@ -121,14 +121,14 @@ impl Emulation {
     /// # Errors
     /// As [`run_all`](Self::run_all).
     pub fn run(&self, plan: &RunPlan, ticks: &AtomicU32) -> Result<EmulatedRun, Error> {
-        self.run_told(parameters::blob(plan)?, plan, ticks)
+        self.run_with_record(parameters::blob(plan)?, plan, ticks)
     }
 
-    /// Does the same with another record in the image's flash than that of the plan.
+    /// Runs one plan with another record in the image's flash.
     ///
     /// # Errors
     /// As [`run_all`](Self::run_all).
-    pub fn run_told(
+    pub fn run_with_record(
         &self,
         record: Vec<u8>,
         plan: &RunPlan,

@@ -1,4 +1,4 @@
-//! What is powered on: the program, the parameters in its flash, and what is soldered on.
+//! Setup of a board: program, parameters in its flash, and components.
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;

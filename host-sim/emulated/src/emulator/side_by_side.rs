@@ -1,9 +1,8 @@
 //! Image and core side by side: every tick of both, compared bit for bit.
 //!
-//! The plant is driven by what the image puts out, never by what the core says it should have: the
-//! core is there to find a difference, in any term, at the tick where it happens. In lockstep the
-//! two are a [`Target`] like any other. In free-running the part keeps the time, and the host
-//! follows.
+//! The output of the image drives the plant. The core runs beside it to find the first tick with a
+//! difference in any term. In lockstep the two are a [`Target`]. In free-running the
+//! microcontroller determines the time, and the host follows.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -33,7 +32,7 @@ use crate::run::Recording;
 use crate::solver::AxisSolver;
 use crate::target::{BareLoop, Target};
 
-/// Why a run ends before its last sample.
+/// Reason of an early end of a run.
 #[derive(Debug)]
 enum Stopped {
     /// Image and core do not agree.
@@ -96,7 +95,7 @@ fn armed<C: PlantCoupling>(
             }
             if found != top {
                 return misbehaves(format!(
-                    "its PWM turns around at {found}, not at {top} as drive.pwm_hz asks"
+                    "its PWM counts up to {found}, but drive.pwm_hz needs {top}"
                 ));
             }
             return Ok(seen);
@@ -125,7 +124,7 @@ fn on_time(since_ns: u64, sample_ns: u64) -> Result<(), Stopped> {
         return Ok(());
     }
     let (found, asked) = (since_ns as f64 * 1e-6, sample_ns as f64 * 1e-6);
-    misbehaves(format!("it ticks after {found} ms instead of {asked} ms"))
+    misbehaves(format!("its sample time is {found} ms instead of {asked} ms"))
 }
 
 /// The core that runs beside an image.
@@ -278,7 +277,7 @@ fn turn(board: &mut BoardUnderTest<Lockstep<FreeDisc>>, disc: i64) -> Result<(),
     })
 }
 
-/// What is left of a run besides its recording.
+/// Results of a run in addition to its recording.
 #[derive(Debug)]
 pub(super) struct Ran<S> {
     /// The joint.

@@ -1,12 +1,12 @@
-//! When the bridge was on, to the instruction: it is looked at after every write to a register and
-//! at every stop.
+//! Times at which the bridge was on, to the instruction: checked after every write to a register
+//! and at every stop.
 
 use rigless::time::VirtualNanos;
 
 use super::board::EmulatedBoard;
 use super::bridge::BridgeInputs;
 
-/// What has been seen of the bridge.
+/// Observations of the bridge.
 #[derive(Clone, Debug, Default)]
 pub struct Spans {
     /// Spans of time in which it was on, ns since power-on.

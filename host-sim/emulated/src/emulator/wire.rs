@@ -22,7 +22,7 @@ use crate::device::wire::{AWAY, Wire};
 use crate::error::Error;
 use crate::experiment::{RunPlan, for_a_device};
 
-/// Of every output of an emulated device.
+/// Warning that precedes every output about an emulated device.
 pub const EMULATED: &str = "EMULATED DEVICE: no motor moves or stops.";
 
 /// By then a sound image has ticked, ns: a crystal that does not start is waited for for 50 ms, and
@@ -74,7 +74,7 @@ impl EmulatedWire {
             if now > BOOT_NS {
                 let log = board.act(|halted| halted.harness.log.tail())?;
                 return Err(Error::Emulator(format!(
-                    "{}: it does not tick; {log}",
+                    "{}: the control loop does not run; {log}",
                     image.path.display()
                 )));
             }

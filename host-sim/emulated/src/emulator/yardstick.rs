@@ -57,7 +57,7 @@ pub fn count(path: &Path, elf: &[u8], samples: &[[f32; 2]]) -> Result<[Vec<u32>;
             // The first call came before the first sample.
             Ok(counts.map(|counts| counts.into_iter().take(enough).skip(1).collect()))
         }
-        None => Err(trouble("it does not call its steps".into())),
+        None => Err(trouble("the image does not call its steps".into())),
     }
 }
 

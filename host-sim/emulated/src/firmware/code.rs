@@ -122,9 +122,7 @@ impl Code {
         let covered: u32 = sizes.values().map(|(size, _)| size).sum();
         // Alignment between functions is all that may be left over.
         if marks.is_empty() || u64::from(covered) < text.size() * 9 / 10 {
-            return Err(no(
-                "its symbols have been stripped, so nothing can be said of its functions",
-            ));
+            return Err(no("its symbols have been stripped, so its functions cannot be analysed"));
         }
         let text = Text { start, bytes: bytes.to_vec(), marks };
         let mut code = Self { functions: BTreeMap::new(), vectors, symbols, text };

@@ -108,10 +108,10 @@ mod tests {
 
     /// A test that runs as root can open every port, so it makes this refusal up.
     #[test]
-    fn a_port_that_may_not_be_opened_is_told_apart() {
+    fn a_port_without_permission_is_reported_as_such() {
         let forbidden = serialport::ErrorKind::Io(ErrorKind::PermissionDenied);
         let said = refusal("/dev/ttyUSB0", &serialport::Error::new(forbidden, "Permission denied"));
-        assert!(said.starts_with("--port /dev/ttyUSB0: you may not open it"), "{said}");
+        assert!(said.starts_with("--port /dev/ttyUSB0: you have no permission"), "{said}");
         assert!(said.contains("dialout") && said.ends_with("(docs/link.md)"), "{said}");
     }
 }

@@ -1,4 +1,4 @@
-//! A built-in experiment under every law of the core's list.
+//! Extends a built-in experiment to every law of the core's list.
 
 use stiction::compensator::Gains;
 use stiction::pd::PdGains;
@@ -9,17 +9,17 @@ use crate::document::Builtin;
 use crate::machine::{Laws, PD};
 use crate::written::{AllGains, FileScalar, ParameterTable};
 
-/// Every controller of a device by its name: plain PD, and each law by itself.
+/// Returns the names of all controllers of a device: plain PD, and each law alone.
 pub fn every_controller() -> Vec<String> {
     let laws = Gains::EXAMPLES.iter().filter(|law| law.on_the_device());
     [PD].into_iter().chain(laws.map(Gains::name)).map(str::to_owned).collect()
 }
 
-/// The text of an experiment, with a table for each law that it has no gains for.
+/// Returns the text of an experiment, with a table for each law that has no gains in it.
 ///
-/// A law without gains in the file has those of its declaration's example, beside PD's. So a law
-/// that is new to the core's list runs in every test and is measured, and no experiment of the
-/// thesis has to name it.
+/// These tables have the example gains of the law's declaration, and PD's. So every test runs and
+/// measures a law as soon as it is in the core's list, and no experiment of the thesis must name
+/// it.
 pub fn with_every_law(builtin: &Builtin) -> String {
     let text = builtin.toml;
     let has = |law: &str| text.contains(&format!("[controller.{law}]"));
@@ -27,7 +27,7 @@ pub fn with_every_law(builtin: &Builtin) -> String {
     [text.to_owned()].into_iter().chain(new.map(example)).collect()
 }
 
-/// The table of a law's example: what has no default.
+/// Returns the table of a law's example gains, without those that have a default.
 fn example(law: &Gains) -> String {
     let mut table = ParameterTable::<AllGains, Laws>::default();
     table.put(PdGains::ABOUT, &PdGains::EXAMPLE);

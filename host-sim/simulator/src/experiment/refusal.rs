@@ -1,4 +1,4 @@
-//! How a value that is not allowed is refused: by its key, as it was written.
+//! Errors about invalid values, with the key and the value of the file.
 
 use toml::Value;
 
@@ -8,8 +8,8 @@ use crate::data_sheet::OF_A_SHEET;
 use crate::error::{Error, shown};
 
 impl RunPlan {
-    /// An error of the core with the value as it was written. The value's declaration says in which
-    /// table it is.
+    /// Converts an error of the core to one with the key and the value of the file. The declaration
+    /// of the value has its table.
     pub fn explain(&self, error: &stiction::Error) -> Error {
         let Some(about) = error.key.about() else { return Error::Input(error.to_string()) };
         let controller = self.controller.as_deref().unwrap_or_default();
@@ -34,7 +34,7 @@ impl RunPlan {
         self.refuse(&path, &found, &error.allowed.to_string())
     }
 
-    /// A value of the machine by its key.
+    /// Returns a value of the machine by its key.
     fn value_at(&self, path: &[&str]) -> Option<Value> {
         let machine = Value::try_from(&*self.machine).ok()?;
         path.iter().try_fold(machine, |value, key| value.get(key).cloned())
@@ -63,13 +63,13 @@ impl RunPlan {
     }
 
     pub(super) fn refuse(&self, key: &str, found: &str, allowed: &str) -> Error {
-        // A person may take infinity for a number.
+        // Infinity counts as a number in TOML.
         let finite = if found.ends_with("inf") {
             allowed.replacen("a number", "a finite number", 1)
         } else {
             allowed.into()
         };
-        // The user is blamed for what the user wrote.
+        // The message is about a key that the file sets.
         let suspect = self.sheet().ok().flatten().and_then(|(sheet, _)| sheet.suspect());
         Error::Input(match suspect.filter(|suspect| suspect.key != key) {
             None => format!("{}: `{key}` is {found}; allowed is {finite}", self.origin.of(key)),
@@ -84,7 +84,7 @@ impl RunPlan {
         })
     }
 
-    /// Returns whether a key of a file with a data sheet follows from others.
+    /// Returns whether a key is derived from a data sheet.
     fn is_derived(&self, key: &str) -> bool {
         let table = key.split('.').next().unwrap_or_default();
         OF_A_SHEET.contains(&key)

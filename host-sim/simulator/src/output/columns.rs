@@ -1,13 +1,12 @@
-//! The columns of a time series, in the CSV of a run and in the log of a device.
+//! Columns of a time series, in the CSV of a run and in the log of a device.
 //!
-//! Those that every script may rely on come first, in the order of [`LEADING`]. Of a run, every
-//! other signal of the core's list follows, so a signal that is added there has its column; then
-//! come the signals of the laws.
+//! The columns of [`LEADING`] come first, so that every script can rely on them. In a run, all
+//! other signals of the core's list follow, then the signals of the laws.
 
 use stiction::signal::{self, SIGNALS, Signal};
 
-/// A column of a time series. A run knows the joint itself. A device knows its encoder only, and
-/// writes what it measures under the same name.
+/// A column of a time series. A run has the values of the joint. A device has those of its encoder,
+/// under the same names.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SeriesColumn {
     /// Time since the begin, s.
@@ -22,13 +21,13 @@ pub enum SeriesColumn {
     Velocity,
     /// Whether the joint sticks; on a device, whether the measured velocity is zero.
     Stuck,
-    /// Effort that the joint gets, V.
+    /// Effort on the joint, V.
     Applied,
     /// A signal of the core's list, by its place.
     Signal(usize),
 }
 
-/// The columns that every run and every log begins with.
+/// First columns of every run and every log.
 pub const LEADING: [SeriesColumn; 11] = [
     SeriesColumn::Time,
     SeriesColumn::Reference,
@@ -43,10 +42,10 @@ pub const LEADING: [SeriesColumn; 11] = [
     SeriesColumn::Applied,
 ];
 
-/// The columns without which a file cannot be drawn.
+/// Columns that are needed to draw a file.
 pub const DRAWN: &[SeriesColumn] = LEADING.split_at(8).0;
 
-/// The signals that only a closed loop has: a ramp leaves their cells empty.
+/// Signals of a closed loop only; their cells are empty for a ramp.
 pub const OF_A_CLOSED_LOOP: [usize; 6] = [
     signal::index("reference_counts"),
     signal::index("reference_fraction"),
@@ -74,7 +73,7 @@ impl SeriesColumn {
         }
     }
 
-    /// Returns the names of the signals that a device has to send for the column.
+    /// Returns the names of the signals that the column needs from a device.
     pub const fn made_of(self) -> &'static [&'static str] {
         match self {
             Self::Time => &[],
@@ -86,7 +85,7 @@ impl SeriesColumn {
             Self::Error => &[const { signal::name("error") }],
             Self::Velocity | Self::Stuck => &[const { signal::name("velocity") }],
             Self::Applied => &[const { signal::name("v_applied") }],
-            // Those that are a column by themselves.
+            // Signals with a column of their own.
             Self::Signal(place) => match SIGNALS.split_at(place).1 {
                 [Signal { name, .. }, ..] => core::slice::from_ref(name),
                 [] => &[],
@@ -106,8 +105,8 @@ pub fn of_a_run() -> Vec<SeriesColumn> {
     LEADING.into_iter().chain(others.map(|(place, _)| SeriesColumn::Signal(place))).collect()
 }
 
-/// Returns a time to the nanosecond. Times are k h, which is not always the decimal that a reader
-/// expects: 11.2, not 11.200000000000001.
+/// Rounds a time to the nanosecond. Times are k h, which is not always the expected decimal: 11.2,
+/// not 11.200000000000001.
 pub fn to_the_nanosecond(time_s: f64) -> f64 {
     (time_s * 1e9).round() / 1e9
 }

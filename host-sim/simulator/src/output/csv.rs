@@ -1,4 +1,4 @@
-//! The time series of runs as CSV, units in the column names.
+//! Time series of runs as CSV, with units in the column names.
 
 use stiction::signal;
 
@@ -7,11 +7,11 @@ use super::columns::{OF_A_CLOSED_LOOP, SeriesColumn, of_a_run, to_the_nanosecond
 use crate::closed_loop::LoopSample;
 use crate::run::{RunResult, RunTrace};
 
-/// Writes the header, then a line a sample. Of several runs, each line begins with its run's label.
-/// What the laws publish of themselves stands behind the other columns.
+/// Returns the CSV: the header, then a line for each sample. With several runs, each line starts
+/// with the label of its run. The signals of the laws are in the last columns.
 ///
 /// # Errors
-/// If a number cannot be written.
+/// Returns an error if a number cannot be written.
 pub fn render(results: &[RunResult]) -> Result<Vec<u8>, csv::Error> {
     let mut writer = csv::WriterBuilder::new().has_headers(false).from_writer(Vec::new());
     let mut of_laws: Vec<&str> = Vec::new();
@@ -46,14 +46,14 @@ pub fn render(results: &[RunResult]) -> Result<Vec<u8>, csv::Error> {
     writer.into_inner().map_err(|error| csv::Error::from(error.into_error()))
 }
 
-/// What the law of a run publishes of itself.
+/// Returns the signals of the law of a run.
 fn signals_of(result: &RunResult) -> Vec<&'static str> {
     let laws = result.plan.laws_in_use();
     let publishing = laws.iter().map(|law| law.signals()).find(|signals| !signals.is_empty());
     publishing.unwrap_or_default().iter().map(|signal| signal.name).collect()
 }
 
-/// Makes the cell of a column. A ramp has no reference and no controller: those cells are empty.
+/// Returns the cell of a column. A ramp has no reference and no controller: those cells are empty.
 fn cell(column: SeriesColumn, moment: &LoopSample, is_ramp: bool) -> Cell {
     match column {
         SeriesColumn::Reference | SeriesColumn::Error if is_ramp => Cell::None,

@@ -6,7 +6,7 @@ use crate::data_sheet::UnseenSlack;
 use crate::goal::PositionGoal;
 use crate::lines::wrapped;
 
-/// What is shown of the end of a motion.
+/// Columns that a table shows for the end of a motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ShownSides {
     /// The encoder sees the load, and the file has no goal: other tables show rest and settling.
@@ -18,7 +18,7 @@ pub enum ShownSides {
 }
 
 impl ShownSides {
-    /// Returns what a joint with this slack shows of its motions.
+    /// Returns the columns for a joint with this slack and goal.
     pub fn of(slack: Option<&UnseenSlack>, goal: &PositionGoal) -> Self {
         match slack {
             Some(_) => Self::BothSides,
@@ -27,8 +27,8 @@ impl ShownSides {
         }
     }
 
-    /// Returns the table of named motions; `what` heads the column of their names. It is empty if
-    /// nothing is shown.
+    /// Returns the table of named motions; `what` is the title of their column. It is empty without
+    /// columns.
     pub fn table<'a>(
         self,
         what: &str,
@@ -69,7 +69,7 @@ impl ShownSides {
     }
 }
 
-/// Returns a success as a cell of a table.
+/// Returns the cell for a success.
 const fn in_a_word(success: Option<bool>) -> &'static str {
     match success {
         Some(true) => "met",
@@ -78,7 +78,7 @@ const fn in_a_word(success: Option<bool>) -> &'static str {
     }
 }
 
-/// Returns the sides that met the goal as a cell of a table.
+/// Returns the cell for the sides that met the goal.
 const fn met_at(sides: &BothSides) -> &'static str {
     match (sides.success_at_encoder, sides.success_at_load) {
         (Some(true), Some(true)) => "both",
@@ -89,8 +89,8 @@ const fn met_at(sides: &BothSides) -> &'static str {
     }
 }
 
-/// Returns the legend of [`ShownSides::table`] in lines of 80 columns: the goal in words, and the slack
-/// that the encoder cannot see.
+/// Returns the legend of [`ShownSides::table`] in lines of 80 columns: the goal in words, and the
+/// slack that the encoder cannot see.
 pub fn legend(slack: Option<&UnseenSlack>, goal: &PositionGoal) -> String {
     let after = "Times count from the end of the set point's motion.";
     let text = wrapped(&format!("Goal: {}. {after}", goal.describe()), 0);

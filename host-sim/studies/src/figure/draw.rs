@@ -26,7 +26,7 @@ const SWATCH: f64 = 34.0;
 const TITLE: u32 = 22;
 const TEXT: u32 = 16;
 
-/// What a figure is drawn on.
+/// Page on which a figure is drawn.
 #[derive(Clone, Copy)]
 pub(super) struct Sheet<'a> {
     width: f64,
@@ -147,8 +147,7 @@ fn captions(figure: &Figure, width: f64) -> Vec<(String, u32, f64)> {
     lines
 }
 
-/// A text in lines of at most so many letters, cut between words; a word that is longer has a line
-/// of its own.
+/// Wraps a text to lines of at most `letters` characters; a longer word has a line of its own.
 pub(super) fn wrapped(content: &str, letters: usize) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for word in content.split_whitespace() {

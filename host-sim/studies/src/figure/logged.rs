@@ -7,7 +7,7 @@ use crate::output::series::{Series, SeriesSample};
 /// The roles of the curves that are compared in one panel; no more can be distinguished in print.
 const COMPARED: [Style; 3] = [Style::Primary, Style::Second, Style::Third];
 
-/// So many series fit one figure.
+/// Largest number of series in a figure.
 pub const MOST: usize = COMPARED.len();
 
 /// Displacement, error and effort of up to [`MOST`] series over each other; of a single one, the

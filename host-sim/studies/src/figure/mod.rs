@@ -28,16 +28,16 @@ mod thin;
 use std::fmt;
 
 pub use files::{figure_directory, write_charts, write_figures};
-pub use results::{NamedFigure, entitle, figures};
+pub use results::{NamedFigure, figures, set_title};
 
-/// What a curve stands for; colour, weight and dashes follow from it.
+/// Role of a curve; it determines colour, weight and dashes.
 ///
 /// The roles differ in weight or dash pattern as well as in colour, so that they
-/// can be told apart in a black-and-white print. The two meant for chattering
-/// signals are solid, as dashes on such a signal turn to noise.
+/// can be distinguished in a black-and-white print. The two for chattering
+/// signals are solid, since dashes on such a signal look like noise.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Style {
-    /// What the joint was asked to do: thin black dashes.
+    /// Reference of the joint: thin black dashes.
     Reference,
     /// The curve the panel is about: thick solid blue.
     Primary,
@@ -188,7 +188,7 @@ impl Figure {
     }
 }
 
-/// Why a figure could not be drawn.
+/// Error of a figure that cannot be drawn.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum FigureError {
     /// No panel has a finite point, so there is no time axis to draw.

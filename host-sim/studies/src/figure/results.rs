@@ -1,4 +1,4 @@
-//! Which figures a set of runs makes, and what is in them.
+//! Figures of a set of runs.
 //!
 //! One figure for each result of the thesis's Figs. 26-59 and 63-67: displacements, errors and the
 //! breakdown of the control signal under each other. Where the thesis shows one result measured and
@@ -44,8 +44,8 @@ pub struct NamedFigure {
     pub figure: Figure,
 }
 
-/// The figures of an experiment's results. `sources` tells which figures of the thesis they answer
-/// to; a run that diverged has none, since its last values fit no axis.
+/// Returns the figures of an experiment's results. `sources` are the figures of the thesis to
+/// compare them with. A run that diverged has no figure, since its last values fit no axis.
 pub fn figures(
     experiment: &str,
     results: &[RunResult],
@@ -72,8 +72,8 @@ pub fn figures(
     figures
 }
 
-/// Puts a title of a user's own above what the figures say by themselves.
-pub fn entitle(figures: &mut [NamedFigure], title: &str) {
+/// Sets a title of the user; the own title of each figure becomes part of its subtitle.
+pub fn set_title(figures: &mut [NamedFigure], title: &str) {
     for NamedFigure { figure, .. } in figures {
         figure.subtitle = format!("{}; {}", figure.title, figure.subtitle);
         figure.title = title.into();

@@ -1,4 +1,4 @@
-//! From a file's tables to a mechanism. Every value is checked here, once.
+//! Builds a mechanism from the tables of a file. Every value is checked here, once.
 
 use super::plan::LabPlan;
 use crate::error::Error;
@@ -8,7 +8,7 @@ use crate::mechanism::{
 };
 use crate::setup::MechanismKind;
 
-/// A mechanism with so many coordinates.
+/// A boxed mechanism with `N` coordinates.
 pub type BoxedMechanism<const N: usize> = Box<dyn Mechanism<N> + Send + Sync>;
 
 /// A mechanism of any kind.
@@ -23,7 +23,7 @@ impl LabPlan {
     /// The mechanism.
     ///
     /// # Errors
-    /// Names the key, what was found and what is allowed.
+    /// Returns an error with the key, the value found and the allowed values.
     pub fn mechanism(&self) -> Result<AnyMechanism, Error> {
         self.only_own_keys()?;
         let kind = self.setup.mechanism.kind;

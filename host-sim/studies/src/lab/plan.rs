@@ -10,7 +10,7 @@ use crate::solver::banded::BandCoupling;
 /// Steps of a fixed-step solver, and a guess at those of the exact one: minutes.
 const MAX_STEPS: f64 = 1e8;
 
-/// A shorter run would have samples that its time cannot tell apart.
+/// Shortest run, s: the times of its samples must differ.
 const SHORTEST_S: f64 = 1e-9;
 
 /// One run of the friction lab.
@@ -86,7 +86,7 @@ fn parameters(document: &Document, model: FrictionModel, setup: &Setup) -> serde
 }
 
 impl LabPlan {
-    /// Tells which solver runs it.
+    /// Returns the solver.
     pub fn solver(&self) -> SolverName {
         self.setup.run.solver
     }
@@ -141,7 +141,7 @@ impl LabPlan {
         Ok(())
     }
 
-    /// Refuses what would take for ever.
+    /// Refuses runs that would take too long.
     fn affordable(&self) -> Result<(), Error> {
         let run = &self.setup.run;
         self.check("run.duration_s", run.duration_s, run.duration_s >= SHORTEST_S, || {

@@ -1,4 +1,4 @@
-//! A self-test for a person, and for a script.
+//! Result of a self-test, as text and as JSON.
 
 use serde_json::{Value, json};
 
@@ -12,47 +12,47 @@ use crate::lines::wrapped;
 use crate::output::sides;
 use crate::output::table::{self, number};
 
-/// A self-test that is over.
+/// Result of a self-test.
 #[derive(Clone, Debug)]
 pub struct SelfTestResult {
-    /// The machine's file.
+    /// Name of the machine's file.
     pub machine: String,
     /// Range of the moves to either side, deg.
     pub range_deg: f64,
     /// Keys of the joint that varied.
     pub spreads: Vec<String>,
-    /// The seed of the joints.
+    /// Seed of the joints.
     pub seed: u64,
-    /// What was predicted.
+    /// Prediction.
     pub prediction: Prediction,
-    /// The moves that the device made.
+    /// Moves of the device.
     pub moves: Vec<MoveMeasures>,
-    /// The figures with their bounds; empty if the device did not make all moves.
+    /// Figures with their bounds; empty if the device did not complete all moves.
     pub checks: Vec<SelfTestCheck>,
-    /// What ended the moves before.
+    /// Reason of an early end.
     pub ended_by: Option<String>,
-    /// What there is to doubt about the joint of the file, a sentence each.
+    /// Doubts about the joint of the file, one sentence each.
     pub doubts: Vec<String>,
-    /// In what the device's parameters differ from the file's.
+    /// Differences between the parameters of device and file.
     pub differences: Vec<String>,
-    /// The goal by which each move is judged.
+    /// Goal by which each move is judged.
     pub goal: PositionGoal,
     /// Slack of the gear that the encoder cannot measure.
     pub unseen_slack: Option<UnseenSlack>,
-    /// An angle of a count, deg.
+    /// Angle of a count, deg.
     pub count_deg: f64,
 }
 
 impl SelfTestResult {
-    /// Tells whether the joint does what was predicted.
+    /// Returns whether all figures are within their bounds.
     pub fn passes(&self) -> bool {
         self.ended_by.is_none()
             && !self.checks.is_empty()
             && self.checks.iter().all(SelfTestCheck::passes)
     }
 
-    /// Returns a remark on the moves that miss the goal where most of the predicted joints miss
-    /// some. Such a test passes, although the law does not bring this joint to its targets.
+    /// Returns a remark on moves that miss the goal if most of the predicted joints miss some. Such
+    /// a test passes, although the law does not bring this joint to its targets.
     pub fn misses_as_predicted(&self) -> Option<String> {
         let check = self.checks.iter().find(|check| check.name == "missed_moves")?;
         let [_, median, _] = check.predicted;
@@ -66,14 +66,14 @@ impl SelfTestResult {
         })
     }
 
-    /// Returns whether every move met the goal at the encoder; none if no move was made.
+    /// Returns whether every move met the goal at the encoder; `None` without moves.
     pub fn success_at_encoder(&self) -> Option<bool> {
         let all = self.ended_by.is_none() && self.moves.iter().all(MoveMeasures::success);
         (!self.moves.is_empty()).then_some(all)
     }
 
-    /// Returns whether every move met the goal at the load; none if no move was made, or if the
-    /// device does not know its load.
+    /// Returns whether every move met the goal at the load; `None` without moves, or if the device
+    /// does not report its load.
     pub fn success_at_load(&self) -> Option<bool> {
         let met = |all: bool, one: &MoveMeasures| one.at_load.map(|load| all && load.success());
         let all = self.moves.iter().try_fold(self.ended_by.is_none(), met)?;
@@ -86,14 +86,14 @@ impl SelfTestResult {
         [Some(figures.missed), figures.missed_at_load]
     }
 
-    /// The names of the figures that are out of their bounds.
+    /// Returns the names of the figures outside their bounds.
     pub fn failed(&self) -> Vec<&'static str> {
         let failed = self.checks.iter().filter(|check| !check.passes());
         failed.map(|check| check.words).collect()
     }
 }
 
-/// The range of a measure of one move over the predicted joints: least, median, largest.
+/// Returns least, median and largest value of a measure of one move over the predicted joints.
 fn predicted(
     prediction: &Prediction,
     number: usize,
@@ -105,7 +105,7 @@ fn predicted(
     Some([least?, median?, sorted.max()?])
 }
 
-/// A range in words: both ends, or one if they are written alike; what is infinite never comes.
+/// Formats a range: both ends, or one if they are written alike. An infinite end is "never".
 pub fn ends(ends: [f64; 2], digits: usize, between: &str) -> String {
     let shown = |value: f64| {
         if value.is_finite() { format!("{value:.digits$}") } else { "never".into() }
@@ -114,22 +114,23 @@ pub fn ends(ends: [f64; 2], digits: usize, between: &str) -> String {
     if low == high { low } else { format!("{low}{between}{high}") }
 }
 
-/// When a move settled, s; what never does takes infinitely long.
+/// Returns the settling time of a move, s; infinite if it does not settle.
 pub fn late(one: &MoveMeasures) -> f64 {
     one.settled_s.unwrap_or(f64::INFINITY)
 }
 
-/// When a move settled at the load, s; infinite where it never does, or is not known.
+/// Returns the settling time of a move at the load, s; infinite if it does not settle or is
+/// unknown.
 pub fn late_at_load(one: &MoveMeasures) -> f64 {
     one.at_load.and_then(|load| load.settled_s).unwrap_or(f64::INFINITY)
 }
 
-/// The largest distance of the load from its target, counts; infinite where it is not known.
+/// Returns the largest distance of the load from its target, counts; infinite if unknown.
 pub fn rest_at_load(one: &MoveMeasures) -> f64 {
     one.at_load.map_or(f64::INFINITY, |load| load.rest_counts)
 }
 
-/// Writes moves, figures and verdict within 80 columns.
+/// Returns moves, figures and verdict as text within 80 columns.
 pub fn words(tested: &SelfTestResult) -> String {
     let mut text = String::new();
     if tested.unseen_slack.is_some() {
@@ -202,7 +203,8 @@ pub fn words(tested: &SelfTestResult) -> String {
     text + &format!("selftest   {}\n", sentence(tested).replace('\n', "\n           "))
 }
 
-/// Writes settling and rest at the load: predicted, and measured on a device that knows its load.
+/// Returns the table of settling and rest at the load: predicted, and measured if the device
+/// reports its load.
 fn table_at_load(tested: &SelfTestResult) -> String {
     let mut moves = table::new(&[
         "move to\ndeg",
@@ -228,7 +230,7 @@ fn table_at_load(tested: &SelfTestResult) -> String {
     moves.trim_fmt()
 }
 
-/// The verdict in words, a line each.
+/// Returns the verdict, one line each.
 pub fn sentence(tested: &SelfTestResult) -> String {
     match &tested.ended_by {
         Some(by) => format!("FAIL: ended by {by}"),
@@ -250,8 +252,8 @@ pub fn sentence(tested: &SelfTestResult) -> String {
     }
 }
 
-/// Says how many moves missed the goal on either side of a gear with slack that the encoder cannot
-/// see.
+/// Returns the number of moves that missed the goal at the encoder and at the load, for a gear with
+/// slack that the encoder cannot measure.
 fn both_sides(tested: &SelfTestResult) -> String {
     if tested.unseen_slack.is_none() {
         return String::new();
@@ -273,11 +275,11 @@ fn remarks(tested: &SelfTestResult) -> String {
     let mut text = String::new();
     if let Some(first) = tested.prediction.ended.first() {
         let count = tested.prediction.ended.len();
-        text += &format!("{count} more ended before, the first by {first}\n");
+        text += &format!("{count} more ended early, the first by {first}\n");
     }
     if !tested.differences.is_empty() {
         text +=
-            "The device does not run what the file says, and the prediction is of the device's:\n";
+            "The device runs other parameters than the file; the prediction uses the device's:\n";
         let shown = tested.differences.iter().take(8);
         shown.for_each(|line| text += &format!("  {line}\n"));
         let more = tested.differences.len().saturating_sub(8);
@@ -288,7 +290,7 @@ fn remarks(tested: &SelfTestResult) -> String {
     text
 }
 
-/// The same as one object.
+/// Returns the JSON object for scripts.
 pub fn object(tested: &SelfTestResult, warning: Option<&str>) -> Value {
     let three = |[low, median, high]: [f64; 3]| {
         let value = |value: f64| value.is_finite().then_some(value);

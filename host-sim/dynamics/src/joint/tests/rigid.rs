@@ -18,7 +18,7 @@ fn coulomb_friction_moves_as_its_closed_form() {
     let (mut events, mut wanted) = (Vec::new(), Vec::new());
     let mut worst: f64 = 0.0;
     for sample in 0..10_000 {
-        joint.hold_and_tell(effort(sample), 1e-3, &mut |event| events.push(event));
+        joint.hold_and_report(effort(sample), 1e-3, &mut |event| events.push(event));
         exact.advance(effort(sample), 1e-3, &friction, &mut |event| wanted.push(event));
         worst = worst.max((joint.motor().position - exact.position()).abs());
     }
@@ -112,7 +112,7 @@ fn a_lagging_effort_breaks_the_joint_at_the_instant_of_its_closed_form() {
     let (tau, effort) = (0.7e-3, 8.0_f64);
     let mut joint = Description { lag_s: tau, ..rigid(CURVE) }.build().unwrap();
     let mut events = Vec::new();
-    joint.hold_and_tell(effort, 1e-3, &mut |event| events.push(event));
+    joint.hold_and_report(effort, 1e-3, &mut |event| events.push(event));
     let wanted = tau * (effort / (effort - CURVE.stick)).ln();
     assert_eq!(events.len(), 1);
     assert!(events[0].kind == EventKind::Break && (events[0].time_s - wanted).abs() < 1e-12);

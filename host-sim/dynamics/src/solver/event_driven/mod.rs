@@ -10,8 +10,8 @@
 //! are followed in time.
 //!
 //! Guarantees: crossings in order, also several in one step; a time that is right to about the
-//! tolerance; an end within bounded work, if need be with a [`SolverFailure`]. Does badly: two crossings
-//! nearer to each other than a sixty-fourth of a step or so, which vanish together; stiff
+//! tolerance; an end within bounded work, if need be with a [`SolverFailure`]. Does badly: two
+//! crossings nearer to each other than a sixty-fourth of a step or so, which vanish together; stiff
 //! mechanisms, whose steps are as short as stability wants.
 // One index goes through several arrays of bodies at once.
 #![allow(clippy::needless_range_loop)]
@@ -147,7 +147,7 @@ where
         self.mechanism.terms(t.min(self.last_s), q, v)
     }
 
-    /// Decides the mode at the present instant, and tells of what changes.
+    /// Decides the mode at the present time, and reports changes.
     fn switch(&mut self, breaking: BodyMode<N>) -> Result<(), SolverFailure> {
         let (q, v) = (self.q, self.v);
         let terms = self.terms(self.t, &q, &v);

@@ -137,7 +137,7 @@ where
             let at_s = self.t + part * stretch;
             let over = sign * self.force_at(at_s)[body] - limit;
             let steep = sign * slope(reaction, part);
-            // Nearer than rounding lets force and time be told.
+            // Closer than the rounding errors of force and time.
             let ulp = (at_s.next_up() - at_s) / stretch;
             if over.abs() <= 4.0 * f64::EPSILON * limit + steep.abs() * ulp {
                 return Some(at_s);

@@ -157,7 +157,7 @@ fn what_cannot_move_either_way_is_refused_and_what_moves_one_way_is_not() {
     // The key that is far from any real joint is blamed, and not the friction.
     let why = can_move(&[("supply.voltage_v", "1e-3")]).unwrap_err();
     assert!(
-        why.starts_with("`supply.voltage_v` is 0.001 V; usual is 1 to 1000 V: the motor's stall")
+        why.starts_with("`supply.voltage_v` is 0.001 V; usual is 1 to 1000 V: the joint cannot")
             && why.contains("(`friction.stick_nm`) is 5 N m"),
         "{why}"
     );

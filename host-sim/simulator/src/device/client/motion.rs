@@ -277,7 +277,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_speed_is_told_in_two_digits_with_a_tenth_to_spare_and_within_the_profile() {
+    fn an_advised_speed_has_two_digits_and_a_margin_within_the_profile() {
         assert_eq!([0.1037, 19.286, 1.0, 90.0].map(enough), [0.12, 22.0, 1.1, 99.0]);
         // The thesis's encoder at 20 ms shows the swings from 0.1037 deg/s on.
         let said = |most: f32| {
@@ -294,8 +294,8 @@ mod tests {
             let asked = identification::Asked { speed: Some(0.05), ..Default::default() };
             shows_too_little(&asked, &parameters).unwrap()
         };
-        assert!(said(1.0).contains("give it --speed 0.12 or more"), "{}", said(1.0));
-        assert!(said(0.11).contains("give it --speed 0.11 or more"), "{}", said(0.11));
-        assert!(said(0.1).contains("which is 0.1, to 0.12 or more"), "{}", said(0.1));
+        assert!(said(1.0).contains("use --speed 0.12 or more"), "{}", said(1.0));
+        assert!(said(0.11).contains("use --speed 0.11 or more"), "{}", said(0.11));
+        assert!(said(0.1).contains("from 0.1 to 0.12 or more"), "{}", said(0.1));
     }
 }
