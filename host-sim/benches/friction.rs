@@ -24,7 +24,7 @@ use host_sim::figure::{Figure, Line, Panel, Style};
 use host_sim::friction::Coulomb;
 use host_sim::mechanism::{Mechanism, Pendulum, Pull, SpringMass, TwoLinkArm};
 use host_sim::solver::event_driven;
-use host_sim::solver::modes::{Mode, accelerations, decide};
+use host_sim::solver::modes::{BodyMode, accelerations, decide};
 use host_sim::solver::state::BodyEvent;
 
 const DURATION_S: f64 = 5.0;
@@ -98,7 +98,7 @@ fn tsit45<const N: usize, M: Mechanism<N> + Copy + 'static>(
     tolerance: f64,
 ) -> impl Fn() -> Vec<f64> + use<N, M> {
     let (mechanism, friction) = (case.mechanism, case.friction);
-    let mode: Rc<Cell<Mode<N>>> = Rc::new(Cell::new([0; N]));
+    let mode: Rc<Cell<BodyMode<N>>> = Rc::new(Cell::new([0; N]));
     let split = |x: &[f64]| -> ([f64; N], [f64; N]) {
         (std::array::from_fn(|i| x[i]), std::array::from_fn(|i| x[N + i]))
     };

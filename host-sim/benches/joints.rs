@@ -10,8 +10,8 @@ use std::hint::black_box;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use host_sim::joint::{
-    AnyJoint, ArmDescription, Body, Bristle, Description, Dwell, Friction, Gravity, Joint, Load,
-    Ripple, Shaft, Stribeck, Train,
+    AnyJoint, ArmDescription, Body, Bristle, Description, Dwell, Gravity, Joint, LoadTorque,
+    Ripple, SetValuedFriction, ShaftDescription, StribeckCurve, Train,
 };
 
 const COUNT: f64 = TAU / 1e5;
@@ -23,7 +23,7 @@ fn effort(sample: u32) -> f64 {
 }
 
 fn joints() -> Vec<(&'static str, Description)> {
-    let part = |share: f64| Stribeck {
+    let part = |share: f64| StribeckCurve {
         coulomb: 4.0 * share,
         stick: 6.0 * share,
         stribeck_velocity: 0.03,
@@ -33,13 +33,13 @@ fn joints() -> Vec<(&'static str, Description)> {
     let of = |train| Description::of(train, COUNT);
     let rigid = of(Train::Rigid(body(1.0)));
     let varying = |ripple, dwell| {
-        let friction = Friction { ripple, dwell, ..part(1.0).into() };
+        let friction = SetValuedFriction { ripple, dwell, ..part(1.0).into() };
         of(Train::Rigid(Body { inertia: 0.34, friction }))
     };
     let bristle = Bristle::breaking_at(6.0 * COUNT, 6.0, 0.34);
     let gravity = Some(Gravity { amplitude: 1.0, angle: 0.4 });
     let flexible = |backlash| {
-        let shaft = Shaft { stiffness: 900.0, damping: 0.4, backlash };
+        let shaft = ShaftDescription { stiffness: 900.0, damping: 0.4, backlash };
         of(Train::Flexible { motor: body(0.4), load: body(0.6), shaft })
     };
     let ripple = Some(Ripple { depth: 0.3, cycles: 100.0, phase: 0.7 });
@@ -47,7 +47,7 @@ fn joints() -> Vec<(&'static str, Description)> {
     vec![
         ("rigid", rigid),
         ("rigid, lag", Description { lag_s: 0.7e-3, ..rigid }),
-        ("gravity", Description { load: Load { constant: 0.0, gravity }, ..rigid }),
+        ("gravity", Description { load: LoadTorque { constant: 0.0, gravity }, ..rigid }),
         ("angle", varying(ripple, None)),
         ("dwell", varying(None, dwell)),
         ("lugre", of(Train::LuGre { inertia: 0.34, curve: part(1.0), bristle })),
@@ -73,7 +73,7 @@ fn bench(criterion: &mut Criterion) {
             bencher.iter(|| run(black_box(joint.clone()), |_| 1.0));
         });
     }
-    let curve = |coulomb, viscous| Stribeck {
+    let curve = |coulomb, viscous| StribeckCurve {
         coulomb,
         stick: 1.5 * coulomb,
         stribeck_velocity: 0.05,

@@ -168,7 +168,7 @@ fn what_cannot_be_done_is_one_sentence_and_exit_code_2() {
         (&["--simulated", "watch"], &["device watch: it needs a terminal"]),
     ];
     let of_a_device: &[(&[&str], &[&str])] = &[
-        (&["--simulated", "move", "1e300"], &["allowed is a position within 2^30 counts"]),
+        (&["--simulated", "move", "1e300"], &["the position must be within 2^30 counts"]),
         // The device has no limits of travel.
         (&["--simulated", "move", "99999"], &["it must be -360 to 360 deg", "to go further"]),
         (&["--simulated", "arm", "--for", "-1"], &["--for -1", "0 to 86400"]),
@@ -429,7 +429,10 @@ fn a_truth_that_no_device_could_have_is_refused() {
     ] {
         let truth = joint(&directory, name, &answers);
         let said = refusal(&[&["--simulated"], &own[..], &[&truth, "status"]].concat());
-        assert!(said.contains(expected) && said.contains("both files need the same"), "{said}");
+        assert!(
+            said.contains(expected) && said.contains("must be the same in both files"),
+            "{said}"
+        );
     }
     let board = ["--port", "/dev/none", "--truth", &believed, "status"];
     let said = refusal(&board);

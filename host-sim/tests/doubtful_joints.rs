@@ -32,7 +32,7 @@ fn held(name: &str, cases: u64) -> ([usize; 4], usize) {
         }
         let found = identify(&case, &Asked::default()).unwrap();
         let Some(summary) = found.summary else { continue };
-        let found_by_device = device::identified::Identified {
+        let found_by_device = device::identified::IdentifiedJoint {
             summary,
             map: found.map,
             parameters: parameters.clone(),

@@ -4,9 +4,10 @@
 use host_sim::device::simulated::SimulatedDevice;
 use host_sim::experiment::{Document, Experiment, RunPlan};
 use host_sim::joint::{
-    Body, CoreUnits, Description, Gravity, Load, Shaft, Side, Stribeck, Substitute, Train, presets,
+    Body, CoreUnits, Description, DiscSide, Gravity, LoadTorque, ShaftDescription, StribeckCurve,
+    Substitute, Train, presets,
 };
-use host_sim::run::{Driven, Trace, run_driven};
+use host_sim::run::{RunDriver, RunTrace, run_driven};
 
 /// One count of the thesis's encoder, rad.
 const COUNT: f64 = 0.00242 * std::f64::consts::PI / 180.0;
@@ -25,7 +26,7 @@ fn axis() -> Body {
     let per_degree = UNITS.effort_gain * 1.0_f64.to_degrees();
     let body = presets::thesis_axis();
     let curve = body.friction.curve;
-    let curve = Stribeck {
+    let curve = StribeckCurve {
         coulomb: curve.coulomb * UNITS.effort_gain,
         stick: curve.stick * UNITS.effort_gain,
         viscous: curve.viscous * per_degree,
@@ -35,14 +36,14 @@ fn axis() -> Body {
 }
 
 fn on(plan: RunPlan, joint: Description) -> RunPlan {
-    let substitute = Some(Substitute { joint, units: UNITS, side: Side::Motor });
+    let substitute = Some(Substitute { joint, units: UNITS, side: DiscSide::Motor });
     RunPlan { substitute, ..plan }
 }
 
-fn last_position_deg(plan: &RunPlan, driven: Driven) -> f64 {
+fn last_position_deg(plan: &RunPlan, driven: RunDriver) -> f64 {
     let result = run_driven(plan, driven).unwrap();
     assert_eq!(result.fault, None, "{}", result.plan.label);
-    let (Trace::Loop(moments) | Trace::Ramp(moments)) = result.trace;
+    let (RunTrace::Loop(moments) | RunTrace::Ramp(moments)) = result.trace;
     moments.last().unwrap().position_deg
 }
 
@@ -58,7 +59,7 @@ fn the_thesis_s_axis_is_that_of_its_experiments() {
 #[test]
 fn the_axis_in_si_takes_the_place_of_the_axis_in_degrees() {
     let same = Description::of(Train::Rigid(axis()), COUNT);
-    for driven in [Driven::ByLoop, Driven::ByServo] {
+    for driven in [RunDriver::ByLoop, RunDriver::ByServo] {
         let wanted = last_position_deg(&plan("pd"), driven);
         let found = last_position_deg(&on(plan("pd"), same), driven);
         assert!((found - wanted).abs() < 1e-6, "{driven:?}: {found} instead of {wanted} deg");
@@ -68,12 +69,12 @@ fn the_axis_in_si_takes_the_place_of_the_axis_in_degrees() {
 
 #[test]
 fn a_load_and_a_shaft_change_where_a_run_ends() {
-    let bare = last_position_deg(&plan("pd"), Driven::ByLoop);
+    let bare = last_position_deg(&plan("pd"), RunDriver::ByLoop);
     let amplitude = 0.5 * UNITS.effort_gain;
     let gravity = Some(Gravity { amplitude, angle: 1.5 });
-    let load = Load { constant: 0.0, gravity };
+    let load = LoadTorque { constant: 0.0, gravity };
     let hanging = Description { load, ..Description::of(Train::Rigid(axis()), COUNT) };
-    let hanging = last_position_deg(&on(plan("pd"), hanging), Driven::ByLoop);
+    let hanging = last_position_deg(&on(plan("pd"), hanging), RunDriver::ByLoop);
     // PD rests lower under a pendulum that pulls back, by about its torque over the gain.
     assert!(hanging < bare - 0.1, "{hanging} and {bare} deg");
     let half = |share: f64| {
@@ -84,12 +85,12 @@ fn a_load_and_a_shaft_change_where_a_run_ends() {
         curve.viscous *= share;
         Body { inertia: inertia * share, friction: curve.into() }
     };
-    let shaft = Shaft { stiffness: 5e4, damping: 20.0, backlash: 10.0 * COUNT };
+    let shaft = ShaftDescription { stiffness: 5e4, damping: 20.0, backlash: 10.0 * COUNT };
     let train = Train::Flexible { motor: half(0.5), load: half(0.5), shaft };
     let flexible = on(plan("srnf"), Description::of(train, COUNT));
     let mut device = SimulatedDevice::new(&flexible).unwrap();
     device.push(1.0, 0.0);
     device.ticks(50);
     assert!((device.position_deg() - 1.0).abs() < 1e-9);
-    assert!((last_position_deg(&flexible, Driven::ByLoop) - 2.5).abs() < 0.1);
+    assert!((last_position_deg(&flexible, RunDriver::ByLoop) - 2.5).abs() < 0.1);
 }

@@ -6,7 +6,7 @@ use std::process::{Command, Output};
 
 use host_sim::experiment::{Document, Experiment};
 use host_sim::output::{csv, series};
-use host_sim::run::{Trace, run_all};
+use host_sim::run::{RunTrace, run_all};
 
 fn stiction(arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_stiction")).args(arguments).output().unwrap()
@@ -31,7 +31,7 @@ fn every_term_of_every_sample_is_read_as_it_was_written() {
     assert_eq!(found.len(), results.len());
     for (series, result) in found.iter().zip(&results) {
         assert_eq!(series.name, format!("runs, {}", result.plan.label));
-        let Trace::Loop(moments) = &result.trace else { panic!("a ramp") };
+        let RunTrace::Loop(moments) = &result.trace else { panic!("a ramp") };
         assert_eq!(series.samples.len(), moments.len());
         for (sample, moment) in series.samples.iter().zip(moments) {
             assert!((sample.time_s - moment.time_s).abs() < 1e-9);

@@ -1,9 +1,9 @@
 //! `run --target servo` runs the servo around the loop, on the host.
 #![allow(missing_docs, clippy::unwrap_used, clippy::panic)]
 
-use host_sim::closed_loop::Moment;
+use host_sim::closed_loop::LoopSample;
 use host_sim::experiment::{Document, Experiment, RunPlan};
-use host_sim::run::{Driven, RunResult, Trace, run, run_driven};
+use host_sim::run::{RunDriver, RunResult, RunTrace, run, run_driven};
 
 fn plan(name: &str, controller: &str, set: &[&str]) -> RunPlan {
     let mut document = Document::open(name).unwrap();
@@ -13,10 +13,10 @@ fn plan(name: &str, controller: &str, set: &[&str]) -> RunPlan {
     Experiment::plan(&document, &wanted, &[]).unwrap().runs.remove(0)
 }
 
-fn moments(result: &RunResult) -> &[Moment] {
+fn moments(result: &RunResult) -> &[LoopSample] {
     match &result.trace {
-        Trace::Loop(moments) => moments,
-        Trace::Ramp(_) => panic!("a ramp"),
+        RunTrace::Loop(moments) => moments,
+        RunTrace::Ramp(_) => panic!("a ramp"),
     }
 }
 
@@ -27,7 +27,7 @@ fn without_a_soft_start_the_servo_does_what_the_bare_loop_does() {
         // not the host's.
         let set = ["device.soft_start_s=0", "reference.steps_deg=[2.5]", "encoder.phase=-0.6"];
         let plan = plan("step-response", controller, &set);
-        let (bare, servo) = (run(&plan).unwrap(), run_driven(&plan, Driven::ByServo).unwrap());
+        let (bare, servo) = (run(&plan).unwrap(), run_driven(&plan, RunDriver::ByServo).unwrap());
         assert_eq!(servo.fault, None);
         assert_eq!(moments(&bare).len(), moments(&servo).len());
         for (bare, servo) in moments(&bare).iter().zip(moments(&servo)) {
@@ -46,9 +46,9 @@ fn without_a_soft_start_the_servo_does_what_the_bare_loop_does() {
 fn a_soft_start_is_seen_in_what_is_applied_and_not_in_what_is_asked_for() {
     let plan =
         plan("step-response", "srnf", &["device.soft_start_s=0.5", "reference.steps_deg=[5.0]"]);
-    let result = run_driven(&plan, Driven::ByServo).unwrap();
+    let result = run_driven(&plan, RunDriver::ByServo).unwrap();
     // This holds as long as the loop asks for more than the limit: on the way it asks for less.
-    let limited: Vec<&Moment> =
+    let limited: Vec<&LoopSample> =
         moments(&result).iter().take_while(|moment| moment.tick.saturated).collect();
     assert!(limited.len() > 10, "{}", limited.len());
     for (k, moment) in limited.into_iter().enumerate() {
@@ -63,7 +63,7 @@ fn a_soft_start_is_seen_in_what_is_applied_and_not_in_what_is_asked_for() {
 #[test]
 fn a_fault_turns_the_output_off_and_is_told_with_its_time() {
     let set = ["limits.overspeed_deg_per_s=5", "reference.steps_deg=[5.0]"];
-    let result = run_driven(&plan("step-response", "srnf", &set), Driven::ByServo).unwrap();
+    let result = run_driven(&plan("step-response", "srnf", &set), RunDriver::ByServo).unwrap();
     let fault = result.fault.unwrap();
     assert_eq!((fault.code, fault.name), (17, "overspeed"));
     assert!(fault.value > 5.0 && fault.value < 8.0, "{fault:?}");

@@ -5,7 +5,7 @@ use embedded_storage::nor_flash::{NorFlash, ReadNorFlash};
 use simulator::device::client::Client;
 use simulator::device::simulated::SimulatedDevice;
 use simulator::device::wire::SimulatedWire;
-use simulator::flash::{Cut, Remains, SECTOR, SimulatedFlash};
+use simulator::flash::{CutRemains, PowerCut, SECTOR, SimulatedFlash};
 use stiction::parameters::store::{SaveError, Store};
 use stiction::parameters::{DecodeError, ROOM};
 use stiction::servo::{Boot, State};
@@ -14,9 +14,9 @@ use crate::fixture::{blank, parameters, plans, srnf, stored};
 
 /// Remains that a cut may leave of a word or a sector: nothing, everything, and some patterns in
 /// between.
-fn remains() -> impl Iterator<Item = Remains> {
-    let some = (1..=6u64).map(|seed| Remains::Some(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15)));
-    [Remains::Untouched, Remains::Finished].into_iter().chain(some)
+fn remains() -> impl Iterator<Item = CutRemains> {
+    let some = (1..=6u64).map(|seed| CutRemains::Some(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15)));
+    [CutRemains::Untouched, CutRemains::Finished].into_iter().chain(some)
 }
 
 /// Cuts a save at every operation; returns how many times, and how often the new set was found.
@@ -34,7 +34,7 @@ fn cut_at_each(
         (0..operations).flat_map(|after| remains().map(move |remains| (after, remains)))
     {
         let mut store = before.clone();
-        store.flash().cut(Cut { after, remains });
+        store.flash().cut(PowerCut { after, remains });
         assert_eq!(store.save(new), Err(SaveError::Flash), "{after} {remains:?}");
         store.flash().revive();
         cuts += 1;
@@ -95,7 +95,7 @@ fn slots_are_written_in_turn_and_the_same_set_is_not_written_again() {
     assert_eq!(store.load(), Ok(second.clone()));
     // Only the second slot is lost: the first set is still there.
     let mut lost = store.clone();
-    lost.flash().cut(Cut { after: 0, remains: Remains::Finished });
+    lost.flash().cut(PowerCut { after: 0, remains: CutRemains::Finished });
     let _ = NorFlash::erase(lost.flash(), SECTOR, 2 * SECTOR);
     lost.flash().revive();
     assert_eq!(lost.load(), Ok(first));

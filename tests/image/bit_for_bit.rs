@@ -2,7 +2,7 @@
 
 use emulated::emulator::first_difference;
 use simulator::experiment::RunPlan;
-use simulator::run::{RunResult, Trace, run_all};
+use simulator::run::{RunResult, RunTrace, run_all};
 
 use crate::common::{emulation, plans};
 
@@ -13,7 +13,7 @@ const SLOW_PWM: &str = "drive.pwm_hz=2000";
 
 fn assert_same(host: &RunResult, image: &RunResult) {
     let label = &host.plan.label;
-    let (Trace::Loop(a), Trace::Loop(b)) = (&host.trace, &image.trace) else {
+    let (RunTrace::Loop(a), RunTrace::Loop(b)) = (&host.trace, &image.trace) else {
         panic!("{label} is a ramp")
     };
     if let Some(difference) = first_difference(a, b) {
@@ -104,7 +104,7 @@ fn ten_thousand_ticks_a_second() {
     let plans = plans("step-response", &["pd", "srnf", "ri"], &set);
     same_on_both(&plans);
     for run in run_all(&plans).unwrap() {
-        let Trace::Loop(moments) = &run.trace else { panic!("{} is a ramp", run.plan.label) };
+        let RunTrace::Loop(moments) = &run.trace else { panic!("{} is a ramp", run.plan.label) };
         assert!(moments.len() == 2001 && moments[2000].position_deg > 0.1, "{}", run.plan.label);
     }
 }

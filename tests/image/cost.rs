@@ -7,7 +7,7 @@ use emulated::emulator::counted::{EVERYTHING_ON, count};
 use emulated::emulator::probe::{Points, TickCost};
 use emulated::firmware::blocks::Blocks;
 use emulated::firmware::budgets::INTERRUPT_INSTRUCTIONS;
-use emulated::firmware::stack::Bound;
+use emulated::firmware::stack::StackBound;
 use emulated::firmware::{Code, routines};
 
 use crate::common::{image, plans};
@@ -63,7 +63,7 @@ fn the_same_run_costs_the_same_in_every_tick() {
             assert!((cycles.hits + 1..2 * cycles.hits).contains(&cycles.misses), "{tick:?}");
         }
     }
-    let bound = Bound::of(&code(&elf()).unwrap()).unwrap().total();
+    let bound = StackBound::of(&code(&elf()).unwrap()).unwrap().total();
     assert!(stack > 1000 && stack <= bound, "{stack} bytes seen, {bound} at most");
     assert_eq!((ticks, stack), counted(&[]));
 }

@@ -7,8 +7,8 @@
 use std::sync::Arc;
 
 use emulated::emulator::FirmwareImage;
-use emulated::emulator::board::Fitted;
-use emulated::emulator::fault_injection::{Injection, Observed, converse, observe};
+use emulated::emulator::board::FittedParts;
+use emulated::emulator::fault_injection::{BoardObservation, Injection, converse, observe};
 
 use crate::common::{firmware, image};
 use crate::fault_injection::{
@@ -23,20 +23,20 @@ const TIM2_CNT: u64 = 0x4000_0024;
 /// Data sheet, the oscillator of the watchdog: slowest, typical, fastest, Hz.
 const LSI_HZ: [u64; 3] = [17_000, 32_000, 47_000];
 
-fn crash(injections: &[(u64, Injection)]) -> Observed {
-    let observed = inject(Some(&parameters()), Fitted::default(), injections);
+fn crash(injections: &[(u64, Injection)]) -> BoardObservation {
+    let observed = inject(Some(&parameters()), FittedParts::default(), injections);
     assert_driven_before(&observed);
     observed
 }
 
 /// The motor was not only enabled but pulled when the bridge was turned off.
-fn assert_driven_before(observed: &Observed) {
+fn assert_driven_before(observed: &BoardObservation) {
     let neutral = observed.last.top / 2;
     assert!(observed.last.compare.abs_diff(neutral) > neutral / 10, "{:?}", observed.last);
 }
 
 /// One reset, and the bridge was off before it: the handler did it, not the reset.
-fn assert_off_before_the_reset(observed: &Observed) {
+fn assert_off_before_the_reset(observed: &BoardObservation) {
     let [reset] = observed.resets[..] else { panic!("{:?}", observed.resets) };
     let off = observed.off_at_ns().unwrap();
     assert!(off < reset.at.0, "off at {off}, reset at {}", reset.at.0);
@@ -54,7 +54,7 @@ fn assert_off_before_the_reset(observed: &Observed) {
 /// off from then on.
 fn assert_starved(sample_time_ms: u64, lsi_hz: u64, injection: Injection, later: u64) {
     let parameters = parameters_with(&[&format!("loop.sample_time_s={}e-3", sample_time_ms)]);
-    let fitted = Fitted { lsi_hz, ..Fitted::default() };
+    let fitted = FittedParts { lsi_hz, ..FittedParts::default() };
     let observed = inject(Some(&parameters), fitted, &[(AT, injection)]);
     let case = format!("{injection:?}, {sample_time_ms} ms, {lsi_hz} Hz");
     let reset_ns = assert_ended(&observed, &case, sample_time_ms, lsi_hz, later);
@@ -67,7 +67,7 @@ fn assert_starved(sample_time_ms: u64, lsi_hz: u64, injection: Injection, later:
 
 /// See [`assert_starved`]; returns when the reset came, ns.
 fn assert_ended(
-    observed: &Observed,
+    observed: &BoardObservation,
     case: &str,
     sample_time_ms: u64,
     lsi_hz: u64,
@@ -114,7 +114,7 @@ fn a_link_that_never_ends_is_ended_by_the_watchdog_though_the_control_task_goes_
         let partner = move |at: u64, _: &[u8]| {
             if at < AT { Vec::new() } else { says.take().into_iter().collect() }
         };
-        let (records, fitted) = ([Some(&record[..]), None], Fitted::default());
+        let (records, fitted) = ([Some(&record[..]), None], FittedParts::default());
         let observed = converse(&image, records, fitted, &[], UNTIL, Box::new(partner)).unwrap();
         let case = format!("a circle, {sample_time_ms} ms");
         // Fed by the next tick once more, since link and log have run after the one before.
@@ -165,7 +165,8 @@ fn an_exception_without_a_handler_is_told() {
     let image =
         FirmwareImage::parse(&path, patched(|_| function("SPI1"), &supervisor_call)).unwrap();
     let records = [Some(&parameters()[..]), None];
-    let observed = observe(&Arc::new(image), records, Fitted::default(), &[], 100 * MS).unwrap();
+    let observed =
+        observe(&Arc::new(image), records, FittedParts::default(), &[], 100 * MS).unwrap();
     assert!(
         observed.says("panic in an exception without a handler, line 11"),
         "{:?}",

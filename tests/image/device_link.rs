@@ -7,7 +7,7 @@ use emulated::emulator::fault_injection::Injection;
 use emulated::emulator::wire::EmulatedWire;
 use simulator::device;
 use simulator::device::client::Client;
-use simulator::device::log::Log;
+use simulator::device::log::SampleLog;
 use simulator::device::signals::Signals;
 use simulator::device::simulated::SimulatedDevice;
 use simulator::device::wire::{SimulatedWire, Wire};
@@ -62,7 +62,7 @@ fn a_move_is_that_of_the_simulated_device_to_the_bit() {
             assert_eq!(here, &there, "{law}, tick {}", here.clock);
         }
         let csv = |samples: &[Sample]| {
-            let mut log = Log::new(signals.clone(), &[]).unwrap();
+            let mut log = SampleLog::new(signals.clone(), &[]).unwrap();
             samples.iter().take(count).cloned().for_each(|sample| log.push(sample));
             String::from_utf8(log.render(0.02, 0.00242).unwrap()).unwrap()
         };

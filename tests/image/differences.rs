@@ -8,7 +8,7 @@ use std::sync::atomic::AtomicU32;
 use emulated::emulator::parameters::blob;
 use emulated::emulator::{Difference, FirmwareImage, first_difference};
 use simulator::experiment::RunPlan;
-use simulator::run::{RunResult, Trace, run_all};
+use simulator::run::{RunResult, RunTrace, run_all};
 use stiction::Tick;
 
 use crate::common::{emulation, image, plans};
@@ -17,7 +17,7 @@ use crate::common::{emulation, image, plans};
 fn refusal(image: &RunPlan, beside: &RunPlan, free_running: bool) -> String {
     let mut emulation = emulation();
     emulation.free_running = free_running;
-    match emulation.run_told(blob(image).unwrap(), beside, &AtomicU32::default()) {
+    match emulation.run_with_record(blob(image).unwrap(), beside, &AtomicU32::default()) {
         Ok(_) => panic!("nothing was found"),
         Err(error) => error.to_string(),
     }
@@ -31,8 +31,8 @@ fn plan(name: &str, controller: &str, set: &[&str]) -> RunPlan {
 fn expected(image: &RunPlan, host: &RunPlan) -> Difference {
     let results = run_all(&[host.clone(), image.clone()]).unwrap();
     let moments = |result: &RunResult| match &result.trace {
-        Trace::Loop(moments) => moments.clone(),
-        Trace::Ramp(_) => panic!("{} is a ramp", result.plan.label),
+        RunTrace::Loop(moments) => moments.clone(),
+        RunTrace::Ramp(_) => panic!("{} is a ramp", result.plan.label),
     };
     first_difference(&moments(&results[0]), &moments(&results[1])).unwrap()
 }

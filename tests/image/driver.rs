@@ -3,12 +3,12 @@
 
 use std::time::Duration;
 
-use emulated::emulator::board::Fitted;
-use emulated::emulator::board_under_test::{BoardUnderTest, Until};
+use emulated::emulator::board::FittedParts;
+use emulated::emulator::board_under_test::{BoardUnderTest, StopCondition};
 use emulated::emulator::fault_injection::Injection;
 use emulated::emulator::lockstep::Lockstep;
 use emulated::emulator::plant_interface::FreeDisc;
-use emulated::emulator::setup::Setup;
+use emulated::emulator::setup::BoardSetup;
 use emulated::emulator::wire::EmulatedWire;
 use simulator::device::client::Client;
 use stiction::Fault;
@@ -115,12 +115,12 @@ fn without_a_blanking_a_fault_output_that_is_low_is_a_fault() {
 
 #[test]
 fn the_enable_pin_is_driven_low_before_the_clock_is_waited_for() {
-    let mut setup = Setup::new("enable pin", &firmware(), parameters());
+    let mut setup = BoardSetup::new("enable pin", &firmware(), parameters());
     // Without a crystal, the part waits for one for 50 ms of its 16 MHz: 4.8 ms here.
-    setup.fitted = Fitted { crystal: false, ..Fitted::default() };
+    setup.fitted = FittedParts { crystal: false, ..FittedParts::default() };
     let mut board =
         BoardUnderTest::power_on(setup, Lockstep::new(FreeDisc::default(), 20 * MS)).unwrap();
-    board.until(Until::Time(MS / 2)).unwrap();
+    board.until(StopCondition::Time(MS / 2)).unwrap();
     let [mode, output, clock] = board
         .act(|halted| [GPIOB_MODER, GPIOB_ODR, RCC_CFGR].map(|address| halted.register(address)))
         .unwrap();

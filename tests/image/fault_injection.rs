@@ -1,7 +1,7 @@
 //! A board with a blocked joint that drives its motor, until a fault is injected.
 
-use emulated::emulator::board::Fitted;
-use emulated::emulator::fault_injection::{Injection, Observed, observe};
+use emulated::emulator::board::FittedParts;
+use emulated::emulator::fault_injection::{BoardObservation, Injection, observe};
 use emulated::emulator::parameters::blob;
 
 use crate::common::{firmware, plans};
@@ -25,13 +25,13 @@ pub fn parameters_with(set: &[&str]) -> Vec<u8> {
 
 pub fn inject(
     parameters: Option<&[u8]>,
-    fitted: Fitted,
+    fitted: FittedParts,
     injections: &[(u64, Injection)],
-) -> Observed {
+) -> BoardObservation {
     observe(&firmware(), [parameters, None], fitted, injections, UNTIL).unwrap()
 }
 
-pub fn assert_off_after(observed: &Observed, at: u64, limit: u64) {
+pub fn assert_off_after(observed: &BoardObservation, at: u64, limit: u64) {
     assert!(
         observed.on_ns.iter().any(|[from, _]| *from < at),
         "it was never on: {:?}",

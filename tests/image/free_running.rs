@@ -1,7 +1,7 @@
 //! Free-running: edges and PWM at their own times. That the duties are those of the core, fed with
 //! the counts that the image has read, is checked in every run.
 
-use simulator::run::{Trace, run_all};
+use simulator::run::{RunTrace, run_all};
 
 use crate::common::{emulation, plans};
 
@@ -26,7 +26,7 @@ fn the_metrics_stay_near_those_of_lockstep() {
         // target (`reset_integral.rs`), and may be anywhere in that.
         let allowed = if label.starts_with("ri") { 12.0 } else { 1.4 };
         assert!((rest_a - rest_b).abs() <= allowed, "{label}: rest {rest_a} and {rest_b} counts");
-        let Trace::Loop(moments) = &free.result.trace else { panic!("{label} is a ramp") };
+        let RunTrace::Loop(moments) = &free.result.trace else { panic!("{label} is a ramp") };
         assert!(moments.iter().any(|moment| moment.position_deg != 0.0), "{label} does not move");
     }
 }
@@ -57,7 +57,9 @@ fn assert_near_lockstep(name: &str, set: &[&str]) {
         let (plan, latency_s) = (&lockstep.plan, free.latency.unwrap().max_us * 1e-6);
         // Half a period of the PWM, and the tick itself.
         assert!(latency_s < 250e-6 + 10e-6, "{}: latency {latency_s} s", plan.label);
-        let Trace::Loop(moments) = &free.result.trace else { panic!("{} is a ramp", plan.label) };
+        let RunTrace::Loop(moments) = &free.result.trace else {
+            panic!("{} is a ramp", plan.label)
+        };
         let speed =
             moments.iter().map(|moment| moment.velocity_deg_per_s.abs()).fold(0.0, f64::max);
         let (sample_s, count) =

@@ -1,6 +1,6 @@
 //! Mishaps of the hardware: bridge off, the reason reported, and no motion after.
 
-use emulated::emulator::board::{CLOCK_HZ, Fitted};
+use emulated::emulator::board::{CLOCK_HZ, FittedParts};
 use emulated::emulator::fault_injection::Injection;
 use emulated::firmware::budgets::INTERRUPT_INSTRUCTIONS;
 
@@ -9,7 +9,7 @@ use crate::fault_injection::{AT, MS, UNTIL, assert_off_after, inject, parameters
 
 #[test]
 fn nothing_happens_to_a_healthy_board() {
-    let observed = inject(Some(&parameters()), Fitted::default(), &[]);
+    let observed = inject(Some(&parameters()), FittedParts::default(), &[]);
     assert!(observed.on_after(UNTIL - MS) && observed.on_ns.len() == 1, "{observed:?}");
     assert!(observed.resets.is_empty());
 }
@@ -18,7 +18,7 @@ fn nothing_happens_to_a_healthy_board() {
 fn the_break_input_turns_the_bridge_off_and_it_stays_off() {
     let observed = inject(
         Some(&parameters()),
-        Fitted::default(),
+        FittedParts::default(),
         &[(AT, Injection::Break), (AT + 100 * MS, Injection::BreakReleased)],
     );
     assert_off_after(&observed, AT, MS / 10);
@@ -27,7 +27,8 @@ fn the_break_input_turns_the_bridge_off_and_it_stays_off() {
 
 #[test]
 fn a_glitch_of_the_break_input_while_the_outputs_are_being_turned_on_is_not_lost() {
-    let observed = inject(Some(&parameters()), Fitted::default(), &[(0, Injection::BreakAtArming)]);
+    let observed =
+        inject(Some(&parameters()), FittedParts::default(), &[(0, Injection::BreakAtArming)]);
     // The end of that control task.
     let control_ns = u64::from(INTERRUPT_INSTRUCTIONS) * 1_000_000_000 / CLOCK_HZ.get();
     for [from, until] in &observed.on_ns {
@@ -39,7 +40,8 @@ fn a_glitch_of_the_break_input_while_the_outputs_are_being_turned_on_is_not_lost
 
 #[test]
 fn a_lost_crystal_turns_the_bridge_off() {
-    let observed = inject(Some(&parameters()), Fitted::default(), &[(AT, Injection::CrystalLost)]);
+    let observed =
+        inject(Some(&parameters()), FittedParts::default(), &[(AT, Injection::CrystalLost)]);
     assert_off_after(&observed, AT, MS / 10);
     let reported = observed.log.iter().any(|line| {
         let text = line.text.to_lowercase();
@@ -50,7 +52,7 @@ fn a_lost_crystal_turns_the_bridge_off() {
 
 #[test]
 fn without_a_crystal_nothing_moves() {
-    let fitted = Fitted { crystal: false, ..Fitted::default() };
+    let fitted = FittedParts { crystal: false, ..FittedParts::default() };
     let observed = inject(Some(&parameters()), fitted, &[]);
     assert!(observed.on_ns.is_empty(), "{observed:?}");
     // "from crystal" is what a whole board says.
@@ -60,7 +62,7 @@ fn without_a_crystal_nothing_moves() {
 
 #[test]
 fn a_reset_in_mid_move_is_told_and_nothing_moves_after() {
-    let observed = inject(Some(&parameters()), Fitted::default(), &[(AT, Injection::Reset)]);
+    let observed = inject(Some(&parameters()), FittedParts::default(), &[(AT, Injection::Reset)]);
     assert_eq!(observed.resets.len(), 1, "{:?}", observed.resets);
     assert_off_after(&observed, AT, MS / 10);
     assert!(observed.says("reset pin"), "{:?}", observed.log);
@@ -75,7 +77,7 @@ fn a_record_of_a_fault_that_the_reset_has_damaged_is_not_believed() {
     let faulted = [(AT, Injection::Break), (AT + 100 * MS, Injection::Reset)];
     let damaged = [faulted[0], (AT + 100 * MS, damage), faulted[1]];
     for (injections, fault) in [(&faulted[..], "break input"), (&damaged, "none")] {
-        let observed = inject(Some(&parameters()), Fitted::default(), injections);
+        let observed = inject(Some(&parameters()), FittedParts::default(), injections);
         let said = format!("reset by reset pin; last fault: {fault}");
         assert!(observed.says(&said), "{said}: {:?}", observed.log);
     }
@@ -89,7 +91,7 @@ fn without_parameters_or_with_damaged_ones_nothing_moves() {
         (None, "no parameters: the motor stays off", "faulted: no parameters"),
         (Some(&damaged[..]), "damaged (checksum)", "faulted: bad parameters"),
     ] {
-        let observed = inject(parameters, Fitted::default(), &[]);
+        let observed = inject(parameters, FittedParts::default(), &[]);
         assert!(observed.on_ns.is_empty(), "{observed:?}");
         assert!(observed.says(refusal) && observed.says(fault), "{:?}", observed.log);
     }

@@ -3,8 +3,8 @@
 //!
 //! The joint is blocked, so that PD's effort stays where the first error puts it: Kp = 1 V/deg.
 
-use emulated::emulator::board::Fitted;
-use emulated::emulator::fault_injection::{Observed, observe};
+use emulated::emulator::board::FittedParts;
+use emulated::emulator::fault_injection::{BoardObservation, observe};
 use stiction::Parameters;
 use stiction::parameters::ROOM;
 
@@ -31,7 +31,7 @@ fn swing(v: f64) -> u16 {
 }
 
 /// The only compare value that the bridge was on with, off neutral.
-fn only_swing(observed: &Observed) -> u16 {
+fn only_swing(observed: &BoardObservation) -> u16 {
     let [(_, compare)] = observed.compares[..] else { panic!("{observed:?}") };
     compare - NEUTRAL
 }
@@ -43,7 +43,11 @@ fn a_lower_supply_is_made_up_for_by_more_duty() {
             parameters.device.nominal_supply = nominal_supply;
             parameters.device.supply_full_scale = 24.0;
         });
-        only_swing(&inject(Some(&record), Fitted { supply_pin_mv, ..Fitted::default() }, &[]))
+        only_swing(&inject(
+            Some(&record),
+            FittedParts { supply_pin_mv, ..FittedParts::default() },
+            &[],
+        ))
     };
     // The pin's 3.3 V are 24 V: 12 V, and a tenth less.
     assert_eq!(swing_at(1650, 12.0), swing(1.0));
@@ -57,7 +61,7 @@ fn a_lower_supply_is_made_up_for_by_more_duty() {
 fn the_soft_start_lets_the_duty_rise_in_a_straight_line() {
     // An error that asks for the full scale from the first tick on.
     let record = record(1, 5.0, |parameters| parameters.device.soft_start = 0.5);
-    let observed = inject(Some(&record), Fitted::default(), &[]);
+    let observed = inject(Some(&record), FittedParts::default(), &[]);
     let begin = observed.on_ns[0][0];
     // 25 ticks from nothing to everything.
     assert!((25..=26).contains(&observed.compares.len()), "{observed:?}");
@@ -81,7 +85,7 @@ fn a_blocked_joint_is_a_stall() {
             // It sees 5 V sooner.
             parameters.limits.stall_impulse = 0.0;
         });
-        inject(Some(&record), Fitted::default(), &[])
+        inject(Some(&record), FittedParts::default(), &[])
     };
     let observed = with(2.0);
     let [[from, until]] = observed.on_ns[..] else { panic!("{observed:?}") };
@@ -97,7 +101,7 @@ fn a_blocked_joint_is_a_stall() {
 #[test]
 fn of_two_records_the_newer_valid_one_counts() {
     let observed = |records: [Option<&[u8]>; 2]| {
-        observe(&firmware(), records, Fitted::default(), &[], 200 * MS).unwrap()
+        observe(&firmware(), records, FittedParts::default(), &[], 200 * MS).unwrap()
     };
     // Distinguished by what they do, too.
     let (older, newer) = (record(7, 1.0, |_| {}), record(8, 2.0, |_| {}));

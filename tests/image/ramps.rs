@@ -2,7 +2,7 @@
 //! the host.
 
 use simulator::output::json;
-use simulator::run::{RunResult, Trace, run_all};
+use simulator::run::{RunResult, RunTrace, run_all};
 
 use experiments::experiment;
 
@@ -13,8 +13,8 @@ use crate::common::emulation;
 const FAST: [&str; 2] =
     ["identification.ramp_rates_v_per_s=[0.1, 0.2]", "identification.hold_s=9.5"];
 
-fn trace(result: &RunResult) -> &[simulator::closed_loop::Moment] {
-    let Trace::Ramp(moments) = &result.trace else { panic!("{} is no ramp", result.plan.label) };
+fn trace(result: &RunResult) -> &[simulator::closed_loop::LoopSample] {
+    let RunTrace::Ramp(moments) = &result.trace else { panic!("{} is no ramp", result.plan.label) };
     moments
 }
 

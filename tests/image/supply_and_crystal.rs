@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use emulated::emulator::board::Fitted;
+use emulated::emulator::board::FittedParts;
 use emulated::emulator::board_under_test::Halted;
 use emulated::emulator::fault_injection::Injection;
 use emulated::emulator::wire::EmulatedWire;
@@ -16,7 +16,7 @@ use crate::fault_injection::{AT, inject, parameters};
 #[test]
 fn a_crystal_of_another_frequency_is_measured_refused_and_told() {
     for megahertz in [4, 12, 16, 25] {
-        let fitted = Fitted { crystal_hz: megahertz * 1_000_000, ..Fitted::default() };
+        let fitted = FittedParts { crystal_hz: megahertz * 1_000_000, ..FittedParts::default() };
         let observed = inject(Some(&parameters()), fitted, &[]);
         assert!(observed.on_ns.is_empty(), "{megahertz} MHz: {observed:?}");
         assert!(observed.says("clock 16000000 Hz from internal oscillator"), "{:?}", observed.log);
@@ -37,7 +37,8 @@ fn a_crystal_of_another_frequency_is_measured_refused_and_told() {
 fn eight_megahertz_are_measured_and_used() {
     // 8.5 MHz is within what the internal oscillator can distinguish from 8 MHz.
     for crystal_hz in [7_960_000, 8_000_000, 8_040_000, 8_300_000] {
-        let observed = inject(Some(&parameters()), Fitted { crystal_hz, ..Fitted::default() }, &[]);
+        let observed =
+            inject(Some(&parameters()), FittedParts { crystal_hz, ..FittedParts::default() }, &[]);
         assert!(observed.on_after(AT), "{crystal_hz} Hz: {:?}", observed.log);
         assert!(observed.says("clock 168000000 Hz from crystal"), "{:?}", observed.log);
         assert!(!observed.says("not measured"), "{:?}", observed.log);
@@ -53,8 +54,8 @@ fn after_dip(autostarts: bool) -> Vec<u8> {
 
 #[test]
 fn without_a_brown_out_reset_nothing_autostarts_at_power_on_unless_the_parameters_say_so() {
-    let factory = Fitted::default();
-    let set_up = Fitted { brown_out: true, ..factory };
+    let factory = FittedParts::default();
+    let set_up = FittedParts { brown_out: true, ..factory };
     for (fitted, autostarts, arms) in [
         (factory, false, false),
         (factory, true, true),
@@ -75,7 +76,8 @@ fn without_a_brown_out_reset_nothing_autostarts_at_power_on_unless_the_parameter
 #[test]
 fn the_reset_button_is_no_dip() {
     // Power-on may be a dip, and arms nothing; the button after it does.
-    let observed = inject(Some(&after_dip(false)), Fitted::default(), &[(AT, Injection::Reset)]);
+    let observed =
+        inject(Some(&after_dip(false)), FittedParts::default(), &[(AT, Injection::Reset)]);
     assert!(observed.says("reset pin") && observed.on_after(AT), "{:?}", observed.log);
 }
 

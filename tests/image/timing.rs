@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use emulated::emulator::FirmwareImage;
-use emulated::emulator::board::Fitted;
+use emulated::emulator::board::FittedParts;
 use emulated::emulator::fault_injection::{Injection, observe};
 use emulated::emulator::wire::EmulatedWire;
 use simulator::device::client::Client;
@@ -25,7 +25,8 @@ fn a_task_that_hogs_the_processor_above_the_control_task_is_ended_by_the_watchdo
         FirmwareImage::parse(&path, patched(|_| function("TIM1_BRK_TIM9"), &FOR_EVER)).unwrap();
     let records = [Some(&parameters()[..]), None];
     let injections = [(AT, Injection::Break), (AT + MS, Injection::BreakReleased)];
-    let observed = observe(&Arc::new(hog), records, Fitted::default(), &injections, UNTIL).unwrap();
+    let observed =
+        observe(&Arc::new(hog), records, FittedParts::default(), &injections, UNTIL).unwrap();
     // The hardware has turned the outputs off by then; the enable pin waits for the reset.
     assert_off_after(&observed, AT, MS / 10);
     let [reset] = observed.resets[..] else { panic!("{:?}", observed.resets) };

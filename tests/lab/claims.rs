@@ -3,10 +3,10 @@
 use std::ops::Range;
 
 use dynamics::solver::EventKind::Break;
-use dynamics::solver::banded::{Banded, Coupling};
+use dynamics::solver::banded::{BandCoupling, Banded};
 use dynamics::solver::dynamics::{Dynamics, SingleValuedDynamics};
 use dynamics::solver::fixed_step;
-use dynamics::solver::state::{BodyEvent, Observer, Sample};
+use dynamics::solver::state::{BodyEvent, BodySample, Observer};
 use dynamics::solver::step_doubling::{self, Accuracy};
 
 use super::common::{
@@ -52,7 +52,7 @@ fn a_stuck_joint_is_accelerated_by_the_other_when_coupling_is_neglected() {
         let in_bands = run.samples.into_iter().filter(|s| s.slip == [0, 0] && s.a[1].abs() > 1e-3);
         in_bands.map(|s| s.time_s).collect::<Vec<_>>()
     };
-    let (right, neglected) = (kicks(Coupling::Simultaneous), kicks(Coupling::Neglected));
+    let (right, neglected) = (kicks(BandCoupling::Simultaneous), kicks(BandCoupling::Neglected));
     // Joint 1 turns around there, and joint 2 sticks.
     for around_s in [1.25, 2.56] {
         let near =
@@ -72,7 +72,7 @@ fn a_stuck_joint_is_accelerated_by_the_other_when_coupling_is_neglected() {
 fn accelerations_of_the_step_before_are_not_more_accurate_than_none() {
     let right = [0.00449854385477193, 0.0252895664467873];
     let run = |coupling| stepped(Banded::new(&ARM, ARM_LEVELS, bands(5.7e-4), coupling), 1e-5).1;
-    let (neglected, previous) = (run(Coupling::Neglected), run(Coupling::PreviousStep));
+    let (neglected, previous) = (run(BandCoupling::Neglected), run(BandCoupling::PreviousStep));
     for i in 0..2 {
         let error = |q: [f64; 2]| (q[i] / right[i] - 1.0).abs();
         assert!(error(neglected) < 0.01, "{neglected:?}");
@@ -103,7 +103,7 @@ struct Sides {
 }
 
 impl Observer<2> for Sides {
-    fn sample(&mut self, sample: &Sample<2>) {
+    fn sample(&mut self, sample: &BodySample<2>) {
         if sample.slip != [0, 0] {
             return;
         }
@@ -131,8 +131,9 @@ fn the_run_of_seventy_minutes_ends_and_its_frictions_switch_from_side_to_side() 
     let banded = |coupling| Banded::new(&ARM, ARM_LEVELS, bands(5.7e-3), coupling);
     let levels = [ARM_LEVELS.map(|f| f.slip), ARM_LEVELS.map(|f| f.stick)];
     let mut sides = Sides { levels, sides: [[0.0; 2]; 2], changes: [[0; 2]; 2] };
-    let previous = adaptive(&banded(Coupling::PreviousStep), 2e-4, 5.0, &mut sides);
-    let ratio = previous / adaptive(&banded(Coupling::Simultaneous), 2e-4, 5.0, &mut Vec::new());
+    let previous = adaptive(&banded(BandCoupling::PreviousStep), 2e-4, 5.0, &mut sides);
+    let ratio =
+        previous / adaptive(&banded(BandCoupling::Simultaneous), 2e-4, 5.0, &mut Vec::new());
     assert!((500..100_000).contains(&ratio), "{ratio}");
     let [slip, stick] = sides.changes;
     assert!(slip.iter().all(|changes| *changes > 10), "{slip:?}");
@@ -171,7 +172,7 @@ fn the_reset_integrator_costs_more_than_karnopp() {
             {ratios:?}"
         );
     };
-    let simultaneous = Coupling::Simultaneous;
+    let simultaneous = BandCoupling::Simultaneous;
     let of_spring = ratios(
         &SingleValuedDynamics { mechanism: &SPRING_MASS, friction: ON_SPRING },
         &Banded::new(&SPRING_MASS, SPRING_MASS_LEVELS, [2e-5], simultaneous),
@@ -191,7 +192,7 @@ fn the_reset_integrator_costs_more_than_karnopp() {
     );
     check("Table 9", of_pendulum, about(0.44 / 0.16));
     let on_arm = SingleValuedDynamics { mechanism: &ARM, friction: OF_ARM };
-    for coupling in [Coupling::Neglected, simultaneous] {
+    for coupling in [BandCoupling::Neglected, simultaneous] {
         let karnopp = Banded::new(&ARM, ARM_LEVELS, bands(5.7e-4), coupling);
         check("Table 12", ratios(&on_arm, &karnopp, 5.0), about(3.46 / 1.10));
     }

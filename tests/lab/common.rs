@@ -2,10 +2,10 @@
 
 use dynamics::friction::{Coulomb, ResetIntegrator};
 use dynamics::mechanism::{
-    Block, CoupledBlocks, IndependentBlocks, Mechanism, Pendulum, Pull, Shape, SpringMass,
+    CoupledBlocks, DrivenBlock, IndependentBlocks, Mechanism, Pendulum, Pull, Shape, SpringMass,
     TwoBlocks, TwoLinkArm, Wave,
 };
-use dynamics::solver::state::{BodyEvent, Finish, Observer, Sample};
+use dynamics::solver::state::{BodyEvent, BodySample, Finish, Observer};
 use dynamics::solver::{EventKind, event_driven, piecewise_smooth};
 
 /// Table 1.
@@ -33,8 +33,8 @@ pub const ARM_LEVELS: [Coulomb; 2] =
     [Coulomb { stick: 0.10, slip: 0.08 }, Coulomb { stick: 0.075, slip: 0.06 }];
 
 /// Tables 13 and 14.
-pub const fn block(shape: Shape) -> Block {
-    Block { mass: 1.0, push: Wave { shape, amplitude: 1.0, period_s: 4.0 } }
+pub const fn block(shape: Shape) -> DrivenBlock {
+    DrivenBlock { mass: 1.0, push: Wave { shape, amplitude: 1.0, period_s: 4.0 } }
 }
 pub const BLOCK_LEVELS: [Coulomb; 1] = [Coulomb { stick: 0.8, slip: 0.6 }];
 
@@ -78,12 +78,12 @@ pub const OF_COUPLED: [ResetIntegrator; 2] = [
 /// Every sample and event.
 #[derive(Default)]
 pub struct Everything<const N: usize> {
-    pub samples: Vec<Sample<N>>,
+    pub samples: Vec<BodySample<N>>,
     pub events: Vec<BodyEvent>,
 }
 
 impl<const N: usize> Observer<N> for Everything<N> {
-    fn sample(&mut self, sample: &Sample<N>) {
+    fn sample(&mut self, sample: &BodySample<N>) {
         self.samples.push(*sample);
     }
 

@@ -2,10 +2,10 @@
 
 use dynamics::friction::{Coulomb, Dahl, ResetIntegrator, Stribeck, Tanh};
 use dynamics::mechanism::{Mechanism, Pull, SpringMass, Terms};
-use dynamics::solver::dynamics::{Dynamics, Rates, SingleValuedDynamics, direction};
-use dynamics::solver::state::{BodyEvent, State};
+use dynamics::solver::dynamics::{Dynamics, SingleValuedDynamics, StateRates, direction};
+use dynamics::solver::state::{BodyEvent, BodyState};
 use dynamics::solver::step_doubling::{self, Accuracy};
-use dynamics::solver::{Trouble, event_driven, fixed_step, nonsmooth, piecewise_smooth};
+use dynamics::solver::{SolverFailure, event_driven, fixed_step, nonsmooth, piecewise_smooth};
 
 use super::common::{SPRING_MASS, SPRING_MASS_LEVELS};
 
@@ -20,7 +20,7 @@ impl<F: Fn(f64, f64) -> f64> Mechanism<1> for Pushed<F> {
     }
 }
 
-fn exact(force: impl Fn(f64, f64) -> f64) -> Result<Vec<BodyEvent>, Trouble> {
+fn exact(force: impl Fn(f64, f64) -> f64) -> Result<Vec<BodyEvent>, SolverFailure> {
     let mut events = Vec::new();
     event_driven::run(&Pushed(force), &LEVELS, 1e-8, 2.0, &mut events).map(|_| events)
 }
@@ -82,17 +82,17 @@ fn fixed_steps_end_where_the_state_is_no_longer_finite() {
 struct Swinging;
 
 impl Dynamics<1, 0> for Swinging {
-    fn start(&self) -> State<1, 0> {
-        State { q: [1.0], ..State::ZERO }
+    fn start(&self) -> BodyState<1, 0> {
+        BodyState { q: [1.0], ..BodyState::ZERO }
     }
 
-    fn evaluate(&self, _: f64, state: &State<1, 0>) -> Rates<1, 0> {
+    fn evaluate(&self, _: f64, state: &BodyState<1, 0>) -> StateRates<1, 0> {
         let omega = 2e3 * std::f64::consts::PI;
         let a = -omega * omega * state.q[0];
-        Rates { rates: State { q: state.v, v: [a], z: [[]] }, friction: [0.0] }
+        StateRates { rates: BodyState { q: state.v, v: [a], z: [[]] }, friction: [0.0] }
     }
 
-    fn slip(&self, state: &State<1, 0>) -> [i8; 1] {
+    fn slip(&self, state: &BodyState<1, 0>) -> [i8; 1] {
         [direction(state.v[0])]
     }
 
@@ -100,7 +100,7 @@ impl Dynamics<1, 0> for Swinging {
         f64::INFINITY
     }
 
-    fn scale(&self) -> State<1, 0> {
+    fn scale(&self) -> BodyState<1, 0> {
         step_doubling::floor()
     }
 }
@@ -108,18 +108,19 @@ impl Dynamics<1, 0> for Swinging {
 /// In a run of 1e9 s an instant is a second.
 #[test]
 fn events_without_end_stop_every_solver_with_time_and_state() {
-    let fails_within = |solver: &str, run: Result<(), Trouble>, at_s: std::ops::Range<f64>| {
-        let trouble = run.unwrap_err();
-        let said = trouble.to_string();
-        assert!(
-            said.starts_with("more than 200 changes between sticking and slipping within"),
-            "{solver}: {said}"
-        );
-        assert!(
-            at_s.contains(&trouble.time_s) && said.contains(" s, in the state q = ["),
-            "{solver}: {said}"
-        );
-    };
+    let fails_within =
+        |solver: &str, run: Result<(), SolverFailure>, at_s: std::ops::Range<f64>| {
+            let trouble = run.unwrap_err();
+            let said = trouble.to_string();
+            assert!(
+                said.starts_with("more than 200 changes between sticking and slipping within"),
+                "{solver}: {said}"
+            );
+            assert!(
+                at_s.contains(&trouble.time_s) && said.contains(" s, in the state q = ["),
+                "{solver}: {said}"
+            );
+        };
     const LONG_S: f64 = 1e9;
     // 200 reversals at 2000 a second.
     fails_within(

@@ -6,7 +6,7 @@ use dynamics::friction::{
 };
 use dynamics::mechanism::{Mechanism, Pendulum};
 use dynamics::solver::dynamics::SingleValuedDynamics;
-use dynamics::solver::state::{BodyEvent, Finish, Observer, Sample};
+use dynamics::solver::state::{BodyEvent, BodySample, Finish, Observer};
 use dynamics::solver::{event_driven, fixed_step, nonsmooth};
 
 use super::common::{
@@ -102,10 +102,10 @@ fn events_are_the_exact_solver_s_in_its_order() {
 }
 
 /// Keeps every sample.
-struct Trace<const N: usize>(Vec<Sample<N>>);
+struct Trace<const N: usize>(Vec<BodySample<N>>);
 
 impl<const N: usize> Observer<N> for Trace<N> {
-    fn sample(&mut self, sample: &Sample<N>) {
+    fn sample(&mut self, sample: &BodySample<N>) {
         self.0.push(*sample);
     }
 

@@ -6,14 +6,14 @@ use dynamics::mechanism::Shape;
 use dynamics::solver::EventKind::{Break, Reverse, Stick};
 use dynamics::solver::dynamics::SingleValuedDynamics;
 use dynamics::solver::fixed_step;
-use dynamics::solver::state::Sample;
+use dynamics::solver::state::BodySample;
 
 use super::common::{
     Everything, OF_BLOCK, OF_PENDULUM, ON_SPRING, PENDULUM, PENDULUM_LEVELS, SPRING_MASS, block,
     exact, followed,
 };
 
-fn peak<const N: usize>(samples: &[Sample<N>]) -> f64 {
+fn peak<const N: usize>(samples: &[BodySample<N>]) -> f64 {
     samples.iter().map(|s| s.friction[0].abs()).fold(0.0, f64::max)
 }
 

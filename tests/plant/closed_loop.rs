@@ -3,7 +3,7 @@
 
 use super::common::{moments, run};
 use dynamics::solver::EventKind;
-use simulator::closed_loop::Moment;
+use simulator::closed_loop::LoopSample;
 use simulator::encoder::{EncoderModel, Rounding};
 use stiction::control::encoder::{CounterBits, Direction};
 
@@ -32,7 +32,7 @@ fn rk4_tends_to_the_exact_axis_as_step_and_band_shrink() {
 
 #[test]
 fn an_output_takes_effect_in_its_own_sample_or_with_delay_in_the_next() {
-    let at = |delay: &str| -> Vec<Moment> {
+    let at = |delay: &str| -> Vec<LoopSample> {
         moments(&run("step-response", "srnf", &[delay, "reference.steps_deg=[1.0]"])[0]).to_vec()
     };
     for moment in at("run.delay_samples=0") {

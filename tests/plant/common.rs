@@ -1,6 +1,6 @@
 //! Running built-in experiments from tests.
 
-use simulator::run::{RunResult, Trace, run_all};
+use simulator::run::{RunResult, RunTrace, run_all};
 
 /// The results of an experiment with keys set as on the command line, under one controller.
 pub fn run(experiment: &str, controller: &str, set: &[&str]) -> Vec<RunResult> {
@@ -16,9 +16,9 @@ pub fn labelled<'a>(results: &'a [RunResult], label: &str) -> &'a RunResult {
 }
 
 /// The samples of a closed loop.
-pub fn moments(result: &RunResult) -> &[simulator::closed_loop::Moment] {
+pub fn moments(result: &RunResult) -> &[simulator::closed_loop::LoopSample] {
     match &result.trace {
-        Trace::Loop(moments) => moments,
-        Trace::Ramp(_) => panic!("{} is a ramp", result.plan.label),
+        RunTrace::Loop(moments) => moments,
+        RunTrace::Ramp(_) => panic!("{} is a ramp", result.plan.label),
     }
 }

@@ -1,20 +1,20 @@
 //! The metrics against signals whose values are known.
 
-use simulator::closed_loop::Moment;
+use simulator::closed_loop::LoopSample;
 use simulator::experiment::Task;
-use simulator::machine::Trajectory;
-use simulator::metrics::{Metrics, is_unstable};
+use simulator::machine::TrajectoryTable;
+use simulator::metrics::{RunMetrics, is_unstable};
 use stiction::Tick;
 
 const SAMPLE_S: f64 = 0.02;
 const COUNT: f64 = 0.00242;
 
 /// Moments of a joint that moves along a given course under a constant reference.
-fn motion(duration_s: f64, reference: f64, position: impl Fn(f64) -> f64) -> Vec<Moment> {
+fn motion(duration_s: f64, reference: f64, position: impl Fn(f64) -> f64) -> Vec<LoopSample> {
     let samples = (duration_s / SAMPLE_S).round() as u32;
     let moment = |k| {
         let time_s = f64::from(k) * SAMPLE_S;
-        Moment {
+        LoopSample {
             time_s,
             tick: Tick::default(),
             reference_deg: reference,
@@ -34,7 +34,7 @@ fn a_first_order_response_rises_and_settles_in_its_textbook_times() {
     // 10-90 % of 1 - e^(-t/tau) takes tau ln 9; within 0.05 of 2.5 deg after tau ln 50.
     let tau = 0.7;
     let moments = motion(10.0, 2.5, |t| 2.5 * (1.0 - (-t / tau).exp()));
-    let metrics = Metrics::of(&moments, &Task::Step(2.5), COUNT);
+    let metrics = RunMetrics::of(&moments, &Task::Step(2.5), COUNT);
     assert!((metrics.rise_time_s.unwrap() - tau * 9f64.ln()).abs() < 1e-4);
     let settled = metrics.settling_time_s.unwrap() - tau * 50f64.ln();
     assert!((0.0..SAMPLE_S).contains(&settled), "{settled}");
@@ -52,7 +52,7 @@ fn a_first_order_response_rises_and_settles_in_its_textbook_times() {
 fn overshoot_is_beyond_the_target_on_either_side() {
     for step in [5.0, -5.0] {
         let moments = motion(4.0, step, |t| if t == 1.0 { 1.1 * step } else { 0.98 * step });
-        let metrics = Metrics::of(&moments, &Task::Step(step), COUNT);
+        let metrics = RunMetrics::of(&moments, &Task::Step(step), COUNT);
         assert!((metrics.overshoot_deg.unwrap() - 0.5).abs() < 1e-12);
         assert_eq!(metrics.settling_time_s, None);
         assert!((metrics.steady_state_error_deg.unwrap() - 0.02 * step).abs() < 1e-12);
@@ -63,7 +63,7 @@ fn overshoot_is_beyond_the_target_on_either_side() {
 #[test]
 fn a_response_that_stops_at_a_half_has_no_rise_time() {
     let moments = motion(4.0, 1.0, |t| 0.5f64.min(t));
-    assert_eq!(Metrics::of(&moments, &Task::Step(1.0), COUNT).rise_time_s, None);
+    assert_eq!(RunMetrics::of(&moments, &Task::Step(1.0), COUNT).rise_time_s, None);
 }
 
 #[test]
@@ -71,7 +71,7 @@ fn hunting_has_the_amplitude_and_period_of_its_sine() {
     let hunting = |amplitude: f64, period_s: f64| {
         let moments =
             motion(120.0, 0.0, |t| amplitude * (std::f64::consts::TAU * t / period_s).sin());
-        let metrics = Metrics::of(&moments, &Task::Step(1.0), COUNT);
+        let metrics = RunMetrics::of(&moments, &Task::Step(1.0), COUNT);
         metrics.hunting_peak_to_peak_deg.zip(metrics.hunting_period_s)
     };
     for (amplitude, period_s) in [(0.1, 2.2), (0.003, 20.0)] {
@@ -96,12 +96,12 @@ fn a_trajectory_is_judged_while_it_moves_and_cruises() {
     });
     // Blends from 4 to 16 s; the cruise begins 2 s after the first corner and ends 0.5 s before the
     // second.
-    let trajectory = Trajectory {
+    let trajectory = TrajectoryTable {
         corner_times_s: vec![5.0, 8.5, 15.0],
         corner_positions_deg: vec![0.0, 1.0, 1.0],
         half_blend_s: 1.0,
     };
-    let metrics = Metrics::of(&moments, &Task::Trajectory(trajectory), COUNT);
+    let metrics = RunMetrics::of(&moments, &Task::Trajectory(trajectory), COUNT);
     assert_eq!(metrics.cruise_error_deg, Some(5.0));
     assert_eq!(metrics.max_error_deg, Some(5.0));
     let rms = ((51.0 * 25.0 + 550.0 * 9.0) / 601.0f64).sqrt();
@@ -118,7 +118,7 @@ fn chatter_is_the_total_variation_per_second() {
     for (k, moment) in moments.iter_mut().enumerate() {
         moment.applied_v = if k % 2 == 0 { 0.25 } else { -0.25 };
     }
-    let metrics = Metrics::of(&moments, &Task::Step(1.0), COUNT);
+    let metrics = RunMetrics::of(&moments, &Task::Step(1.0), COUNT);
     assert!((metrics.control_total_variation_v_per_s.unwrap() - 25.0).abs() < 1e-9);
 }
 

@@ -10,4 +10,4 @@ pub mod mechanism;
 mod refused;
 pub mod solver;
 
-pub use refused::{Refused, shown};
+pub use refused::{InvalidModel, shown};

@@ -1,9 +1,9 @@
-//! The encoder's disc: from the joint's true position to what the hardware counter reads.
+//! Model of the encoder: from the joint's true position to the reading of the hardware counter.
 
 use serde::{Deserialize, Serialize};
 use stiction::control::encoder::{CounterBits, Direction};
 
-/// How a position between two counts is read.
+/// Rounding of a position between two counts.
 #[derive(
     Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema,
 )]
@@ -16,17 +16,17 @@ pub enum Rounding {
     Floor,
 }
 
-/// The wires of the encoder.
+/// State of the encoder's wires.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Wires {
-    /// As they should be.
+    /// Intact.
     #[default]
     Sound,
-    /// Both cut: the counter stands.
+    /// Both cut: the counter does not change.
     Cut,
-    /// One cut: the other one's edges count up and down by turns.
+    /// One cut: the edges of the other one alternately count up and down.
     OneCut,
-    /// The two exchanged.
+    /// Exchanged.
     Swapped,
 }
 
@@ -35,9 +35,9 @@ pub enum Wires {
 pub struct EncoderModel {
     /// Joint angle of one count, deg.
     pub resolution: f64,
-    /// How positions between counts are read.
+    /// Rounding of positions between counts.
     pub rounding: Rounding,
-    /// Where the joint's zero lies between two counts, in counts.
+    /// Place of the joint's zero between two counts, in counts.
     pub phase: f64,
     /// Width of the counter.
     pub counter_bits: CounterBits,
@@ -46,7 +46,7 @@ pub struct EncoderModel {
 }
 
 impl EncoderModel {
-    /// The true number of counts at a joint position (deg).
+    /// Returns the number of counts at a joint position (deg), not wrapped.
     #[inline]
     pub fn counts(&self, position: f64) -> i64 {
         let counts = position / self.resolution + self.phase;
@@ -62,7 +62,7 @@ impl EncoderModel {
         }
     }
 
-    /// What the hardware counter reads there.
+    /// Returns the reading of the hardware counter at a joint position (deg).
     #[inline]
     pub fn counter(&self, position: f64) -> u32 {
         let counts = self.counts(position);

@@ -1,15 +1,14 @@
-//! What can go wrong, said to a person.
+//! Errors of the simulator, with messages for the user.
 
 use std::io;
 use std::path::PathBuf;
 
 pub use dynamics::shown;
 
-/// Why something could not be done. The message is one sentence that names what was found and what
-/// is allowed.
+/// Error with a message of one sentence: the value found, and the allowed values.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
-    /// Something that was asked for is not known, or a value is not allowed.
+    /// Unknown name, or invalid value.
     #[error("{0}")]
     Input(String),
     /// A file could not be read or written.
@@ -17,30 +16,30 @@ pub enum Error {
     File {
         /// "read" or "write".
         action: &'static str,
-        /// Which file.
+        /// Path of the file.
         path: PathBuf,
-        /// What the system said.
+        /// Error of the operating system.
         source: io::Error,
     },
     /// The standard output could not be written to.
     #[error("cannot write the output: {}", reason(.0))]
     Output(#[from] io::Error),
-    /// The flash image could not be run, or did not do what it should.
+    /// The flash image could not be run, or behaved unexpectedly.
     #[error("{0}")]
     Emulator(String),
-    /// The user wants no more of it.
-    #[error("interrupted before the runs on the emulated part were over: there are no results")]
+    /// The user has interrupted the runs.
+    #[error("interrupted before the runs on the emulated microcontroller ended: no results")]
     Interrupted,
-    /// Ctrl-C ended a command of a device. The sentence says how the device is left.
+    /// Ctrl-C ended a command of a device. The message describes the state of the device.
     #[error("{0}")]
     CtrlC(String),
-    /// A solver gave a run up.
+    /// A solver has failed.
     #[error("{0}")]
     Run(String),
-    /// A device says why it does not do what it was told. It is there, and all is as it was.
+    /// A device refuses a request. It is connected, and its state is unchanged.
     #[error("{0}")]
     Refused(String),
-    /// A device does not answer as it should, or is not there.
+    /// A device is not connected, or sends an unexpected answer.
     #[error("{0}")]
     Device(String),
     /// A figure could not be drawn.
@@ -48,17 +47,17 @@ pub enum Error {
     Figure(String),
 }
 
-impl From<dynamics::Refused> for Error {
-    fn from(dynamics::Refused(why): dynamics::Refused) -> Self {
+impl From<dynamics::InvalidModel> for Error {
+    fn from(dynamics::InvalidModel(why): dynamics::InvalidModel) -> Self {
         Self::Input(why)
     }
 }
 
-/// The candidate that is nearest to what was typed, if any is near.
+/// Returns the candidate most similar to a typed word, if any is similar.
 fn nearest<'a>(typed: &str, candidates: &[&'a str]) -> Option<&'a str> {
-    // 0.7 takes transposed, missing and doubled letters and a wrong unit at the end, not another
-    // word. A word of one or two letters is like any that holds them: it has to begin like the
-    // candidate.
+    // A similarity of 0.7 accepts transposed, missing and doubled letters and a wrong unit at the
+    // end, but no other word. A word of one or two letters resembles too many candidates, so it
+    // must be the start of the candidate.
     candidates
         .iter()
         .filter(|candidate| typed.len() > 2 || candidate.starts_with(typed))
@@ -68,10 +67,10 @@ fn nearest<'a>(typed: &str, candidates: &[&'a str]) -> Option<&'a str> {
         .map(|(_, candidate)| candidate)
 }
 
-/// Nobody reads longer lists in a message.
+/// Largest number of candidates that a message lists.
 const MOST_LISTED: usize = 24;
 
-/// `; did you mean ...?` if a candidate is near, and all there are.
+/// Returns `; did you mean ...?` if a candidate is similar, and the list of all candidates.
 pub fn suggestion<'a>(typed: &str, candidates: impl IntoIterator<Item = &'a str>) -> String {
     let candidates: Vec<&str> = candidates.into_iter().collect();
     let all = match candidates[..] {
@@ -86,13 +85,13 @@ pub fn suggestion<'a>(typed: &str, candidates: impl IntoIterator<Item = &'a str>
     }
 }
 
-/// A computed limit, to four digits.
+/// Formats a computed limit with four digits.
 pub fn rounded(limit: f64) -> String {
     shown(format!("{limit:.3e}").parse().unwrap_or(limit))
 }
 
-/// What the system said, without its number and without the name of a temporary file that nobody
-/// asked for.
+/// Returns the message of the operating system, without its number and without the name of a
+/// temporary file.
 fn reason(error: &io::Error) -> String {
     let text = error.to_string();
     text.split(" (os error ").next().unwrap_or(&text).into()

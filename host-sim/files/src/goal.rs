@@ -1,5 +1,4 @@
-//! `[goal]`: the tolerance and the times by which every judge decides whether a joint has reached
-//! its target.
+//! `[goal]`: tolerance and times that decide whether a joint has reached its target.
 
 use schemars::JsonSchema;
 use serde::de::{Error, Unexpected};
@@ -7,7 +6,7 @@ use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::error::shown;
 
-/// Tolerance of a file that sets none, counts of the encoder.
+/// Default tolerance, counts of the encoder.
 pub const TOLERANCE_COUNTS: f64 = 2.0;
 
 /// `[goal]`.
@@ -36,7 +35,7 @@ pub struct PositionGoal {
 }
 
 impl PositionGoal {
-    /// Returns the tolerance in counts of an encoder, of which one count is `count_deg` (deg).
+    /// Returns the tolerance in counts of an encoder with the resolution `count_deg` (deg).
     /// Without `tolerance_deg` it is exactly [`TOLERANCE_COUNTS`].
     pub fn tolerance_counts(&self, count_deg: f64) -> f64 {
         self.tolerance_deg.map_or(TOLERANCE_COUNTS, |tolerance_deg| tolerance_deg / count_deg)
@@ -54,8 +53,8 @@ impl PositionGoal {
         }
     }
 
-    /// Returns the time for which a judge has to watch a joint after the end of the set point's
-    /// motion, s: `least_s`, or longer if the goal allows more time to settle or has a hold time.
+    /// Returns the time for which a joint must be watched after the end of the set point's motion,
+    /// s: `least_s`, or longer if the goal has a longer settling time or a hold time.
     pub fn watched_s(&self, least_s: f64) -> f64 {
         self.settle_s.unwrap_or(0.0).max(least_s) + self.hold_s.unwrap_or(0.0)
     }
@@ -81,16 +80,16 @@ impl PositionGoal {
     }
 }
 
-/// `goal` of JSON: what a motion was judged by.
+/// `goal` in JSON: the goal by which a motion was judged.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct GoalInBothUnits {
     /// Largest error at the target, deg.
     pub tolerance_deg: f64,
     /// Largest error at the target, counts of the encoder.
     pub tolerance_counts: f64,
-    /// Longest time until the error stays within the tolerance, s; none is any time.
+    /// Longest time until the error stays within the tolerance, s; `None`: no limit.
     pub settle_s: Option<f64>,
-    /// Time that the error has to stay there, s; none is until the end.
+    /// Time that the error must stay there, s; `None`: until the end.
     pub hold_s: Option<f64>,
 }
 
@@ -101,6 +100,6 @@ fn above_zero<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<f64>,
     if found > 0.0 && found.is_finite() {
         return Ok(Some(found));
     }
-    // The message takes the value itself from the file.
+    // The message shows the value of the file.
     Err(D::Error::invalid_value(Unexpected::Other("that"), &ALLOWED))
 }

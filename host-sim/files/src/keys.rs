@@ -1,6 +1,6 @@
-//! The keys of a machine's file: a schema for editors, a list for people, a page for docs/.
+//! Keys of a machine's file: a schema for editors, a list for the terminal, a page for docs/.
 //!
-//! All of it comes from the declarations: those of the core (`stiction::units::value`) and of the
+//! All are generated from declarations: those of the core (`stiction::units::value`) and those of the
 //! simulator's own tables ([`crate::machine`]).
 
 use serde_json::Value;
@@ -11,39 +11,39 @@ use stiction::parameters;
 use crate::data_sheet::OF_A_SHEET;
 use crate::error::{Error, suggestion};
 use crate::lines::wrapped;
-use crate::machine::Machine;
+use crate::machine::MachineFile;
 use crate::written::shown_law;
 
-/// One key.
+/// Description of a key of a machine's file.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Row {
-    /// The table that it stands in.
+pub struct KeyRow {
+    /// Table of the key.
     pub table: String,
-    /// Its name in that table.
+    /// Name in that table.
     pub name: String,
-    /// What it may be.
+    /// Allowed values.
     pub allowed: String,
-    /// What it is if it is left out.
+    /// Default.
     pub otherwise: String,
-    /// Its number in records and over the link; empty for what only the simulator knows.
+    /// Number in records and over the link; empty for a key of the simulator.
     pub number: String,
-    /// What it means.
+    /// Meaning.
     pub text: String,
 }
 
-/// The JSON schema of a machine's file.
+/// Returns the JSON schema of a machine's file.
 pub fn schema() -> Value {
-    let mut schema = schemars::schema_for!(Machine).into();
+    let mut schema = schemars::schema_for!(MachineFile).into();
     for key in OF_A_SHEET {
         may_be_left_out(&mut schema, key);
     }
-    // The table that a data sheet gives as a whole.
+    // Both tables can be derived from a data sheet.
     may_be_left_out(&mut schema, "joint");
     may_be_left_out(&mut schema, "joint.friction");
     schema
 }
 
-/// Takes a key from those that its table needs, since a data sheet gives it.
+/// Removes a key from the required ones of its table, since a data sheet can replace it.
 fn may_be_left_out(schema: &mut Value, key: &str) {
     let (tables, name) = key.rsplit_once('.').unwrap_or(("", key));
     let root = schema.clone();
@@ -64,24 +64,24 @@ fn may_be_left_out(schema: &mut Value, key: &str) {
     }
 }
 
-/// Every key, in the order of the tables of a file.
-pub fn rows() -> Vec<Row> {
+/// Returns all keys, in the order of the tables of a file.
+pub fn rows() -> Vec<KeyRow> {
     let schema = schema();
     let mut rows = Vec::new();
     walk(&schema, &schema, "", &mut rows);
     rows
 }
 
-/// The keys of one table, or all of them, for people.
+/// Lists the keys of one table, or all keys, for the terminal.
 ///
 /// # Errors
-/// Names the nearest table if there is none of that name.
+/// Returns an error with the most similar name if there is no such table.
 pub fn list(table: Option<&str>) -> Result<String, Error> {
     let rows = rows();
     let tables = tables(&rows);
     let is_wanted = |name: &str| table.is_none_or(|table| name == table || name == table_of(table));
     if let Some(table) = table.filter(|_| !tables.iter().any(|name| is_wanted(name))) {
-        // A table whose keys are the user's own has no rows but the one that says what it is.
+        // A table with names chosen by the user has one row, its description.
         if let Some(row) = rows.iter().find(|row| row.table == AT_THE_TOP && row.name == table) {
             return Ok(shown_row(row));
         }
@@ -98,14 +98,14 @@ pub fn list(table: Option<&str>) -> Result<String, Error> {
     Ok(text)
 }
 
-fn shown_row(row: &Row) -> String {
+fn shown_row(row: &KeyRow) -> String {
     format!("  {}\n      {}; {}\n", row.name, row.allowed, row.otherwise) + &wrapped(&row.text, 6)
 }
 
-/// The table of what stands in none.
+/// Name for keys without a table.
 const AT_THE_TOP: &str = "at the top";
 
-/// The page docs/parameters.md.
+/// Returns the page docs/parameters.md.
 pub fn markdown() -> String {
     let rows = rows();
     let mut page = String::from(
@@ -153,10 +153,10 @@ pub fn markdown() -> String {
     page
 }
 
-/// The number of the first value of a corner.
+/// Number of the first value of a corner.
 const CORNERS: u16 = 0x0700;
 
-/// The table of docs/faults.md.
+/// Returns the table of docs/faults.md.
 pub fn faults() -> String {
     let mut table = String::from(
         "| code | fault | seen within | value | threshold | ends with \
@@ -167,7 +167,7 @@ pub fn faults() -> String {
             ("", _) => String::new(),
             (value, unit) => format!("{value}, {unit}"),
         };
-        // All of them are of the table `[limits]`.
+        // All of them belong to the table `[limits]`.
         let names = fault.limits().iter().filter_map(|key| parameters::about(*key));
         let limits = names.map(|about| format!("`{}`", about.name)).collect::<Vec<_>>().join(", ");
         let ends = match (fault.is_clearable(), fault.ends_with_parameters()) {
@@ -186,12 +186,12 @@ pub fn faults() -> String {
     table
 }
 
-/// What a heading is called in a link.
+/// Returns the anchor of a heading.
 fn anchor(heading: &str) -> String {
     heading.to_lowercase().replace(' ', "-").replace(',', "")
 }
 
-fn tables(rows: &[Row]) -> Vec<String> {
+fn tables(rows: &[KeyRow]) -> Vec<String> {
     let mut tables: Vec<String> = Vec::new();
     for row in rows {
         if !tables.contains(&row.table) {
@@ -201,7 +201,7 @@ fn tables(rows: &[Row]) -> Vec<String> {
     tables
 }
 
-/// `controller.srnf` is a table of the kind `controller.NAME`.
+/// Returns the name of a table in the list: `controller.NAME` for `controller.srnf`.
 fn table_of(table: &str) -> String {
     match table.split_once('.') {
         Some(("controller", _)) => "controller.NAME".into(),
@@ -210,13 +210,13 @@ fn table_of(table: &str) -> String {
     }
 }
 
-/// The schema that a reference leads to.
+/// Follows the reference of a schema.
 fn resolved<'a>(root: &'a Value, schema: &'a Value) -> &'a Value {
     let target = schema.get("$ref").and_then(Value::as_str).and_then(|path| path.strip_prefix('#'));
     target.and_then(|path| root.pointer(path)).unwrap_or(schema)
 }
 
-/// Of a value that may be left out, the schema of one that is there.
+/// Returns the schema of a value that is present, for one that can be left out.
 fn present<'a>(root: &'a Value, schema: &'a Value) -> &'a Value {
     let schema = resolved(root, schema);
     let choices = schema.get("anyOf").and_then(Value::as_array);
@@ -230,7 +230,7 @@ fn present<'a>(root: &'a Value, schema: &'a Value) -> &'a Value {
     }
 }
 
-fn walk(root: &Value, schema: &Value, table: &str, rows: &mut Vec<Row>) {
+fn walk(root: &Value, schema: &Value, table: &str, rows: &mut Vec<KeyRow>) {
     let Some(properties) = schema.get("properties").and_then(Value::as_object) else { return };
     let required = schema.get("required").and_then(Value::as_array);
     let is_required = |name: &str| required.is_some_and(|all| all.iter().any(|one| one == name));
@@ -257,7 +257,7 @@ fn walk(root: &Value, schema: &Value, table: &str, rows: &mut Vec<Row>) {
     }
 }
 
-fn row(root: &Value, table: &str, name: &str, property: &Value, is_required: bool) -> Row {
+fn row(root: &Value, table: &str, name: &str, property: &Value, is_required: bool) -> KeyRow {
     let target = present(root, property);
     let text = |key: &str| property.get(key).or_else(|| target.get(key)).and_then(Value::as_str);
     let default = property.get("default").filter(|default| !default.is_null());
@@ -272,7 +272,7 @@ fn row(root: &Value, table: &str, name: &str, property: &Value, is_required: boo
         }
         None => "none".to_owned(),
     };
-    Row {
+    KeyRow {
         table: if table.is_empty() { AT_THE_TOP.into() } else { table.to_owned() },
         name: name.to_owned(),
         allowed: allowed(root, target),
@@ -296,7 +296,7 @@ fn shown(value: &Value) -> String {
     }
 }
 
-/// What a value may be, in words.
+/// Describes the allowed values.
 fn allowed(root: &Value, schema: &Value) -> String {
     if let Some(constant) = schema.get("const") {
         return format!("`\"{}\"`", shown(constant));

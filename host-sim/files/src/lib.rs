@@ -1,9 +1,9 @@
-//! What a person writes in a file, and is told of it.
+//! Files that a user writes: reading, checking and error messages.
 //!
-//! A [`document`] is opened, keys are set in it, and what is wrong with it is said by its path. That
-//! of a [`machine`] may have its joint in SI ([`data_sheet`]); that of a friction experiment is a
-//! [`setup`]. [`written`] reads and writes a table by the core's declarations, and [`keys`] lists all
-//! of them.
+//! A [`document`] is opened, keys are set in it, and an error names its key by the path. The file
+//! of a [`machine`] can describe its joint in SI ([`data_sheet`]); that of a friction experiment is
+//! a [`setup`]. [`written`] reads and writes a table by the core's declarations, and [`keys`] lists
+//! all keys.
 
 pub mod data_sheet;
 pub mod document;

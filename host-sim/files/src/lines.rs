@@ -1,10 +1,10 @@
-//! Texts in lines of at most 80 columns.
+//! Wraps text to lines of at most 80 columns.
 
-/// The width that a terminal is sure to have, columns.
+/// Least width of a terminal, columns.
 const COLUMNS: usize = 80;
 
 /// Returns a text in lines of at most 80 columns, all indented by `indent` blanks, with a line
-/// break at the end. A longer word keeps a line of its own.
+/// break at the end. A longer word has a line of its own.
 pub fn wrapped(text: &str, indent: usize) -> String {
     let (mut lines, mut line) = (String::new(), String::new());
     for word in text.split_whitespace() {

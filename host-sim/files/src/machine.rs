@@ -17,15 +17,15 @@ use stiction::motion::jog::JogBounds;
 use stiction::parameters::DeviceConfig;
 use stiction::{ControllerConfig, Limits, ProfileLimits};
 
-use crate::data_sheet::tables::{Gear, JointFriction, Load, Motor, Side, Supply};
+use crate::data_sheet::tables::{EncoderPlace, Gear, JointFriction, LoadTable, Motor, SupplyTable};
 use crate::encoder::Rounding;
 use crate::goal::PositionGoal;
-use crate::written::{AllGains, Extras, Written};
+use crate::written::{AllGains, Extras, ParameterTable};
 
 /// A whole file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Machine {
+pub struct MachineFile {
     /// One line for `stiction list`.
     #[serde(default)]
     pub title: String,
@@ -34,9 +34,9 @@ pub struct Machine {
     pub source: String,
     /// Its figures in the thesis.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub figures: Vec<FigureSource>,
+    pub figures: Vec<ThesisFigures>,
     /// The joint that is positioned (simulator only); a data sheet gives it.
-    pub joint: Joint,
+    pub joint: JointTable,
     /// The motor of a data sheet.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub motor: Option<Motor>,
@@ -45,46 +45,46 @@ pub struct Machine {
     pub gear: Option<Gear>,
     /// Its load.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub load: Option<Load>,
+    pub load: Option<LoadTable>,
     /// Its friction at the joint.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub friction: Option<JointFriction>,
     /// Its supply.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub supply: Option<Supply>,
+    pub supply: Option<SupplyTable>,
     /// The encoder of the joint.
-    pub encoder: Written<Encoder, Disc>,
+    pub encoder: ParameterTable<Encoder, Disc>,
     /// The drive that moves it.
-    pub drive: Written<DriveConfig>,
+    pub drive: ParameterTable<DriveConfig>,
     /// The sampled loop.
     #[serde(rename = "loop")]
-    pub sampling: Written<ControllerConfig, Wanted>,
+    pub sampling: ParameterTable<ControllerConfig, ControllerNames>,
     /// Controllers by name.
-    pub controller: BTreeMap<String, Written<AllGains, Laws>>,
+    pub controller: BTreeMap<String, ParameterTable<AllGains, Laws>>,
     /// What it is to do.
     #[serde(default)]
-    pub reference: Reference,
+    pub reference: ReferenceTable,
     /// Friction identification by ramps, instead of a reference.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub identification: Option<Identification>,
+    pub identification: Option<RampTable>,
     /// Tolerance and times by which its motions are judged.
     #[serde(default, skip_serializing_if = "PositionGoal::is_default")]
     pub goal: PositionGoal,
     /// What only the servo has; of the simulator, `--target servo` looks at it.
     #[serde(default)]
-    pub device: Written<DeviceConfig>,
+    pub device: ParameterTable<DeviceConfig>,
     /// Thresholds of the servo's faults; likewise.
     #[serde(default)]
-    pub limits: Written<Limits>,
+    pub limits: ParameterTable<Limits>,
     /// Limits of a profiled move, as `device move` makes it; the experiments step.
     #[serde(default)]
-    pub profile: Written<ProfileLimits>,
+    pub profile: ParameterTable<ProfileLimits>,
     /// Bounds of the guarded jog, which a device keeps; the simulator has no use for them.
     #[serde(default)]
-    pub jog: Written<JogBounds>,
+    pub jog: ParameterTable<JogBounds>,
     /// What an identification said of the joint.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub identified: Option<Identified>,
+    pub identified: Option<IdentifiedTable>,
     // One line of the schema.
     #[doc = "How far the joint may be off, for `tune` and `device selftest`: by keys of the joint, \
              quoted, as in `\"joint.friction.stick_v\" = [0.3, 0.5]`, the lowest and the highest \
@@ -93,7 +93,7 @@ pub struct Machine {
     pub spread: BTreeMap<String, [f64; 2]>,
     /// How it is simulated.
     #[serde(default)]
-    pub run: Run,
+    pub run: RunSettings,
     /// Variants of all of the above.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub variant: Vec<Variant>,
@@ -102,7 +102,7 @@ pub struct Machine {
 /// Which figures of the thesis a controller's result answers to.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct FigureSource {
+pub struct ThesisFigures {
     // One line of the schema.
     #[doc = "A controller, a controller and its variant (`srnf/test-1`), or all variants in one \
              figure (`pd/*`)."]
@@ -117,19 +117,19 @@ pub struct FigureSource {
 /// `[joint]`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Joint {
+pub struct JointTable {
     /// Acceleration of the joint for each volt of effort (kappa), deg/s^2 per V.
     pub gain_deg_per_s2_per_v: f64,
     /// Viscous friction (b), V s/deg.
     pub viscous_v_per_deg_per_s: f64,
     /// `[joint.friction]`.
-    pub friction: Friction,
+    pub friction: JointFrictionLevels,
 }
 
 /// `[joint.friction]`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Friction {
+pub struct JointFrictionLevels {
     /// Static friction: the effort at which the joint breaks away (T_s), V.
     pub stick_v: f64,
     /// Dynamic friction: the effort that keeps it moving slowly (T_d), V. Not above `stick_v`.
@@ -150,18 +150,18 @@ const fn thesis_band() -> f64 {
     1e-4
 }
 
-/// What the simulator wants to know of `[encoder]` beside the core's declarations.
+/// Keys of `[encoder]` that only the simulator has.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Disc {
-    /// How a position between two counts is read.
+    /// Rounding of a position between two counts.
     pub rounding: Rounding,
-    /// Where the joint's zero lies between two counts, in counts.
+    /// Place of the joint's zero between two counts, in counts.
     pub phase: f64,
-    /// Lines of the disc, of a data sheet.
+    /// Lines of the disc, from a data sheet.
     pub lines: Option<u32>,
-    /// Where it sits, of a data sheet.
-    pub at: Option<Side>,
-    /// Noise of a reading in counts, of a data sheet.
+    /// Place of the disc, from a data sheet.
+    pub at: Option<EncoderPlace>,
+    /// Noise of a reading in counts, from a data sheet.
     pub noise_counts: u32,
 }
 
@@ -181,7 +181,7 @@ impl Extras for Disc {
             (generator.subschema_for::<Option<Rounding>>(), rounding),
             (generator.subschema_for::<Option<f64>>(), phase),
             (generator.subschema_for::<Option<u32>>(), lines),
-            (generator.subschema_for::<Option<Side>>(), at),
+            (generator.subschema_for::<Option<EncoderPlace>>(), at),
             (generator.subschema_for::<Option<u32>>(), noise),
         ]
     }
@@ -211,19 +211,19 @@ impl Extras for Disc {
 
 /// The controllers to run, in `[loop]`, in this order; a device runs the first.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Wanted {
+pub struct ControllerNames {
     /// Their names.
     pub controller: Option<Names>,
 }
 
-impl Wanted {
+impl ControllerNames {
     /// As a list.
     pub fn list(&self) -> &[String] {
         self.controller.as_ref().map_or(&[], Names::list)
     }
 }
 
-impl Extras for Wanted {
+impl Extras for ControllerNames {
     const NAMES: &'static [&'static str] = &["controller"];
 
     fn schema(generator: &mut SchemaGenerator) -> Vec<(Schema, &'static str)> {
@@ -346,7 +346,7 @@ impl Serialize for LawName {
 /// `[identified]`, as an identification has written it. Nothing is computed from it.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Identified {
+pub struct IdentifiedTable {
     /// Its verdict in a word, such as "good".
     pub verdict: String,
     // One line of the schema.
@@ -359,19 +359,19 @@ pub struct Identified {
 /// `[reference]`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Reference {
+pub struct ReferenceTable {
     /// Sizes of steps, deg; each is a run.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub steps_deg: Vec<f64>,
     /// Motions through corners; each is a run.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub trajectories: Vec<Trajectory>,
+    pub trajectories: Vec<TrajectoryTable>,
 }
 
 /// `[[reference.trajectories]]`: straight lines between corners, with parabolic blends.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Trajectory {
+pub struct TrajectoryTable {
     /// Times of the corners, s, taken to the nearest sample.
     pub corner_times_s: Vec<f64>,
     /// Positions of the corners, deg.
@@ -380,7 +380,7 @@ pub struct Trajectory {
     pub half_blend_s: f64,
 }
 
-impl Trajectory {
+impl TrajectoryTable {
     /// Speed of the first line that is not a rest, deg/s.
     pub fn speed(&self) -> f64 {
         let lines = self.corner_times_s.windows(2).zip(self.corner_positions_deg.windows(2));
@@ -401,7 +401,7 @@ impl Trajectory {
 /// `[identification]`: ramps that find the two friction levels.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Identification {
+pub struct RampTable {
     /// Rates at which the effort rises and falls, V/s; each is a run.
     pub ramp_rates_v_per_s: Vec<f64>,
     /// Time for which the effort is held between the ramp up and the ramp down, s.
@@ -411,7 +411,7 @@ pub struct Identification {
 /// `[run]`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
-pub struct Run {
+pub struct RunSettings {
     // One line of the schema.
     #[doc = "Time that a run lasts, s. Left out: 10 s for a step, 3 s past the last corner for a \
              trajectory."]
@@ -422,14 +422,14 @@ pub struct Run {
     #[serde(deserialize_with = "zero_or_one")]
     pub delay_samples: u8,
     /// Method by which the axis is solved between samples.
-    pub solver: Solver,
+    pub solver: AxisSolverName,
     /// Step of `rk4`, s; coarser ones jump over the velocity band.
     pub step_s: f64,
 }
 
-impl Default for Run {
+impl Default for RunSettings {
     fn default() -> Self {
-        Self { duration_s: None, delay_samples: 0, solver: Solver::Exact, step_s: 1e-5 }
+        Self { duration_s: None, delay_samples: 0, solver: AxisSolverName::Exact, step_s: 1e-5 }
     }
 }
 
@@ -440,7 +440,7 @@ fn zero_or_one<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u8, D::Erro
     match found {
         toml::Value::Integer(0) => Ok(0),
         toml::Value::Integer(1) => Ok(1),
-        // The value itself is told by its path.
+        // The document adds the value, by its path.
         _ => Err(D::Error::invalid_value(Unexpected::Other("that"), &ALLOWED)),
     }
 }
@@ -448,7 +448,7 @@ fn zero_or_one<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u8, D::Erro
 /// How the axis is solved between samples.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
-pub enum Solver {
+pub enum AxisSolverName {
     /// Closed form with located switching; Karnopp's friction with velocity zero while stuck.
     #[default]
     Exact,

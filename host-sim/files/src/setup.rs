@@ -4,7 +4,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::mechanism::Shape;
-use crate::solver::banded::Coupling;
+use crate::solver::banded::BandCoupling;
 
 /// A whole file.
 #[derive(Clone, Debug, Deserialize)]
@@ -18,7 +18,7 @@ pub struct Setup {
     pub source: String,
     /// Its figures in the thesis.
     #[serde(default)]
-    pub figures: Vec<FigureSource>,
+    pub figures: Vec<LabFigureSource>,
     /// What friction acts on.
     pub mechanism: MechanismTable,
     /// The levels of friction, and what each model adds to them.
@@ -30,9 +30,9 @@ pub struct Setup {
 /// Which figures of the thesis a model's result answers to.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct FigureSource {
+pub struct LabFigureSource {
     /// The model.
-    pub of: Model,
+    pub of: FrictionModel,
     /// "Fig. 9a".
     pub thesis: String,
 }
@@ -40,7 +40,7 @@ pub struct FigureSource {
 /// What friction acts on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Kind {
+pub enum MechanismKind {
     /// A block under a wave of force.
     Block,
     /// A block on a spring.
@@ -55,7 +55,7 @@ pub enum Kind {
     TwoLinkArm,
 }
 
-impl Kind {
+impl MechanismKind {
     /// How many bodies.
     pub const fn bodies(self) -> usize {
         match self {
@@ -75,7 +75,7 @@ impl Kind {
 #[serde(deny_unknown_fields)]
 pub struct MechanismTable {
     /// Which one.
-    pub kind: Kind,
+    pub kind: MechanismKind,
     /// m.
     pub mass_kg: Vec<f64>,
     /// K of blocks on springs.
@@ -201,7 +201,7 @@ pub struct ModelTable {
 /// Friction models by their names.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Model {
+pub enum FrictionModel {
     /// Stick and slip at exactly zero velocity (thesis Fig. 1a).
     Classical,
     /// Karnopp's with velocity zero while stuck, which is the classical one made computable.
@@ -229,8 +229,9 @@ pub enum Model {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum SolverName {
-    /// Error-controlled. Of set-valued friction and the Reset Integrator every switch is located;
-    /// the other models have none that is sharp, and their events are told at the ends of steps.
+    /// Error-controlled. Every switch of set-valued friction and of the Reset Integrator is
+    /// located; the other models have no sharp switches, and their events are reported at the ends
+    /// of steps.
     #[default]
     Exact,
     /// Fixed step.
@@ -248,13 +249,13 @@ pub struct RunTable {
     /// How long.
     pub duration_s: f64,
     /// The models, one run each.
-    pub friction: Vec<Model>,
+    pub friction: Vec<FrictionModel>,
     /// How they are solved.
     #[serde(default)]
     pub solver: SolverName,
     /// How the bands of several bodies depend on each other (`karnopp-banded`).
     #[serde(default)]
-    pub coupling: Coupling,
+    pub coupling: BandCoupling,
     /// Of `exact`: a step's error, relative to the largest value so far.
     #[serde(default = "default_tolerance")]
     pub tolerance: f64,

@@ -11,16 +11,16 @@
 
 use serde::Serialize;
 
-use crate::closed_loop::Moment;
+use crate::closed_loop::LoopSample;
 use crate::experiment::Task;
 use crate::goal::PositionGoal;
 use crate::settling::Settling;
 
-/// Differences of times below this are rounding, s.
+/// Largest time difference that counts as rounding, s.
 const SAME_TIME_S: f64 = 1e-9;
 
-/// Rest, settling and success of a motion at the encoder and at the load. All are none for a ramp,
-/// and for a run that ends before its set point rests.
+/// Rest, settling and success of a motion at the encoder and at the load. All are `None` for a
+/// ramp, and for a run that ends before its set point rests.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct BothSides {
     /// Reference minus position of the encoder at the last sample, counts.
@@ -40,8 +40,8 @@ pub struct BothSides {
 }
 
 impl BothSides {
-    /// Judges the moments of a closed loop; one count of the encoder is `count_deg`, deg.
-    pub fn of(moments: &[Moment], task: &Task, goal: &PositionGoal, count_deg: f64) -> Self {
+    /// Judges the samples of a closed loop; one count of the encoder is `count_deg`, deg.
+    pub fn of(moments: &[LoopSample], task: &Task, goal: &PositionGoal, count_deg: f64) -> Self {
         let (Some(first), Some(last)) = (moments.first(), moments.last()) else {
             return Self::default();
         };
@@ -50,7 +50,7 @@ impl BothSides {
             Task::Trajectory(trajectory) => trajectory.motion_s()[1],
             Task::Ramp(_) => return Self::default(),
         };
-        let errors = |moment: &Moment| {
+        let errors = |moment: &LoopSample| {
             let of = |position_deg: f64| (moment.reference_deg - position_deg) / count_deg;
             [of(moment.at_encoder_deg), of(moment.at_load_deg)]
         };
@@ -75,15 +75,14 @@ impl BothSides {
         }
     }
 
-    /// Takes the success away from a motion that a fault, a divergence or an unstable loop ended,
-    /// wherever it was then.
+    /// Marks a motion as failed that a fault, a divergence or an unstable loop ended.
     pub fn fail(&mut self) {
         for success in [&mut self.success_at_encoder, &mut self.success_at_load] {
             *success = success.map(|_| false);
         }
     }
 
-    /// Returns the same with its errors without their sign.
+    /// Returns a copy with absolute errors.
     #[must_use]
     pub fn magnitude(self) -> Self {
         Self {
@@ -93,8 +92,8 @@ impl BothSides {
         }
     }
 
-    /// Returns the worst of two motions, value by value: the larger errors without their sign, the
-    /// later times, no success unless both have one. What never settles is later than any time.
+    /// Returns the worse of two motions, value by value: the larger absolute errors, the later
+    /// times, and success only if both succeed. Not settling is later than any time.
     #[must_use]
     pub fn worst(self, other: Self) -> Self {
         let larger = |a: Option<f64>, b: Option<f64>| match (a, b) {
@@ -123,18 +122,18 @@ impl BothSides {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::machine::Trajectory;
+    use crate::machine::TrajectoryTable;
     use stiction::Tick;
 
     const COUNT_DEG: f64 = 0.01;
 
     /// A second of samples every 10 ms; the encoder is off by the first number of counts and the
     /// load by the second.
-    fn moments(off: impl Fn(f64) -> [f64; 2]) -> Vec<Moment> {
+    fn moments(off: impl Fn(f64) -> [f64; 2]) -> Vec<LoopSample> {
         let moment = |k| {
             let time_s = f64::from(k) * 0.01;
             let [encoder, load] = off(time_s).map(|counts| 5.0 - counts * COUNT_DEG);
-            Moment {
+            LoopSample {
                 time_s,
                 tick: Tick::default(),
                 reference_deg: 5.0,
@@ -175,7 +174,7 @@ mod tests {
 
     #[test]
     fn a_trajectory_is_judged_from_the_end_of_its_motion() {
-        let trajectory = |end_s| Trajectory {
+        let trajectory = |end_s| TrajectoryTable {
             corner_times_s: vec![0.1, end_s],
             corner_positions_deg: vec![0.0, 5.0],
             half_blend_s: 0.1,

@@ -13,31 +13,31 @@ use crate::plant::Plant;
 use crate::solver::{AxisSolver, Event};
 use crate::target::{BareLoop, Target};
 
-/// A controller wired to an axis.
+/// A controller connected to a simulated axis.
 #[derive(Clone, Debug)]
 pub struct ClosedLoop {
-    /// The core.
+    /// Controller of the core.
     pub controller: Controller,
-    /// The motion.
+    /// Motion.
     pub course: Course,
-    /// The encoder on the axis.
+    /// Encoder on the axis.
     pub encoder: EncoderModel,
-    /// Volts of one drive code.
+    /// Voltage of one drive code, V.
     pub lsb_v: f64,
     /// Time between samples, s.
     pub sample_time_s: f64,
     /// Computation delay.
     pub delay: Delay,
-    /// The axis, for its friction over time.
+    /// Axis, which has the friction over time.
     pub axis: RobotAxis,
 }
 
 /// The loop at one sampling instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Moment {
+pub struct LoopSample {
     /// Time, s.
     pub time_s: f64,
-    /// What the core computed.
+    /// Signals of the core in this tick.
     pub tick: Tick,
     /// theta_d, deg.
     pub reference_deg: f64,
@@ -49,36 +49,35 @@ pub struct Moment {
     pub at_load_deg: f64,
     /// True joint velocity, deg/s.
     pub velocity_deg_per_s: f64,
-    /// What the D/A holds from now on, V.
+    /// Output of the D/A until the next sample, V.
     pub applied_v: f64,
     /// Whether the joint is stuck.
     pub stuck: bool,
 }
 
-impl Moment {
-    /// Reference minus true position, deg.
+impl LoopSample {
+    /// Returns reference minus true position, deg.
     pub fn error_deg(&self) -> f64 {
         self.reference_deg - self.position_deg
     }
 }
 
 impl ClosedLoop {
-    /// The plant of the loop, moved by `solver`.
+    /// Returns the plant of the loop, moved by `solver`.
     pub fn plant<S: AxisSolver>(&self, solver: S) -> Plant<S> {
         let scale = [self.lsb_v, self.sample_time_s];
         Plant::new(solver, self.axis.clone(), self.encoder, scale, self.delay)
     }
 
-    /// Runs the bare loop from rest for `samples` samples after the first, and shows every instant
-    /// and every event.
+    /// Runs the bare loop from rest for `samples` samples after the first, and passes every sample
+    /// and every event to the callbacks.
     ///
-    /// Returns the time at which a state was no longer finite, if that happened; the run ends
-    /// there.
+    /// Returns the time at which a state was no longer finite, s; the run ends there.
     pub fn run<S: AxisSolver>(
         &self,
         solver: &mut S,
         samples: u32,
-        on_moment: impl FnMut(&Moment),
+        on_moment: impl FnMut(&LoopSample),
         on_event: impl FnMut(Event),
     ) -> Option<f64> {
         let mut plant = self.plant(solver);
@@ -87,14 +86,14 @@ impl ClosedLoop {
         self.step(&mut target, &mut plant, samples, on_moment, on_event)
     }
 
-    /// Steps a target against a plant, as [`run`](Self::run), or until the target has ended.
+    /// Runs a target with a plant as [`run`](Self::run) does, or until the target ends.
     #[inline]
     pub fn step<S: AxisSolver>(
         &self,
         target: &mut impl Target,
         plant: &mut Plant<S>,
         samples: u32,
-        mut on_moment: impl FnMut(&Moment),
+        mut on_moment: impl FnMut(&LoopSample),
         mut on_event: impl FnMut(Event),
     ) -> Option<f64> {
         for k in 0..=samples {
@@ -112,7 +111,7 @@ impl ClosedLoop {
         None
     }
 
-    /// The loop at the instant of a tick, with this effort on the D/A from now on, V.
+    /// Returns the sample of a tick; `effort_v` is the D/A's output until the next sample, V.
     #[inline]
     pub fn moment(
         &self,
@@ -120,9 +119,9 @@ impl ClosedLoop {
         tick: Tick,
         applied_v: f64,
         joint: &impl AxisSolver,
-    ) -> Moment {
+    ) -> LoopSample {
         let setpoint = tick.setpoint().position;
-        Moment {
+        LoopSample {
             time_s,
             tick,
             reference_deg: (f64::from(setpoint.counts) + f64::from(setpoint.fraction))

@@ -1,5 +1,5 @@
-//! Devices: one that is simulated, those behind a wire, and a client for them. What a device is
-//! told for a run stands in [`crate::experiment`].
+//! Devices: a simulated device, devices behind a wire, and the client that talks to both.
+//! [`crate::experiment`] makes the parameters of a device for a run.
 
 pub mod beyond;
 pub mod client;
@@ -16,10 +16,10 @@ pub mod merged_sheet;
 pub mod moved;
 #[cfg(not(target_family = "wasm"))]
 pub mod port;
+pub mod robust_joint;
 pub mod signals;
 pub mod simulated;
 pub mod spread;
-pub mod told;
 pub mod travel;
 pub mod wire;
 pub mod words;

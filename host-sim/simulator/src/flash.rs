@@ -1,50 +1,49 @@
-//! A NOR flash in memory, whose power can be cut in the middle of a write or an erase.
+//! Simulated NOR flash whose power can be cut during a write or an erase.
 //!
-//! Like that of the STM32F405: written in words of four bytes, whose bits can only fall; erased in
-//! sectors of 128 KiB, whose bits rise. What a cut leaves behind is not one state but any: so the
-//! cut can leave the word or the sector untouched, finished, or with part of its bits changed.
-//! Blind to words that read differently from one time to the next.
+//! Like that of the STM32F405: a write of a word of four bytes can only clear bits; an erase of a
+//! sector of 128 KiB sets them. A cut can leave the word or the sector untouched, finished, or with
+//! some of its bits changed. Limits: words that read differently each time are not simulated.
 
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash, check_erase, check_read, check_write,
 };
 
-/// Bytes of a sector.
+/// Size of a sector, bytes.
 pub const SECTOR: u32 = 128 * 1024;
 
 const WORD: usize = 4;
 
-/// What a cut leaves of the word or sector that was being changed.
+/// State of the word or sector that a power cut interrupted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Remains {
-    /// As it was.
+pub enum CutRemains {
+    /// Unchanged.
     Untouched,
-    /// Every bit that was to change has changed, but nobody has been told.
+    /// Completely changed; only the report of success is missing.
     Finished,
     /// Some of the bits have changed, chosen by this number.
     Some(u64),
 }
 
-/// When the power goes, and what is left.
+/// Time of a power cut, and its effect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Cut {
-    /// Word writes and sector erases that are still done.
+pub struct PowerCut {
+    /// Number of word writes and sector erases before the cut.
     pub after: u32,
-    /// Of the next one.
-    pub remains: Remains,
+    /// State of the interrupted one.
+    pub remains: CutRemains,
 }
 
-/// The flash.
+/// A flash in memory.
 #[derive(Clone, Debug)]
 pub struct SimulatedFlash {
     bytes: Vec<u8>,
-    cut: Option<Cut>,
+    cut: Option<PowerCut>,
     dead: bool,
     operations: u32,
 }
 
 impl SimulatedFlash {
-    /// Erased, of so many sectors.
+    /// Creates an erased flash.
     pub fn new(sectors: u32) -> Self {
         Self {
             bytes: vec![0xFF; (sectors * SECTOR) as usize],
@@ -54,22 +53,22 @@ impl SimulatedFlash {
         }
     }
 
-    /// Lets the power go at some time.
-    pub fn cut(&mut self, cut: Cut) {
+    /// Schedules a power cut.
+    pub fn cut(&mut self, cut: PowerCut) {
         (self.cut, self.operations) = (Some(cut), 0);
     }
 
-    /// The power comes back.
+    /// Restores the power.
     pub fn revive(&mut self) {
         (self.cut, self.dead, self.operations) = (None, false, 0);
     }
 
-    /// Word writes and sector erases since the power came.
+    /// Returns the number of word writes and sector erases since power-on.
     pub const fn operations(&self) -> u32 {
         self.operations
     }
 
-    /// Changes `range` from what it is to `wanted`, or as far as the power lasts.
+    /// Changes bytes to `wanted`, until a power cut. Returns whether the power has lasted.
     fn change(&mut self, from: usize, wanted: impl Fn(u8, usize) -> u8, length: usize) -> bool {
         if self.dead {
             return false;
@@ -79,16 +78,16 @@ impl SimulatedFlash {
                 self.dead = true;
                 cut.remains
             }
-            _ => Remains::Finished,
+            _ => CutRemains::Finished,
         };
         self.operations += 1;
-        let mut random = if let Remains::Some(seed) = remains { seed | 1 } else { 0 };
+        let mut random = if let CutRemains::Some(seed) = remains { seed | 1 } else { 0 };
         for (i, byte) in self.bytes.iter_mut().skip(from).take(length).enumerate() {
             let wanted = wanted(*byte, i);
             let mask = match remains {
-                Remains::Untouched => 0,
-                Remains::Finished => 0xFF,
-                Remains::Some(_) => {
+                CutRemains::Untouched => 0,
+                CutRemains::Finished => 0xFF,
+                CutRemains::Some(_) => {
                     // xorshift64 (Marsaglia 2003).
                     random ^= random << 13;
                     random ^= random >> 7;
@@ -142,7 +141,7 @@ impl NorFlash for SimulatedFlash {
         check_write(self, offset, bytes.len())?;
         for (i, word) in bytes.chunks(WORD).enumerate() {
             let from = offset as usize + i * WORD;
-            // A bit that has fallen stays.
+            // A write can only clear bits.
             let fall = |is: u8, i: usize| is & word.get(i).copied().unwrap_or(0xFF);
             if !self.change(from, fall, WORD) {
                 return Err(NorFlashErrorKind::Other);

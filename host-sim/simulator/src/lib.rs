@@ -1,10 +1,10 @@
 //! The control core of [`stiction`] in a loop with a simulated joint.
 //!
-//! A machine's file ([`document`], [`machine`]) is taken apart into runs
-//! ([`experiment`]); each run wires the core to an encoder, a D/A and an axis ([`closed_loop`]),
-//! whose motion between samples a solver finds ([`solver`]); what comes out is judged ([`metrics`])
-//! and written ([`output`]). A [`device`] is the same core as a board runs it, behind its link.
-// What a terminal or a port asks for, nothing asks for in a page.
+//! A machine's file ([`document`], [`machine`]) is split into runs ([`experiment`]). Each run
+//! connects the core to an encoder, a D/A and an axis ([`closed_loop`]); a solver moves the axis
+//! between samples ([`solver`]). The results are judged ([`metrics`]) and written ([`output`]). A
+//! [`device`] is the same core as on a board, behind its link.
+// Code for a terminal or a port is unused in a web page.
 #![cfg_attr(target_family = "wasm", allow(dead_code, unused_mut))]
 
 pub mod both_sides;

@@ -1,4 +1,4 @@
-//! What a run is judged by.
+//! Metrics of a run.
 //!
 //! Errors are the reference minus the *true* joint position, at the sampling instants. Keys are
 //! those of the JSON output; `None` is `null`.
@@ -6,48 +6,47 @@
 use serde::Serialize;
 
 use crate::both_sides::BothSides;
-use crate::closed_loop::Moment;
+use crate::closed_loop::LoopSample;
 use crate::experiment::Task;
 use crate::goal::PositionGoal;
-use crate::machine::Trajectory;
+use crate::machine::TrajectoryTable;
 
-/// A joint that is this near its target counts as settled, deg.
+/// Largest error of a settled joint, deg.
 const SETTLED_DEG: f64 = 0.05;
 
-/// A turn counts as a reversal when the joint has come back by more than this, in counts. A stuck
-/// joint of the banded model coasts by up to 8e-4 counts in a sample of the thesis's axis: that is
-/// no motion.
+/// Least way back of a reversal, counts. A stuck joint of the banded model moves by up to 8e-4
+/// counts in a sample of the thesis's axis; that does not count as motion.
 const REVERSAL_COUNTS: f64 = 0.01;
 
-/// Fewer reversals than these are a transient, not hunting.
+/// Least number of reversals of hunting; fewer are a transient.
 const HUNTING_REVERSALS: usize = 4;
 
-/// The metrics of one run of the axis.
+/// Metrics of one run of the axis.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct Metrics {
+pub struct RunMetrics {
     /// Mean error of the last second, deg.
     pub steady_state_error_deg: Option<f64>,
     /// Error at the last sample, in counts.
     pub rest_error_counts: Option<f64>,
-    /// How far the joint went beyond the target of a step, deg.
+    /// Overshoot beyond the target of a step, deg.
     pub overshoot_deg: Option<f64>,
     /// Time from 10 % to 90 % of a step, s.
     pub rise_time_s: Option<f64>,
     /// Time after which a step stays within +-0.05 deg, s; by the file's goal, if it has one.
     pub settling_time_s: Option<f64>,
-    /// Root mean square of the error, deg: over the run of a step, or from the begin of a
+    /// Root mean square of the error, deg: over the run of a step, or from the start of a
     /// trajectory's first blend to the end of its last.
     pub rms_error_deg: Option<f64>,
     /// Largest error over the same time as `rms_error_deg`, deg.
     pub max_error_deg: Option<f64>,
     /// Mean error from 2 s after the first corner to 0.5 s before the second, deg.
     pub cruise_error_deg: Option<f64>,
-    /// Number of times that the joint came to stick while a trajectory's set point went at more
-    /// than half of its top speed: the steps of a stair. Sticks between two samples are not seen.
+    /// Number of stops of the joint while a trajectory's set point moves at more than half of its
+    /// top speed: stair-like motion. Stops between two samples do not count.
     pub sticks_in_motion: Option<u32>,
-    /// Distance between the extremes in the second half of the run of a step that hunts, deg.
+    /// Peak-to-peak amplitude of hunting in the second half of the run of a step, deg.
     pub hunting_peak_to_peak_deg: Option<f64>,
-    /// Twice the mean time between reversals there, s.
+    /// Period of hunting there: twice the mean time between reversals, s.
     pub hunting_period_s: Option<f64>,
     /// Total variation of the D/A's output per second, V/s.
     pub control_total_variation_v_per_s: Option<f64>,
@@ -57,7 +56,7 @@ pub struct Metrics {
     pub slip_v: Option<f64>,
     /// Effort at which the joint stopped, without the lag of the axis, V.
     pub slip_corrected_v: Option<f64>,
-    /// Rest, settling and success on both sides of the gear, by the file's goal.
+    /// Rest, settling and success on both sides of the gear, by the goal of the file.
     #[serde(flatten)]
     pub sides: BothSides,
     /// The same at the encoder, s. A benchmark ranks by it where the encoder cannot see slack.
@@ -65,10 +64,10 @@ pub struct Metrics {
     pub settling_time_at_encoder_s: Option<f64>,
 }
 
-impl Metrics {
-    /// Judges the moments of a run, of which there is at least one. What a ramp found is no metric
-    /// of moments.
-    pub fn of(moments: &[Moment], task: &Task, resolution_deg: f64) -> Self {
+impl RunMetrics {
+    /// Returns the metrics of the samples of a run; at least one sample is needed. The results of a
+    /// ramp are added elsewhere.
+    pub fn of(moments: &[LoopSample], task: &Task, resolution_deg: f64) -> Self {
         let (Some(first), Some(last)) = (moments.first(), moments.last()) else {
             return Self::default();
         };
@@ -85,7 +84,7 @@ impl Metrics {
                 let beyond = moments.iter().map(|m| -m.error_deg() * towards).fold(0.0, f64::max);
                 metrics.overshoot_deg = Some(beyond);
                 metrics.rise_time_s = rise_time(moments, *step);
-                metrics.settling_time_s = settling_time(moments, Moment::error_deg);
+                metrics.settling_time_s = settling_time(moments, LoopSample::error_deg);
                 metrics.settling_time_at_encoder_s =
                     settling_time(moments, |m| m.reference_deg - m.at_encoder_deg);
                 let half_s = 0.5 * (first.time_s + last.time_s);
@@ -118,10 +117,10 @@ impl Metrics {
     }
 }
 
-/// Whether a run is unstable: the error has exceeded ten times `span_deg` (the step, or how far a
-/// trajectory leads away from where the joint starts; zero: not asked), or the output is saturated
-/// with alternating sign for more than half of the last second.
-pub fn is_unstable(moments: &[Moment], span_deg: f64) -> bool {
+/// Returns whether a run is unstable: the error has exceeded ten times `span_deg` (the largest
+/// distance of the motion from its start; 0: not checked), or the output is saturated with
+/// alternating sign for more than half of the last second.
+pub fn is_unstable(moments: &[LoopSample], span_deg: f64) -> bool {
     let Some(last) = moments.last() else { return false };
     let escaped = span_deg > 0.0 && moments.iter().any(|m| m.error_deg().abs() > 10.0 * span_deg);
     let last_second = within(moments, [last.time_s - 1.0, last.time_s]);
@@ -131,26 +130,26 @@ pub fn is_unstable(moments: &[Moment], span_deg: f64) -> bool {
     escaped || (2 * limits.len() > last_second.len() && alternates)
 }
 
-/// The window of the cruise error, s.
-fn cruise_s(trajectory: &Trajectory) -> [f64; 2] {
+/// Returns the time window of the cruise error, s.
+fn cruise_s(trajectory: &TrajectoryTable) -> [f64; 2] {
     [corner_s(trajectory, 0) + 2.0, corner_s(trajectory, 1) - 0.5]
 }
 
-fn corner_s(trajectory: &Trajectory, number: usize) -> f64 {
+fn corner_s(trajectory: &TrajectoryTable, number: usize) -> f64 {
     trajectory.corner_times_s.get(number).copied().unwrap_or(0.0)
 }
 
-/// The moments from one time to another, both included.
-fn within(moments: &[Moment], [from_s, to_s]: [f64; 2]) -> &[Moment] {
-    // Times are k h; a bound that was written as a decimal may differ in the last digit.
+/// Returns the samples from one time to another, both included.
+fn within(moments: &[LoopSample], [from_s, to_s]: [f64; 2]) -> &[LoopSample] {
+    // Times are k h; a bound written as a decimal can differ in the last digit.
     const SAME_TIME_S: f64 = 1e-9;
     let begin = moments.partition_point(|m| m.time_s < from_s - SAME_TIME_S);
     let end = moments.partition_point(|m| m.time_s <= to_s + SAME_TIME_S);
     moments.get(begin..end).unwrap_or_default()
 }
 
-fn errors(moments: &[Moment]) -> impl Iterator<Item = f64> {
-    moments.iter().map(Moment::error_deg)
+fn errors(moments: &[LoopSample]) -> impl Iterator<Item = f64> {
+    moments.iter().map(LoopSample::error_deg)
 }
 
 fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
@@ -158,15 +157,15 @@ fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
     (count > 0).then(|| sum / f64::from(count))
 }
 
-fn variation_per_s(moments: &[Moment]) -> Option<f64> {
+fn variation_per_s(moments: &[LoopSample]) -> Option<f64> {
     let duration_s = moments.last()?.time_s - moments.first()?.time_s;
     let variation: f64 =
         moments.windows(2).map(|pair| (pair[1].applied_v - pair[0].applied_v).abs()).sum();
     (duration_s > 0.0).then(|| variation / duration_s)
 }
 
-/// From 10 % to 90 % of the step, both crossings interpolated between samples.
-fn rise_time(moments: &[Moment], step: f64) -> Option<f64> {
+/// Returns the time from 10 % to 90 % of the step, s, with crossings interpolated between samples.
+fn rise_time(moments: &[LoopSample], step: f64) -> Option<f64> {
     let crossing = |part: f64| {
         moments.windows(2).find_map(|pair| {
             let [before, after] = [0, 1].map(|i| pair[i].position_deg / step);
@@ -178,8 +177,8 @@ fn rise_time(moments: &[Moment], step: f64) -> Option<f64> {
     Some(crossing(0.9)? - crossing(0.1)?)
 }
 
-fn sticks_in_motion(moments: &[Moment]) -> u32 {
-    let speed = |m: &Moment| m.tick.reference_velocity.abs();
+fn sticks_in_motion(moments: &[LoopSample]) -> u32 {
+    let speed = |m: &LoopSample| m.tick.reference_velocity.abs();
     let top = moments.iter().map(speed).fold(0.0, f32::max);
     let sticks = moments
         .windows(2)
@@ -187,16 +186,16 @@ fn sticks_in_motion(moments: &[Moment]) -> u32 {
     sticks.count() as u32
 }
 
-fn settling_time(moments: &[Moment], error_deg: impl Fn(&Moment) -> f64) -> Option<f64> {
+fn settling_time(moments: &[LoopSample], error_deg: impl Fn(&LoopSample) -> f64) -> Option<f64> {
     let unsettled = moments.iter().rposition(|m| error_deg(m).abs() > SETTLED_DEG);
     let settled = moments.get(unsettled.map_or(0, |i| i + 1))?;
     Some(settled.time_s - moments.first()?.time_s)
 }
 
-/// Peak to peak (deg) and period (s), after `from_s`, of a joint that turns back and forth.
-fn hunting(moments: &[Moment], from_s: f64, resolution_deg: f64) -> Option<(f64, f64)> {
-    // Over the whole run: whether the first motion after `from_s` is a turn depends on the motion
-    // before it.
+/// Returns peak-to-peak amplitude (deg) and period (s) of a joint that hunts after `from_s`.
+fn hunting(moments: &[LoopSample], from_s: f64, resolution_deg: f64) -> Option<(f64, f64)> {
+    // Over the whole run: whether the first motion after `from_s` is a reversal depends on the
+    // motion before it.
     let mut turns = reversals(moments, REVERSAL_COUNTS * resolution_deg);
     turns.retain(|turn_s| *turn_s >= from_s);
     if turns.len() < HUNTING_REVERSALS {
@@ -208,9 +207,9 @@ fn hunting(moments: &[Moment], from_s: f64, resolution_deg: f64) -> Option<(f64,
     Some((peak_to_peak, 2.0 * between))
 }
 
-/// When the joint began to move the other way: it had come back from its extreme by more than
-/// `hysteresis`.
-fn reversals(moments: &[Moment], hysteresis: f64) -> Vec<f64> {
+/// Returns the times of reversals: the joint has come back from its extreme by more than
+/// `hysteresis`, deg.
+fn reversals(moments: &[LoopSample], hysteresis: f64) -> Vec<f64> {
     let mut turns = Vec::new();
     let Some(first) = moments.first() else { return turns };
     let (mut direction, mut extreme) = (0.0, first.position_deg);

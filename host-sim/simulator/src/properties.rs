@@ -1,8 +1,7 @@
-//! What holds of any bytes that reach a device or its tools, as functions that fail by an
-//! assertion.
+//! Properties for any bytes that reach a device or its tools, as functions with assertions.
 //!
-//! The tests with random input, the fuzzer's targets (`fuzz/`) and the seeds that it keeps call the
-//! same ones, so that what one of them finds the others repeat.
+//! The tests with random input, the fuzz targets (`fuzz/`) and their stored seeds call the same
+//! functions, so that each can repeat a failure of the others.
 
 pub mod file;
 pub mod frame;

@@ -1,4 +1,4 @@
-//! Running the runs of an experiment, on every core.
+//! Executes the runs of an experiment, on every core.
 
 use std::time::{Duration, Instant};
 
@@ -8,58 +8,59 @@ use stiction::Course;
 use stiction::identification::RampFindings;
 
 use crate::both_sides::BothSides;
-use crate::closed_loop::{ClosedLoop, Moment};
+use crate::closed_loop::{ClosedLoop, LoopSample};
 use crate::data_sheet::UnseenSlack;
 use crate::error::Error;
 use crate::experiment::{RunPlan, Task, parameters};
-use crate::identification::Levels;
-use crate::machine::Solver;
-use crate::metrics::{Metrics, is_unstable};
+use crate::identification::RampFriction;
+use crate::machine::AxisSolverName;
+use crate::metrics::{RunMetrics, is_unstable};
 use crate::plant::{Delay, Plant};
 use crate::solver::{AxisSolver, Event, Rk4Axis};
 use crate::target::{BareLoop, Target, WatchedServo};
 
-/// Everything that came out of a run.
+/// Result of a run.
 #[derive(Clone, Debug)]
 pub struct RunResult {
-    /// What was run.
+    /// Plan of the run.
     pub plan: RunPlan,
-    /// The loop at every sample, or the ramp.
-    pub trace: Trace,
+    /// Samples of the loop, or of the ramp.
+    pub trace: RunTrace,
     /// Breaks, sticks and reversals, in order.
     pub events: Vec<Event>,
-    /// What it is judged by.
-    pub metrics: Metrics,
-    /// Wall time.
+    /// Metrics.
+    pub metrics: RunMetrics,
+    /// Wall-clock time.
     pub wall: Duration,
-    /// How often the solver evaluated the acceleration; none in closed form.
+    /// Number of evaluations of the acceleration; 0 in closed form.
     pub derivative_evaluations: u64,
-    /// The loop is unstable.
+    /// Whether the loop is unstable.
     pub unstable: bool,
-    /// When a state was no longer finite.
+    /// Time at which a state was no longer finite, s.
     pub diverged_at_s: Option<f64>,
-    /// What ended the motion of a servo; its joint coasts from then on.
-    pub fault: Option<Tripped>,
-    /// Slack of the gear that the encoder cannot measure: both sides of the gear are shown.
+    /// Fault that ended the motion of a servo; its joint coasts from then on.
+    pub fault: Option<ServoTrip>,
+    /// Slack of the gear that the encoder cannot measure; with it, both sides of the gear are
+    /// shown.
     pub unseen_slack: Option<UnseenSlack>,
 }
 
 /// A fault of a servo.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
-pub struct Tripped {
-    /// Its code.
+pub struct ServoTrip {
+    /// Code.
     pub code: u8,
-    /// In a few words.
+    /// Description.
     pub name: &'static str,
-    /// Time since the motion began, s.
+    /// Time since the start of the motion, s.
     pub time_s: f64,
-    /// What tripped it, in the fault's unit.
+    /// Value that tripped it, in the fault's unit.
     pub value: f32,
 }
 
-/// What drives the joint.
+/// Driver of the joint.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Driven {
+pub enum RunDriver {
     /// The control loop alone.
     #[default]
     ByLoop,
@@ -67,28 +68,28 @@ pub enum Driven {
     ByServo,
 }
 
-/// The samples of a run.
+/// Samples of a run.
 #[derive(Clone, Debug)]
-pub enum Trace {
+pub enum RunTrace {
     /// Of a closed loop.
-    Loop(Vec<Moment>),
-    /// Of an effort ramp: the loop is open, so the reference says nothing.
-    Ramp(Vec<Moment>),
+    Loop(Vec<LoopSample>),
+    /// Of an effort ramp: the loop is open, so the reference has no meaning.
+    Ramp(Vec<LoopSample>),
 }
 
-/// Runs all plans by the bare loop, as [`run_all_driven`].
+/// Runs all plans with the bare loop, as [`run_all_driven`].
 ///
 /// # Errors
-/// The first configuration that is not allowed; nothing has been run then.
+/// Returns the first invalid configuration; nothing has been run then.
 pub fn run_all(plans: &[RunPlan]) -> Result<Vec<RunResult>, Error> {
-    run_all_driven(plans, Driven::ByLoop)
+    run_all_driven(plans, RunDriver::ByLoop)
 }
 
-/// Runs all plans in parallel, with a progress bar on a terminal if it takes more than a moment.
+/// Runs all plans in parallel, with a progress bar on a terminal if they take longer than a moment.
 ///
 /// # Errors
-/// The first configuration that is not allowed; nothing has been run then.
-pub fn run_all_driven(plans: &[RunPlan], driven: Driven) -> Result<Vec<RunResult>, Error> {
+/// Returns the first invalid configuration; nothing has been run then.
+pub fn run_all_driven(plans: &[RunPlan], driven: RunDriver) -> Result<Vec<RunResult>, Error> {
     for plan in plans {
         plan.validate()?;
     }
@@ -101,44 +102,48 @@ pub fn run_all_driven(plans: &[RunPlan], driven: Driven) -> Result<Vec<RunResult
     results
 }
 
-/// Runs one plan by the bare loop.
+/// Runs one plan with the bare loop.
 ///
 /// # Errors
 /// Returns an error that names the invalid value.
 pub fn run(plan: &RunPlan) -> Result<RunResult, Error> {
-    run_driven(plan, Driven::ByLoop)
+    run_driven(plan, RunDriver::ByLoop)
 }
 
 /// Runs one plan.
 ///
 /// # Errors
 /// Returns an error that names the invalid value.
-pub fn run_driven(plan: &RunPlan, driven: Driven) -> Result<RunResult, Error> {
+pub fn run_driven(plan: &RunPlan, driven: RunDriver) -> Result<RunResult, Error> {
     if let Some(axis) = plan.sheet_axis()? {
         return run_with(plan, driven, axis);
     }
     let axis = plan.axis()?;
     match plan.machine.run.solver {
-        Solver::Rk4 if plan.substitute.is_none() => {
+        AxisSolverName::Rk4 if plan.substitute.is_none() => {
             let band = plan.machine.joint.friction.band_deg_per_s;
             run_with(plan, driven, Rk4Axis::at_rest(&axis, band, plan.machine.run.step_s))
         }
-        Solver::Exact | Solver::Rk4 => run_with(plan, driven, plan.joint()?),
+        AxisSolverName::Exact | AxisSolverName::Rk4 => run_with(plan, driven, plan.joint()?),
     }
 }
 
-fn run_with<S: AxisSolver>(plan: &RunPlan, driven: Driven, solver: S) -> Result<RunResult, Error> {
+fn run_with<S: AxisSolver>(
+    plan: &RunPlan,
+    driven: RunDriver,
+    solver: S,
+) -> Result<RunResult, Error> {
     let mut recording = Recording::new(plan)?;
     let mut plant = recording.closed_loop.plant(solver);
     let (counter, counts) = (plant.counter(), plant.counts());
-    if driven == Driven::ByServo {
+    if driven == RunDriver::ByServo {
         if let Task::Ramp(_) = plan.task {
-            let why = "the servo runs ramps on a device: `stiction device ... identify`";
+            let why = "ramps of a servo need a device: `stiction device ... identify`";
             return Err(Error::Input(format!("--target servo: {} is a ramp; {why}", plan.label)));
         }
         let mut target = WatchedServo::new(parameters(plan)?, counter, counts)?;
         recording.step(&mut target, &mut plant);
-        let fault = target.fault.map(|(latched, tick)| Tripped {
+        let fault = target.fault.map(|(latched, tick)| ServoTrip {
             code: latched.fault as u8,
             name: latched.fault.describe(),
             time_s: f64::from(tick) * plant.sample_time_s(),
@@ -157,38 +162,38 @@ fn run_with<S: AxisSolver>(plan: &RunPlan, driven: Driven, solver: S) -> Result<
     recording.judged(&plant.solver, &target.state.ramp().findings())
 }
 
-/// A run as it is recorded, whatever drives the joint.
+/// Recording of a run.
 #[derive(Debug)]
 pub struct Recording<'a> {
     plan: &'a RunPlan,
-    /// What is stepped. The readings of a ramp are of the effort of the same sample: it has no
-    /// delay.
+    /// Loop of the run. A ramp has no delay, since its readings are of the effort of the same
+    /// sample.
     pub closed_loop: ClosedLoop,
-    /// Samples after the first; a ramp ends by itself.
+    /// Largest number of samples after the first; a ramp can end earlier.
     pub samples: u32,
-    /// Every instant so far.
-    pub trace: Trace,
+    /// Samples so far.
+    pub trace: RunTrace,
     /// Breaks, sticks and reversals so far.
     pub events: Vec<Event>,
-    /// When a state was no longer finite.
+    /// Time at which a state was no longer finite, s.
     pub diverged_at_s: Option<f64>,
     begin: Instant,
 }
 
 impl<'a> Recording<'a> {
-    /// Nothing so far.
+    /// Creates an empty recording.
     ///
     /// # Errors
-    /// Names a value of the plan that is not allowed.
+    /// Returns an error that names the invalid value.
     pub fn new(plan: &'a RunPlan) -> Result<Self, Error> {
         let begin = Instant::now();
         let mut closed_loop = plan.closed_loop()?;
         let (samples, trace) = if let Course::Ramp(_) = closed_loop.course {
             closed_loop.delay = Delay::None;
-            (u32::MAX, Trace::Ramp(Vec::new()))
+            (u32::MAX, RunTrace::Ramp(Vec::new()))
         } else {
             let samples = plan.samples()?;
-            (samples, Trace::Loop(Vec::with_capacity(samples as usize + 1)))
+            (samples, RunTrace::Loop(Vec::with_capacity(samples as usize + 1)))
         };
         Ok(Self {
             plan,
@@ -201,18 +206,18 @@ impl<'a> Recording<'a> {
         })
     }
 
-    /// Steps a target against a plant, to the end.
+    /// Runs a target with a plant, to the end.
     pub fn step<S: AxisSolver>(&mut self, target: &mut impl Target, plant: &mut Plant<S>) {
         let Self { closed_loop, samples, trace, events, .. } = self;
-        let on_moment = |moment: &Moment| trace.push(moment);
+        let on_moment = |moment: &LoopSample| trace.push(moment);
         self.diverged_at_s =
             closed_loop.step(target, plant, *samples, on_moment, |event| events.push(event));
     }
 
-    /// What the run comes to; `found` is what a ramp has found.
+    /// Returns the result of the run; `found` are the findings of a ramp.
     ///
     /// # Errors
-    /// Names a value of the plan that is not allowed.
+    /// Returns an error that names the invalid value.
     pub fn judged(
         self,
         solver: &impl AxisSolver,
@@ -222,14 +227,14 @@ impl<'a> Recording<'a> {
         let evaluations = solver.derivative_evaluations();
         let levels = match plan.task {
             Task::Ramp(rate) => plan.ramp(rate)?.levels(found, &closed_loop.axis),
-            Task::Step(_) | Task::Trajectory(_) => Levels::default(),
+            Task::Step(_) | Task::Trajectory(_) => RampFriction::default(),
         };
         let unseen_slack = plan.unseen_slack()?;
         let result = match trace {
-            Trace::Ramp(moments) => {
+            RunTrace::Ramp(moments) => {
                 RunResult::of_ramp(plan, levels, moments, events, begin, evaluations)
             }
-            Trace::Loop(moments) => {
+            RunTrace::Loop(moments) => {
                 RunResult::of_loop(plan, moments, events, diverged_at_s, begin, evaluations)
             }
         };
@@ -237,26 +242,26 @@ impl<'a> Recording<'a> {
     }
 }
 
-impl Trace {
-    /// One more instant.
-    pub fn push(&mut self, moment: &Moment) {
+impl RunTrace {
+    /// Adds a sample.
+    pub fn push(&mut self, moment: &LoopSample) {
         let (Self::Loop(moments) | Self::Ramp(moments)) = self;
         moments.push(*moment);
     }
 }
 
 impl RunResult {
-    /// Judges what a closed loop did that was started at `begin`.
+    /// Returns the result of a closed loop that started at `begin`.
     fn of_loop(
         plan: &RunPlan,
-        moments: Vec<Moment>,
+        moments: Vec<LoopSample>,
         events: Vec<Event>,
         diverged_at_s: Option<f64>,
         begin: Instant,
         derivative_evaluations: u64,
     ) -> Self {
         let count_deg = plan.machine.encoder.resolution_deg();
-        let mut metrics = Metrics::of(&moments, &plan.task, count_deg);
+        let mut metrics = RunMetrics::of(&moments, &plan.task, count_deg);
         let goal = &plan.machine.goal;
         let sides = BothSides::of(&moments, &plan.task, goal, count_deg);
         metrics.judge(sides, &plan.task, goal);
@@ -266,7 +271,7 @@ impl RunResult {
         }
         Self {
             plan: plan.clone(),
-            trace: Trace::Loop(moments),
+            trace: RunTrace::Loop(moments),
             events,
             metrics,
             wall: begin.elapsed(),
@@ -278,21 +283,21 @@ impl RunResult {
         }
     }
 
-    /// Tells what a ramp found that was started at `begin`.
+    /// Returns the result of a ramp that started at `begin`.
     fn of_ramp(
         plan: &RunPlan,
-        levels: Levels,
-        moments: Vec<Moment>,
+        levels: RampFriction,
+        moments: Vec<LoopSample>,
         events: Vec<Event>,
         begin: Instant,
         derivative_evaluations: u64,
     ) -> Self {
-        let Levels { stick_v, slip_v, slip_corrected_v } = levels;
+        let RampFriction { stick_v, slip_v, slip_corrected_v } = levels;
         Self {
             plan: plan.clone(),
-            trace: Trace::Ramp(moments),
+            trace: RunTrace::Ramp(moments),
             events,
-            metrics: Metrics { stick_v, slip_v, slip_corrected_v, ..Metrics::default() },
+            metrics: RunMetrics { stick_v, slip_v, slip_corrected_v, ..RunMetrics::default() },
             wall: begin.elapsed(),
             derivative_evaluations,
             unstable: false,

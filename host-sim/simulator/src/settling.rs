@@ -1,15 +1,15 @@
 //! Settling of a motion: when its error comes within the tolerance of a file's `[goal]` and stays
 //! there.
 //!
-//! Every judge of a motion takes its verdict from here: `run`, `benchmark`, `device move`, the
-//! self-test and the studio's prediction. Errors are in counts, of either side of the gear.
+//! `run`, `benchmark`, `device move`, the self-test and the studio's prediction all use this
+//! verdict. Errors are in counts, of either side of the gear.
 
 use crate::goal::PositionGoal;
 
-/// Differences of times below this are rounding: k h is not always the decimal that was written, s.
+/// Largest time difference that counts as rounding, s: k h can differ from the written decimal.
 const SAME_TIME_S: f64 = 1e-9;
 
-/// Judgement of one motion, sample by sample.
+/// Verdict on one motion, sample by sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settling {
     tolerance_counts: f64,
@@ -20,7 +20,7 @@ pub struct Settling {
 }
 
 impl Settling {
-    /// Starts a judgement by a goal; one count of the encoder is `count_deg`, deg.
+    /// Starts a verdict by a goal; one count of the encoder is `count_deg`, deg.
     pub fn new(goal: &PositionGoal, count_deg: f64) -> Self {
         Self {
             tolerance_counts: goal.tolerance_counts(count_deg),
@@ -31,8 +31,8 @@ impl Settling {
         }
     }
 
-    /// Takes the error (counts) at a time (s). Samples come in the order of their times. An error
-    /// that is not a number is outside.
+    /// Evaluates the error (counts) at a time (s). Samples must be in the order of their times. NaN
+    /// counts as outside.
     #[inline]
     pub fn see(&mut self, time_s: f64, error_counts: f64) {
         if self.held {
@@ -46,20 +46,19 @@ impl Settling {
         }
     }
 
-    /// Starts anew, since the set point still moves: what was within the tolerance on the way does
+    /// Restarts the verdict while the set point moves: errors within the tolerance on the way do
     /// not count.
     pub const fn restart(&mut self) {
         (self.inside_since_s, self.held) = (None, false);
     }
 
     /// Returns the time from which the error was within the tolerance and stayed there, s: for
-    /// `hold_s`, or until the last sample if the goal has no `hold_s`. None if it did not.
+    /// `hold_s`, or until the last sample if the goal has no `hold_s`. `None` if it did not.
     pub fn settled_s(&self) -> Option<f64> {
         self.inside_since_s.filter(|_| self.held || self.hold_s.is_none())
     }
 
-    /// Returns whether the motion met the goal; `end_s` is the time at which the set point came to
-    /// rest.
+    /// Returns whether the motion met the goal; `end_s` is the end of the set point's motion.
     pub fn is_success(&self, end_s: f64) -> bool {
         let in_time = |settled_s: f64| {
             self.settle_s.is_none_or(|most_s| settled_s - end_s <= most_s + SAME_TIME_S)

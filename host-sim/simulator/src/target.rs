@@ -1,4 +1,4 @@
-//! What drives a plant, sample by sample: the bare control loop, the servo around it, or the flash
+//! Drivers of a plant, sample by sample: the bare control loop, the servo around it, or the flash
 //! image.
 //!
 //! ```text
@@ -17,9 +17,9 @@ use stiction::{Controller, Course, CourseState, Motion, Parameters, Reading, Ser
 use crate::error::Error;
 use crate::hardware::STM32F405;
 
-/// Something that is given the encoder's counter and answers with a duty.
+/// A driver of a plant: computes a duty from the encoder's counter in each sample.
 pub trait Target {
-    /// One tick; none if there is nothing left to do.
+    /// Runs one tick; returns `None` at the end of the motion.
     fn tick(&mut self, counter: u32) -> Option<Tick>;
 }
 
@@ -29,19 +29,19 @@ pub struct BareLoop<'a> {
     controller: &'a Controller,
     course: Course,
     encoder: EncoderState,
-    /// Of the core.
+    /// State of the core.
     pub state: CourseState,
 }
 
 impl<'a> BareLoop<'a> {
-    /// With the joint at rest at `counts`, where its counter reads `counter`.
+    /// Creates a loop with the joint at rest at `counts` and its counter at `counter`.
     pub fn new(controller: &'a Controller, course: &'a Course, counter: u32, counts: i32) -> Self {
         let encoder = EncoderState::start(counter, counts);
         let course = course.clone();
         Self { controller, course, encoder, state: CourseState::start(controller, counts) }
     }
 
-    /// One tick, and whether it was one more than a ramp has.
+    /// Runs one tick; also returns whether a ramp has already ended.
     #[inline]
     pub fn follow(&mut self, counter: u32) -> (Tick, bool) {
         self.controller.encoder().update(&mut self.encoder, counter);
@@ -60,31 +60,30 @@ impl Target for BareLoop<'_> {
     }
 }
 
-/// The servo as a device runs it, with its soft start and all of its monitors, and a supply that is
-/// nominal.
+/// The servo of a device, with soft start, all monitors, and a nominal supply.
 #[derive(Clone, Debug)]
 pub struct WatchedServo {
     servo: Servo,
     supply: u16,
-    /// Where it was armed, in the counts of the host; the servo calls it zero.
+    /// Position at arming, in counts of the host; it is zero for the servo.
     start: i32,
     ticks: u32,
-    /// A link has taken over.
+    /// Whether a link sends its references.
     is_led: bool,
-    /// The last tick.
+    /// Last tick.
     followed: Tick,
-    /// The fault that ended the motion, and the number of the tick in which it did.
+    /// Fault that ended the motion, and the number of its tick.
     pub fault: Option<(Latched, u32)>,
 }
 
-/// So many ticks of 0.1 ms are 50 ms and more: the servo has seen its joint at rest.
+/// Ticks until the servo detects rest: at least 50 ms with a tick of 0.1 ms or more.
 const LONGEST_REST: u32 = 1000;
 
 impl WatchedServo {
-    /// Armed, with the joint at rest at `counts`, where its counter reads `counter`.
+    /// Creates an armed servo with the joint at rest at `counts` and its counter at `counter`.
     ///
     /// # Errors
-    /// If the servo refuses to be armed.
+    /// Returns an error if the servo refuses to be armed.
     pub fn new(mut parameters: Parameters, counter: u32, counts: i32) -> Result<Self, Error> {
         parameters.device.autostart = false;
         from_start(&mut parameters.motion, counts);
@@ -116,17 +115,17 @@ impl WatchedServo {
         }
     }
 
-    /// Follows another reference from the next tick on, in counts from where it was armed, as a
-    /// link asks for it that is never silent.
+    /// Sets another reference from the next tick on, in counts from the position at arming, as a
+    /// link that never times out would do.
     ///
     /// # Errors
-    /// If the servo refuses it; a servo that has tripped does.
+    /// Returns the refusal of the servo, for example if it has tripped.
     pub fn follow(&mut self, reference: Reference) -> Result<(), Refusal> {
         self.is_led = true;
         self.servo.follow(reference)
     }
 
-    /// What a ramp has found.
+    /// Returns the findings of a ramp.
     pub fn levels(&self) -> Option<stiction::servo::Levels> {
         self.servo.levels()
     }
@@ -148,8 +147,7 @@ impl Target for WatchedServo {
             tick.counts = tick.counts.wrapping_add(self.start);
             tick.reference_counts = tick.reference_counts.wrapping_add(self.start);
         } else {
-            // What was asked for stays asked for, so that the error of a joint that was let go is
-            // seen.
+            // The last reference stays, so that the error of a released joint is visible.
             let travel = self.servo.position().wrapping_sub(before);
             tick.counts = self.followed.counts.wrapping_add(travel);
             tick.reference_counts = self.followed.reference_counts;
@@ -160,7 +158,7 @@ impl Target for WatchedServo {
     }
 }
 
-/// A motion in the zero that arming sets, of a joint that is armed at `start` counts.
+/// Shifts a motion to the zero of the arming, for a joint that is armed at `start` counts.
 pub fn from_start(motion: &mut Motion, start: i32) {
     let shift = |counts: &mut i32| *counts = counts.wrapping_sub(start);
     match motion {

@@ -13,7 +13,7 @@ use crate::experiment::{Document, Experiment};
 use crate::figure::{figure_directory, figures, write_figures};
 use crate::goal::GoalInBothUnits;
 use crate::output::OverwriteGuard;
-use crate::output::sides::{self, REST, SETTLED, Shown};
+use crate::output::sides::{self, REST, SETTLED, ShownSides};
 use crate::output::table::{self, number};
 use crate::tuning::{Goal, Request, Tuned, spreads};
 
@@ -188,7 +188,7 @@ fn tuned_sentence(tuning: &TuningArguments, tuned: &[Tuned]) -> String {
 fn render(ranked: &Benchmark) -> String {
     let Benchmark { scores, unseen_slack, goal, .. } = ranked;
     let slack = unseen_slack.as_ref();
-    let shown = Shown::of(slack, goal);
+    let shown = ShownSides::of(slack, goal);
     let header = [
         "controller",
         "mean\nplace",
@@ -208,17 +208,17 @@ fn render(ranked: &Benchmark) -> String {
         table.add_row(named.filter_map(|(title, cell)| is_kept(title).then_some(cell)));
     }
     let mut text = table.trim_fmt() + "\n\n";
-    if shown != Shown::Nothing {
+    if shown != ShownSides::Nothing {
         let rows = scores.iter().map(|score| (score.controller.clone(), &score.sides));
         text += &shown.table("steps", rows);
         text += "\n";
     }
     text += match shown {
-        Shown::BothSides => LEGEND_AT_ENCODER,
-        Shown::OneSide => LEGEND_BY_GOAL,
-        Shown::Nothing => LEGEND,
+        ShownSides::BothSides => LEGEND_AT_ENCODER,
+        ShownSides::OneSide => LEGEND_BY_GOAL,
+        ShownSides::Nothing => LEGEND,
     };
-    if shown != Shown::Nothing {
+    if shown != ShownSides::Nothing {
         text += &sides::legend(slack, goal);
     }
     let remarks = scores.iter().filter_map(|score| {

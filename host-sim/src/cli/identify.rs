@@ -9,9 +9,9 @@ use crate::error::Error;
 use crate::experiment::Experiment;
 use crate::figure::{figure_directory, write_figures};
 use crate::log_identification::into_machine::MachineOfLog;
-use crate::log_identification::reading::{Columns, read};
-use crate::log_identification::units::{PositionUnit, Scale, seconds, unit_of_name};
-use crate::log_identification::{Request, figures, identify, machine_file, output};
+use crate::log_identification::reading::{LogColumns, read};
+use crate::log_identification::units::{LogUnits, PositionUnit, seconds, unit_of_name};
+use crate::log_identification::{FitSettings, figures, identify, machine_file, output};
 use crate::output::OverwriteGuard;
 use crate::typed_number;
 
@@ -111,7 +111,7 @@ pub fn identify_log(arguments: &IdentifyLogArguments) -> Result<(), Error> {
     check_standard_output(arguments.json, into.as_ref())?;
     let plot = arguments.plot.as_ref().map(|path| figure_directory(&guard, "--plot", path));
     let plot = plot.transpose()?;
-    let columns = Columns {
+    let columns = LogColumns {
         time: arguments.time.clone(),
         position: arguments.position.clone(),
         effort: arguments.effort.clone(),
@@ -171,7 +171,7 @@ pub fn identify_log(arguments: &IdentifyLogArguments) -> Result<(), Error> {
 }
 
 impl IdentifyLogArguments {
-    fn request(&self, gain: Option<f64>, warnings: &mut Vec<String>) -> Result<Request, Error> {
+    fn request(&self, gain: Option<f64>, warnings: &mut Vec<String>) -> Result<FitSettings, Error> {
         let refuse = |why: String| Err(Error::Input(why));
         let time_s = self.seconds(warnings)?;
         let named = PositionUnit::of_name(&self.position);
@@ -217,7 +217,7 @@ impl IdentifyLogArguments {
         if let Some(delay) = self.effort_delay.filter(|delay| !delay.is_finite()) {
             return refuse(format!("--effort-delay {delay}: must be a number of seconds"));
         }
-        let scale = Scale::new(time_s, unit, counts.unwrap_or(1.0), gain);
+        let scale = LogUnits::new(time_s, unit, counts.unwrap_or(1.0), gain);
         if scale.is_linear && self.machine.is_some() {
             return refuse(
                 "--machine is the file of a joint that turns, and the position is along a line; \
@@ -232,7 +232,7 @@ impl IdentifyLogArguments {
                     .into(),
             );
         }
-        Ok(Request {
+        Ok(FitSettings {
             scale,
             is_asymmetric: self.model.map(|model| model == Friction::Asymmetric),
             has_stribeck: self.stribeck,

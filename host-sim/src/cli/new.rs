@@ -15,7 +15,7 @@ use self::dialogue::Dialogue;
 use self::terminal::Terminal;
 use super::outputs::print_beside;
 use super::warn;
-use crate::data_sheet::tables::{DrivenBy, Side};
+use crate::data_sheet::tables::{DrivenBy, EncoderPlace};
 use crate::draft::{Answers, QUESTIONS, Question, TYPICAL, Typical, text, trial};
 use crate::error::Error;
 use crate::experiment::{Document, Experiment, parameters};
@@ -99,7 +99,7 @@ struct Flags {
     lines: Option<String>,
     /// Position of the encoder
     #[arg(long)]
-    at: Option<Side>,
+    at: Option<EncoderPlace>,
     /// Travel from the position at power-on, deg, such as -30..90
     #[arg(long, visible_alias = "travel", value_name = "LOW..HIGH", allow_hyphen_values = true)]
     travel_deg: Option<String>,

@@ -6,7 +6,7 @@ use super::outputs::{check_standard_output, drew, print_beside, wrote};
 use super::{print, target, warn};
 use crate::error::Error;
 use crate::experiment::{Document, Experiment};
-use crate::figure::{entitle, figure_directory, figures, write_figures};
+use crate::figure::{figure_directory, figures, set_title, write_figures};
 use crate::lab::{self, LabResult};
 use crate::output::{OutputDirectory, OutputFile, OverwriteGuard, csv, json, table};
 
@@ -88,7 +88,7 @@ pub fn run(arguments: &RunArguments) -> Result<(), Error> {
     if let Some(directory) = &outputs.plot {
         let mut figures = figures(&experiment.name, &results, &document.machine()?.figures);
         if let Some(title) = &arguments.title {
-            entitle(&mut figures, title);
+            set_title(&mut figures, title);
         }
         write_figures(directory, &figures)?;
         drew(figures.len(), directory)?;
@@ -162,7 +162,7 @@ impl RunArguments {
         if let Some(directory) = &outputs.plot {
             let mut figures = lab::figures(&document.origin.name, &setup, &results);
             if let Some(title) = &self.title {
-                entitle(&mut figures, title);
+                set_title(&mut figures, title);
             }
             write_figures(directory, &figures)?;
             drew(figures.len(), directory)?;

@@ -1,7 +1,7 @@
 //! `stiction show`.
 
 use super::print;
-use crate::data_sheet::told::{Row, rows};
+use crate::data_sheet::overview::{DerivedNumber, rows};
 use crate::error::Error;
 use crate::experiment::{Document, find};
 
@@ -30,7 +30,7 @@ fn units(document: &Document) -> Result<String, Error> {
         )));
     };
     let mut text = format!("{:26}{:>24}{:>22}\n", "", "SI", "core");
-    for Row { what, si, core, how } in rows(&sheet, &mapping) {
+    for DerivedNumber { what, si, core, how } in rows(&sheet, &mapping) {
         text += &format!("{what:26}{si:>24}{core:>22}\n    {how}\n");
     }
     let doubts: String =

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use crate::error::Error;
 use crate::experiment::RunPlan;
-use crate::run::{Driven, RunResult, run_all, run_all_driven};
+use crate::run::{RunDriver, RunResult, run_all, run_all_driven};
 
 /// Target of the control core.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
@@ -66,7 +66,9 @@ impl TargetArguments {
                         let why = "without it the core runs in this program";
                         Err(Error::Input(format!("{option} needs --target emulator; {why}")))
                     }
-                    None if self.target == Target::Servo => run_all_driven(plans, Driven::ByServo),
+                    None if self.target == Target::Servo => {
+                        run_all_driven(plans, RunDriver::ByServo)
+                    }
                     None => run_all(plans),
                 }
             }

@@ -7,13 +7,13 @@ use rayon::prelude::*;
 
 use super::runs::{AXIS, EPS, LAB};
 use crate::benchmark::{Score, Weights, benchmark};
-use crate::closed_loop::Moment;
+use crate::closed_loop::LoopSample;
 use crate::error::Error;
 use crate::experiment::{Document, Experiment, RunPlan};
 use crate::lab::{self, LabPlan, LabResult};
-use crate::machine::FigureSource;
-use crate::metrics::Metrics;
-use crate::run::{self, RunResult, Trace};
+use crate::machine::ThesisFigures;
+use crate::metrics::RunMetrics;
+use crate::run::{self, RunResult, RunTrace};
 
 /// Results, by the names in `runs.rs`.
 pub struct ReportEvidence {
@@ -147,16 +147,16 @@ impl ReportEvidence {
         &self,
         name: &str,
         labels: &[&str],
-        of: impl Fn(&Metrics) -> Option<f64>,
+        of: impl Fn(&RunMetrics) -> Option<f64>,
     ) -> Option<Vec<f64>> {
         labels.iter().map(|label| of(&self.run(name, label)?.metrics)).collect()
     }
 
     /// Returns the samples of a run.
-    pub fn moments(&self, name: &str, label: &str) -> Option<&[Moment]> {
+    pub fn moments(&self, name: &str, label: &str) -> Option<&[LoopSample]> {
         match &self.run(name, label)?.trace {
-            Trace::Loop(moments) => Some(moments),
-            Trace::Ramp(_) => None,
+            RunTrace::Loop(moments) => Some(moments),
+            RunTrace::Ramp(_) => None,
         }
     }
 
@@ -192,7 +192,7 @@ impl ReportEvidence {
     ///
     /// # Errors
     /// Returns an error that names what is wrong with the experiment.
-    pub fn sources(experiment: &str) -> Result<Vec<FigureSource>, Error> {
+    pub fn sources(experiment: &str) -> Result<Vec<ThesisFigures>, Error> {
         Ok(Document::open(experiment)?.machine()?.figures)
     }
 }

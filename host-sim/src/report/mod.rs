@@ -138,7 +138,8 @@ struct Drawn {
 }
 
 fn draw(drawing: &ReportDrawing, bar: &ProgressBar) -> Result<Drawn, Error> {
-    let named = |error: crate::figure::Error| Error::Figure(format!("`{}`: {error}", drawing.stem));
+    let named =
+        |error: crate::figure::FigureError| Error::Figure(format!("`{}`: {error}", drawing.stem));
     let figure = &drawing.figure;
     let drawn = Drawn {
         stem: drawing.stem.clone(),

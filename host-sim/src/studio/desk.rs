@@ -42,12 +42,12 @@ pub struct StudioState {
     /// Parameters of the device, if known, for threads that do not query the device.
     in_use: Mutex<Option<Parameters>>,
     /// The last identified joint.
-    found: Mutex<Option<IdentifiedJoint>>,
+    found: Mutex<Option<UnsavedJoint>>,
 }
 
 /// A joint that was identified in this session, as a machine's file that is not saved.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct IdentifiedJoint {
+pub struct UnsavedJoint {
     /// Name of the file.
     pub name: String,
     /// Contents of the file.
@@ -82,7 +82,7 @@ impl StudioState {
     }
 
     /// Stores the identified joint.
-    pub fn set_found(&self, joint: IdentifiedJoint) {
+    pub fn set_found(&self, joint: UnsavedJoint) {
         *locked(&self.found) = Some(joint);
     }
 
@@ -90,7 +90,7 @@ impl StudioState {
     ///
     /// # Errors
     /// Returns an error if no joint was identified.
-    pub fn found(&self) -> Result<IdentifiedJoint, Error> {
+    pub fn found(&self) -> Result<UnsavedJoint, Error> {
         let none = || Error::Input(NONE_IDENTIFIED.into());
         locked(&self.found).clone().ok_or_else(none)
     }

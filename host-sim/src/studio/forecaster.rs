@@ -13,7 +13,7 @@ use stiction::control::laws::Gains;
 use tokio::sync::mpsc::Sender;
 
 use super::cloud::cloud;
-use super::desk::{IdentifiedJoint, NONE_IDENTIFIED, StudioState, answer};
+use super::desk::{NONE_IDENTIFIED, StudioState, UnsavedJoint, answer};
 use super::form;
 use super::knobs::knobs;
 use super::machine_in_use::{MachineInUse, first_trajectory, no_joint};
@@ -22,7 +22,7 @@ use super::request::{JointSource, PredictionRequest, StudioAction};
 use crate::device::machine_file;
 use crate::error::Error;
 use crate::experiment::{Document, Experiment, for_a_device};
-use crate::machine::{PD, Trajectory};
+use crate::machine::{PD, TrajectoryTable};
 
 /// Interval at which the thread checks whether any connection is left.
 const LOOKS: Duration = Duration::from_millis(500);
@@ -89,7 +89,7 @@ pub fn run(wishes: &Arc<PredictionQueue>, shared: &StudioState, machine: Option<
 #[derive(Clone, Debug)]
 struct Twin {
     in_use: Result<MachineInUse, String>,
-    trajectory: Option<Trajectory>,
+    trajectory: Option<TrajectoryTable>,
 }
 
 impl Twin {
@@ -121,16 +121,16 @@ impl Twin {
 #[derive(Clone, Debug)]
 struct JointTwins {
     parameters: Parameters,
-    found: Option<IdentifiedJoint>,
+    found: Option<UnsavedJoint>,
     of_file: Twin,
     of_found: Option<Twin>,
 }
 
 impl JointTwins {
-    fn new(parameters: Parameters, machine: Option<&str>, found: Option<IdentifiedJoint>) -> Self {
+    fn new(parameters: Parameters, machine: Option<&str>, found: Option<UnsavedJoint>) -> Self {
         let none = || no_joint("nothing is predicted");
         let of_file = Twin::new(&parameters, machine.ok_or_else(none).and_then(Document::open));
-        let of_found = found.as_ref().map(|IdentifiedJoint { name, text, .. }| {
+        let of_found = found.as_ref().map(|UnsavedJoint { name, text, .. }| {
             Twin::new(&parameters, Document::parse(name, text))
         });
         Self { parameters, found, of_file, of_found }

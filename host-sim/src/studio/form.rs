@@ -14,7 +14,7 @@ use toml::Table;
 use crate::device::machine_file;
 use crate::error::{Error, suggestion};
 use crate::experiment::{Document, about_law};
-use crate::keys::{self, Row};
+use crate::keys::{self, KeyRow};
 use crate::typed_number;
 
 /// Values of the parameters, by their paths in a machine's file.
@@ -148,7 +148,7 @@ fn value(written: &str) -> Result<toml::Value, String> {
 }
 
 /// Returns the declaration of a key; `controller.srnf` is a table of the kind `controller.NAME`.
-pub fn about<'a>(rows: &'a [Row], table: &str, name: &str) -> Option<&'a Row> {
+pub fn about<'a>(rows: &'a [KeyRow], table: &str, name: &str) -> Option<&'a KeyRow> {
     let of = |wanted: &str| rows.iter().find(|row| row.table == wanted && row.name == name);
     let kind = table.split_once('.').map(|(first, _)| format!("{first}.NAME"));
     of(table).or_else(|| of(&kind?))

@@ -15,11 +15,11 @@ use stiction::{Motion, Parameters};
 use toml::{Table, Value};
 
 use super::request::RequestedMotion;
-use crate::data_sheet::{Times, UnseenSlack};
+use crate::data_sheet::{SheetFactors, UnseenSlack};
 use crate::device::machine_file;
 use crate::error::Error;
 use crate::experiment::{Document, Experiment, RunPlan, Task};
-use crate::machine::{Joint, Trajectory};
+use crate::machine::{JointTable, TrajectoryTable};
 
 /// Returns the error of an operation that needs a joint that is not known; `so` names the effect.
 pub fn no_joint(so: &str) -> Error {
@@ -153,9 +153,9 @@ impl MachineInUse {
 
 /// Returns the ratios of a joint's parameters to those of another joint. A parameter that is 0
 /// there has no slider, and its ratio is 1.
-fn times(is: &Joint, of: &Joint) -> Times {
+fn times(is: &JointTable, of: &JointTable) -> SheetFactors {
     let ratio = |over: f64, under: f64| if under == 0.0 { 1.0 } else { over / under };
-    Times {
+    SheetFactors {
         // The gain is the inverse of the inertia.
         inertia: ratio(of.gain_deg_per_s2_per_v, is.gain_deg_per_s2_per_v),
         slip: ratio(is.friction.slip_v, of.friction.slip_v),
@@ -197,7 +197,7 @@ pub fn motion(plan: &RunPlan, way: &RequestedMotion) -> Result<Motion, Error> {
 ///
 /// # Errors
 /// Returns an error if the file has no trajectory.
-pub fn first_trajectory(of: &Document) -> Result<Trajectory, Error> {
+pub fn first_trajectory(of: &Document) -> Result<TrajectoryTable, Error> {
     let mut all = of.machine()?.reference.trajectories;
     if all.is_empty() {
         return Err(Error::Input(format!(
@@ -214,7 +214,7 @@ pub fn first_trajectory(of: &Document) -> Result<Trajectory, Error> {
 /// Returns an error that names the invalid value and its range.
 pub fn there_and_back(
     [deg, speed_deg_per_s, rest_s, half_blend_s]: [f64; 4],
-) -> Result<Trajectory, Error> {
+) -> Result<TrajectoryTable, Error> {
     let refuse = |what: &str| Err(Error::Input(format!("trajectory: {what}")));
     if !(speed_deg_per_s > 0.0 && speed_deg_per_s.is_finite()) {
         return refuse("the speed must be a number above 0, deg/s");
@@ -230,7 +230,7 @@ pub fn there_and_back(
     let rest_s = rest_s.max(2.0 * half_blend_s);
     let first_s = half_blend_s;
     let ends = [first_s, first_s + way_s, first_s + way_s + rest_s, first_s + 2.0 * way_s + rest_s];
-    Ok(Trajectory {
+    Ok(TrajectoryTable {
         corner_times_s: ends.to_vec(),
         corner_positions_deg: vec![0.0, deg, deg, 0.0],
         half_blend_s,

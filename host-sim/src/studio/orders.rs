@@ -8,20 +8,20 @@ use stiction::identification::Summary;
 use stiction::motion::jog::{Asked, Verdict};
 use stiction::{Parameters, identification};
 
-use super::desk::{IdentifiedJoint, QueuedRequest};
+use super::desk::{QueuedRequest, UnsavedJoint};
 use super::form;
 use super::machine_in_use::{self, MachineInUse};
 use super::request::{RequestedMotion, StudioAction};
 use super::wording::{of_a_page, without_bounds};
 use super::worker::{RunningMotion, Worker};
 use crate::device::client::Map;
-use crate::device::identified::{Identified, doubts};
+use crate::device::identified::{IdentifiedJoint, doubts};
 use crate::device::wire::Wire;
 use crate::device::{into, jogged, machine_file, words};
 use crate::error::Error;
 use crate::experiment::Document;
 use crate::joint::CoreUnits;
-use crate::machine::Trajectory;
+use crate::machine::TrajectoryTable;
 
 /// Largest number of parameter changes that can be undone.
 const UNDONE: usize = 32;
@@ -152,7 +152,7 @@ impl<W: Wire> Worker<'_, W> {
     }
 
     /// Follows a trajectory, whose positions count from the zero of the arming.
-    fn follow(&mut self, trajectory: Trajectory) -> Result<Value, Error> {
+    fn follow(&mut self, trajectory: TrajectoryTable) -> Result<Value, Error> {
         let way = RequestedMotion::Trajectory(trajectory);
         let file = Document::open(&self.about.machine)?;
         let in_use = MachineInUse::new(&self.client.parameters()?, &file)?;
@@ -195,7 +195,7 @@ impl<W: Wire> Worker<'_, W> {
             Ok(known) => (known, String::new()),
             Err(error) => ((None, None), format!("\nnot in SI units: {error}")),
         };
-        let found = Identified { summary, map, parameters: self.client.parameters()?, units };
+        let found = IdentifiedJoint { summary, map, parameters: self.client.parameters()?, units };
         let mut said = found.words() + &without;
         if said.contains(" --") {
             said += "\n(a word that starts with -- is an option of `stiction device identify`)";
@@ -213,7 +213,7 @@ impl<W: Wire> Worker<'_, W> {
         if let Ok(joint) = file {
             self.shared.set_found(joint);
         }
-        if let Ok(IdentifiedJoint { name, text, laws }) = self.shared.found() {
+        if let Ok(UnsavedJoint { name, text, laws }) = self.shared.found() {
             event["file"] = name.into();
             event["toml"] = text.into();
             event["laws"] = laws.into();
@@ -231,7 +231,7 @@ impl<W: Wire> Worker<'_, W> {
     }
 
     /// Makes the file of an identified joint.
-    fn file_of(&self, found: &Identified, of: &Document) -> Result<IdentifiedJoint, Error> {
+    fn file_of(&self, found: &IdentifiedJoint, of: &Document) -> Result<UnsavedJoint, Error> {
         let own = self.about.is_its_file.then_some(self.about.machine.as_str());
         let name = Path::new(own.unwrap_or("joint")).with_extension("identified.toml");
         let name = name.file_name().map_or_else(String::new, |name| name.to_string_lossy().into());
@@ -239,7 +239,7 @@ impl<W: Wire> Worker<'_, W> {
         let header = warning.map_or(String::new(), |warning| format!("# {warning}\n"));
         let text = header + &into::text(found, of)?;
         let laws = Document::parse(&name, &text)?.machine()?.sampling.extras.list().to_vec();
-        Ok(IdentifiedJoint { name, text, laws })
+        Ok(UnsavedJoint { name, text, laws })
     }
 
     /// Returns the result of a motion that has ended.

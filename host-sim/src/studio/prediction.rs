@@ -24,7 +24,7 @@ use crate::device::words;
 use crate::error::Error;
 use crate::experiment::{RunPlan, for_a_device};
 use crate::goal::PositionGoal;
-use crate::joint::{Side, Train};
+use crate::joint::{DiscSide, Train};
 use crate::settling::Settling;
 
 /// Longest predicted move, s, and largest number of its ticks.
@@ -132,7 +132,7 @@ impl PredictedMove {
         let time_s = time_s(parameters, &joint.machine.goal, way);
         let mut all = Self { tick_s, ..Self::default() };
         let is_two_sided = joint.substitute.as_ref().is_some_and(|joint| {
-            joint.side == Side::Motor && matches!(joint.joint.train, Train::Flexible { .. })
+            joint.side == DiscSide::Motor && matches!(joint.joint.train, Train::Flexible { .. })
         });
         for _ in 0..(time_s / tick_s).min(LONGEST[1]) as u32 {
             twin.device.servo().heard();

@@ -25,7 +25,7 @@ const AROUND: usize = 30;
 impl<W: Wire> Worker<'_, W> {
     pub(super) fn publish_status(&self, status: &Status) {
         let fault =
-            (status.fault.code != 0).then(|| words::fault(&status.fault, status.sample_time));
+            (status.fault.code != 0).then(|| words::fault_json(&status.fault, status.sample_time));
         self.shared.news.publish(
             "status",
             json!({
@@ -50,7 +50,7 @@ impl<W: Wire> Worker<'_, W> {
 
     pub(super) fn publish_faults(&mut self, status: &Status) -> Result<(), Error> {
         let faults = self.client.faults()?;
-        let faults = faults.iter().map(|fault| words::fault(fault, status.sample_time));
+        let faults = faults.iter().map(|fault| words::fault_json(fault, status.sample_time));
         let faults: Vec<Value> = faults.collect();
         self.shared.news.publish("faults", json!({ "faults": faults }));
         Ok(())

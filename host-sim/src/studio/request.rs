@@ -5,7 +5,7 @@ use std::ops::RangeInclusive;
 
 use serde::{Deserialize, Serialize};
 
-use crate::machine::Trajectory;
+use crate::machine::TrajectoryTable;
 use crate::tuning::Goal;
 
 /// Size of the largest message of a page, bytes: a machine's file needs less than half.
@@ -85,7 +85,7 @@ pub enum RequestedMotion {
     /// To a position at once, deg.
     Step(f64),
     /// Along a trajectory.
-    Trajectory(Trajectory),
+    Trajectory(TrajectoryTable),
 }
 
 /// JSON form of a motion. (A tagged enum does not work: a dependency lets serde_json keep numbers
@@ -97,7 +97,7 @@ struct MotionFields {
     #[serde(skip_serializing_if = "Option::is_none")]
     deg: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    trajectory: Option<Trajectory>,
+    trajectory: Option<TrajectoryTable>,
 }
 
 impl TryFrom<MotionFields> for RequestedMotion {

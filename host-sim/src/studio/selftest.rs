@@ -35,7 +35,8 @@ use crate::device::wire::Wire;
 use crate::error::Error;
 use crate::experiment::Document;
 use crate::selftest::{
-    Asked, Check, JOINTS, Next, Prepared, SEED, Session, Steps, object, sentence,
+    JOINTS, NextMove, PreparedSelfTest, SEED, SelfTestCheck, SelfTestRequest, SelfTestSession,
+    Steps, object, sentence,
 };
 
 /// Phase of a self-test.
@@ -71,13 +72,13 @@ impl SelftestRequest {
 #[derive(Clone, Debug)]
 pub struct PredictedSelftest {
     wanted: SelftestRequest,
-    prepared: Prepared,
+    prepared: PreparedSelfTest,
 }
 
 /// A self-test that is being predicted. The prediction ends when this is dropped.
 #[derive(Debug)]
 pub struct PendingPrediction {
-    coming: Receiver<Result<Option<Prepared>, Error>>,
+    coming: Receiver<Result<Option<PreparedSelfTest>, Error>>,
     wanted: SelftestRequest,
     moves: usize,
     machine: String,
@@ -175,7 +176,8 @@ impl<W: Wire> Worker<'_, W> {
             }
         };
         let (joints, seed, spreads) = (JOINTS, SEED, vec![]);
-        let asked = Asked { machine: machine.clone(), range_deg, moves, joints, seed, spreads };
+        let asked =
+            SelfTestRequest { machine: machine.clone(), range_deg, moves, joints, seed, spreads };
         let planned = asked.plan_of(&mut self.client, document).map_err(of_a_page)?;
         let (done, coming) = sync_channel(1);
         let (over, goes_on) = (Arc::new(AtomicU64::new(0)), Arc::new(AtomicBool::new(true)));
@@ -341,7 +343,7 @@ impl<W: Wire> Worker<'_, W> {
             return Ok(());
         }
         let Some(SelftestPhase::Moving(moving)) = &mut self.test else { return Ok(()) };
-        let Some(Next { motion, to_deg, time }) = moving.steps.next(status)? else {
+        let Some(NextMove { motion, to_deg, time }) = moving.steps.next(status)? else {
             // After the last move: the verdict uses the status of the armed device.
             self.client.stop()?;
             self.end_testing(status);
@@ -376,7 +378,7 @@ impl<W: Wire> Worker<'_, W> {
         };
         let RunningSelftest { ready, steps, .. } = *moving;
         let PredictedSelftest { wanted, prepared } = &ready;
-        let session: Session = steps.ended(*status);
+        let session: SelfTestSession = steps.ended(*status);
         let tested = prepared.clone().judged(session);
         let labels: serde_json::Map<String, Value> =
             tested.checks.iter().map(|check| (check.name.to_owned(), check.words.into())).collect();
@@ -403,7 +405,7 @@ impl<W: Wire> Worker<'_, W> {
 }
 
 /// Returns a figure with its bounds, before a measurement.
-fn bound(check: &Check) -> Value {
+fn bound(check: &SelfTestCheck) -> Value {
     let [least, median, largest] = check.predicted.map(|value| value.is_finite().then_some(value));
     json!({
         "name": check.name,

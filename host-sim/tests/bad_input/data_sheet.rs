@@ -12,7 +12,7 @@ const CASES: &[(&str, &[&str])] = &[
     ("motor.kt=1", &["unknown key `motor.kt`", "`kt_nm_per_a`?"]),
     ("motor.driven_by=volts", &["`motor.driven_by` is \"volts\"", "`voltage`?"]),
     ("motor.driven_by=current", &["`motor.amplifier_a_per_v` is missing; a motor that is driven"]),
-    ("motor.amplifier_a_per_v=3", &["is of a motor that is driven by a current", "\"voltage\""]),
+    ("motor.amplifier_a_per_v=3", &["belongs to a motor driven by a current", "\"voltage\""]),
     ("motor.rotor_inertia_kg_m2=-1", &["`motor.rotor_inertia_kg_m2` is -1", "not below 0"]),
     ("motor.current_limit_a=nan", &["`motor.current_limit_a` is NaN", "a finite number above 0"]),
     ("motor.dead_time_s=0.1", &["`motor.dead_time_s` is 0.1; allowed is a number from 0 to 0.001"]),
@@ -27,7 +27,7 @@ const CASES: &[(&str, &[&str])] = &[
     ("friction.motor_share=0.5", &["`friction.motor_share` is 0.5", "no stiffness"]),
     ("friction.bristle_stiffness_nm_per_rad=1e4", &["`friction.stribeck_rad_per_s` is missing"]),
     ("friction.bristle_damping_nm_s_per_rad=1", &["`friction.bristle_stiffness_nm_per_rad` is m"]),
-    ("friction.viscous_nm_s_per_deg=1", &["say the same; allowed is one of them"]),
+    ("friction.viscous_nm_s_per_deg=1", &["are the same quantity; set only one"]),
     // 50 x 0.0909 N m/A x 12 A.
     ("friction.stick_nm=60", &["`friction.stick_nm` is 60; allowed is a number below 54.54"]),
     ("supply.voltage_v=0", &["`supply.voltage_v` is 0; allowed is a finite number above 0"]),
@@ -269,5 +269,8 @@ fn what_is_left_of_the_file_that_was_copied_does_no_harm() {
     fs::write(&file, fs::read_to_string(&file).unwrap() + variant).unwrap();
     let done = stiction(&["run", &file]).output().unwrap();
     let said = String::from_utf8(done.stderr).unwrap();
-    assert!(done.status.success() && said.contains("which the data sheet gives"), "{said}");
+    assert!(
+        done.status.success() && said.contains("which is derived from the data sheet"),
+        "{said}"
+    );
 }

@@ -166,7 +166,7 @@ fn a_file_with_a_mistake_is_named_with_the_key() {
             PATH,
             PLACES,
             "[0.0, 50.0, 50.0, 0.0]",
-            &["`pd/trajectory-5.0`", "its own size, speed or slug"],
+            &["`pd/trajectory-5.0`", "need different sizes, speeds and slugs"],
         ),
         (
             PATH,
@@ -203,8 +203,8 @@ fn a_file_with_a_mistake_is_named_with_the_key() {
 fn what_is_not_toml_is_named_with_its_line() {
     let cases: &[(&str, &[&str])] = &[
         ("title = \"x\"\n[joint\n", &["line 2: unclosed table, expected `]`"]),
-        ("[joint]\na = 1\n\na = 2\n", &["line 4: `a` is there twice"]),
-        ("[joint]\n[run]\n[joint]\n", &["line 3: `joint` is there twice"]),
+        ("[joint]\na = 1\n\na = 2\n", &["line 4: `a` is set twice"]),
+        ("[joint]\n[run]\n[joint]\n", &["line 3: `joint` is set twice"]),
         ("[joint]\na =\n", &["line 2: a value is missing or lacks its quotes"]),
         ("[joint]\na = up\n", &["line 2: a value is missing or lacks its quotes"]),
         ("\n\ntitle = \"x\n", &["line 3: a text lacks its closing quote"]),

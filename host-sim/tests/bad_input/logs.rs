@@ -75,11 +75,11 @@ fn a_log_that_tells_no_machine_is_refused_with_its_column_or_row() {
         (&word, &[], &["row 1000:", "`twelve`", "column `u`"]),
         (&holes, &[], &["lack a number", "the first is row 5", "a tenth"]),
         (&short, &[], &["39 rows", "at least 100"]),
-        (&one_way, &[], &["hardly moves the negative way", "both ways"]),
+        (&one_way, &[], &["move the negative way", "both ways"]),
         (&still, &[], &["the position never changes"]),
         (&idle, &[], &["the effort never changes"]),
         (&good, &["--effort-gain", "-1"], &["negative", "opposite directions"]),
-        (&good, &["--cut-off", "0"], &["--cut-off is 0", "up to"]),
+        (&good, &["--cut-off", "0"], &["--cut-off is 0", "at most"]),
         (&good, &["--cut-off", "400"], &["--cut-off is 400", "125"]),
         (&good, &["--effort-gain", "0"], &["--effort-gain 0: must be"]),
         (&good, &["--time-unit", "h"], &["--time-unit h: must be", "s, ms, us, ns"]),
@@ -142,8 +142,8 @@ fn implausible_units_are_told() {
     let path = path.to_str().unwrap();
     let columns = ["--time", "t", "--position", "q_rad", "--effort", "u"];
     for (options, parts) in [
-        (["--time-unit", "us"], ["samples come out", "--time-unit"]),
-        (["--time-unit", "1000"], ["samples come out", "--time-unit"]),
+        (["--time-unit", "us"], ["the sample time is", "--time-unit"]),
+        (["--time-unit", "1000"], ["the sample time is", "--time-unit"]),
         (["--time-unit", "1e-6"], ["top speed", "--position-unit"]),
     ] {
         let arguments = [&["identify", path], &columns[..], &options[..]].concat();
@@ -235,7 +235,7 @@ fn a_name_that_contradicts_the_unit_and_an_effort_of_no_unit_are_told_to_people_
     let columns = ["identify", path.to_str().unwrap(), "--time", "t", "--effort", "u"];
     let output = stiction(&[&columns[..], &line].concat()).output().unwrap();
     let table = String::from_utf8_lossy(&output.stdout).into_owned();
-    assert!(table.contains("units       assumed: a unit of the effort is 1 N"), "{table}");
+    assert!(table.contains("units       assumed: the unit of the effort is 1 N"), "{table}");
 }
 
 /// The result of a log, with the columns named by the options.
@@ -263,7 +263,7 @@ fn a_comma_for_columns_and_decimals_alike_is_refused_as_what_it_is() {
     let rows = rows.replace('.', ",");
     for (text, options) in [(format!("{header}\n{rows}"), &[][..]), (rows.clone(), &NUMBERS)] {
         let said = refusal(&text, options);
-        for part in ["a comma separates the columns and the decimals alike", "semicolons", "row "] {
+        for part in ["commas separate both columns and decimals", "semicolons", "row "] {
             assert!(said.contains(part), "{part}: {said}");
         }
     }
@@ -348,8 +348,8 @@ fn a_value_far_out_of_what_is_built_makes_the_verdict_poor() {
     assert_eq!(quality(&["--effort-gain", "1"]).0, "good");
     // Samples of 1000 s; an inertia of 2.5e10 kg m^2.
     for (options, words) in [
-        (["--time-unit", "1e6"], "samples come out 1000 s apart"),
-        (["--effort-gain", "5e10"], "the inertia comes out as"),
+        (["--time-unit", "1e6"], "the sample time is 1000 s"),
+        (["--effort-gain", "5e10"], "the inertia is"),
     ] {
         let (quality, doubts) = quality(&options);
         assert!(quality == "poor" && doubts.contains(words), "{options:?}: {quality} {doubts}");

@@ -30,7 +30,7 @@ fn names_that_do_not_exist_are_answered_with_the_nearest_or_with_all() {
         ),
         (
             &["run", "step-response", "--controller", "pd,ri,pd"],
-            &["--controller pd,ri,pd: ", "`pd` is there twice"],
+            &["--controller pd,ri,pd: ", "`pd` is listed twice"],
         ),
         (&["run", "friction-identification", "--controller", "srnf"], &["`srnf`", "allowed is pd"]),
         (

@@ -7,7 +7,7 @@ use host_sim::device::client::Client;
 use host_sim::device::simulated::SimulatedDevice;
 use host_sim::device::wire::SimulatedWire;
 use host_sim::experiment::RunPlan;
-use host_sim::selftest::{Asked, Check, Tested, run};
+use host_sim::selftest::{SelfTestCheck, SelfTestRequest, SelfTestResult, run};
 use stiction::Parameters;
 use stiction::link::StateCode;
 use stiction::servo::Boot;
@@ -24,8 +24,15 @@ fn parameters(plan: &RunPlan) -> Parameters {
     device::parameters(plan).unwrap()
 }
 
-fn asked() -> Asked {
-    Asked { machine: FILE.into(), range_deg: None, moves: 20, joints: 8, seed: 1, spreads: vec![] }
+fn asked() -> SelfTestRequest {
+    SelfTestRequest {
+        machine: FILE.into(),
+        range_deg: None,
+        moves: 20,
+        joints: 8,
+        seed: 1,
+        spreads: vec![],
+    }
 }
 
 /// A device that runs what the file says, around a joint with keys set otherwise.
@@ -37,7 +44,7 @@ fn client(set: &[&str]) -> Client<SimulatedWire> {
     Client::connect(SimulatedWire::new(device)).unwrap()
 }
 
-fn tested(set: &[&str]) -> Tested {
+fn tested(set: &[&str]) -> SelfTestResult {
     let mut client = client(set);
     let prepared = asked().prepare(&mut client).unwrap();
     assert_eq!(client.status().unwrap().state, StateCode::Stopped, "armed for a prediction");
@@ -46,7 +53,7 @@ fn tested(set: &[&str]) -> Tested {
     prepared.judged(session)
 }
 
-fn failed(tested: &Tested) -> Vec<&'static str> {
+fn failed(tested: &SelfTestResult) -> Vec<&'static str> {
     tested.checks.iter().filter(|check| !check.passes()).map(|check| check.name).collect()
 }
 
@@ -66,7 +73,7 @@ fn the_joint_of_the_file_passes_and_so_does_one_within_its_error_bars() {
 
 #[test]
 fn another_joint_fails_by_the_figure_that_shows_it_on_either_side() {
-    let sliding = |tested: &Tested| -> Check {
+    let sliding = |tested: &SelfTestResult| -> SelfTestCheck {
         *tested.checks.iter().find(|check| check.name == "sliding_v").unwrap()
     };
     let dry = ["joint.friction.stick_v=0.20", "joint.friction.slip_v=0.20"];
@@ -116,11 +123,11 @@ fn nothing_is_moved_on_another_machine_or_out_of_its_range() {
     let mut bounded = client(&[]);
     let set = ["loop.controller=srnf", "limits.position_min_deg=-5", "limits.position_max_deg=5"];
     bounded.set_parameters(&parameters(&plan(&set))).unwrap();
-    let far = Asked { range_deg: Some(6.0), ..asked() };
+    let far = SelfTestRequest { range_deg: Some(6.0), ..asked() };
     let why = said(far.prepare(&mut bounded).unwrap_err());
     assert!(why.contains("--range 6") && why.contains("limits.position_min_deg"), "{why}");
     // Without a range it stays within the limits, and reports that they differ from the file's.
-    let near = Asked { joints: 3, ..asked() }.prepare(&mut bounded).unwrap();
+    let near = SelfTestRequest { joints: 3, ..asked() }.prepare(&mut bounded).unwrap();
     assert!(near.request.targets.iter().all(|to| to.abs() <= 4.5));
     let session = run(&mut bounded, &[1.0, 0.0], |_| {}).unwrap();
     bounded.stop().unwrap();

@@ -4,7 +4,7 @@
 use host_sim::device;
 use host_sim::device::client::Client;
 use host_sim::emulator::wire::EmulatedWire;
-use host_sim::selftest::{Asked, Tested, run};
+use host_sim::selftest::{SelfTestRequest, SelfTestResult, run};
 use stiction::link::StateCode;
 
 use experiments::experiment;
@@ -14,13 +14,13 @@ const FILE: &str = "step-response";
 
 /// Four moves, since the emulator is slow; a slower PWM costs it less time, and moves the joint as
 /// well.
-fn tested(set: &[&str]) -> Tested {
+fn tested(set: &[&str]) -> SelfTestResult {
     let pwm = "drive.pwm_hz=2000";
     let configured = device::parameters(&experiment(FILE, &["srnf"], &[pwm]).runs[0]).unwrap();
     let joint = experiment(FILE, &["srnf"], &[&[pwm], set].concat()).runs.remove(0);
     let mut client = Client::connect(EmulatedWire::with(&firmware(), &joint).unwrap()).unwrap();
     client.set_parameters(&configured).unwrap();
-    let asked = Asked {
+    let asked = SelfTestRequest {
         machine: FILE.into(),
         range_deg: None,
         moves: 4,

@@ -9,7 +9,7 @@
 use std::time::Duration;
 
 use host_sim::device::client::Client;
-use host_sim::device::identified::Identified;
+use host_sim::device::identified::IdentifiedJoint;
 use host_sim::device::into;
 use host_sim::device::simulated::SimulatedDevice;
 use host_sim::device::wire::SimulatedWire;
@@ -52,7 +52,7 @@ fn identified(sheet: &Document, truth: &Document, law: &str) -> Option<Document>
     client.identify_joint(Asked::default()).unwrap();
     while client.pass(Duration::from_secs(1)).unwrap().state == StateCode::Armed {}
     let (summary, map) = client.identified().unwrap()?;
-    let found = Identified { summary, map, parameters: configured, units: None };
+    let found = IdentifiedJoint { summary, map, parameters: configured, units: None };
     let text = into::text(&found, sheet).map_err(|why| println!("{law}: {why}")).ok()?;
     Some(Document::parse("found.toml", &text).unwrap())
 }

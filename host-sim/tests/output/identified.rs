@@ -7,7 +7,7 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 use host_sim::device;
-use host_sim::device::identified::Identified;
+use host_sim::device::identified::IdentifiedJoint;
 use host_sim::ensemble::{drawn, identify};
 use host_sim::experiment::{Document, Experiment};
 use serde_json::Value;
@@ -160,10 +160,10 @@ fn a_load_that_was_found_is_in_the_file_as_a_data_sheet_has_it() {
         let of: toml::Table = fs::read_to_string(&sheet).unwrap().parse().unwrap();
         let found = asked(&["--machine", &sheet, "identify", "--into", &file]);
         assert!(found.status.success(), "{}", words(&found.stderr));
-        assert!(!words(&found.stdout).contains("cannot say"), "{}", words(&found.stdout));
+        assert!(!words(&found.stdout).contains("has no key"), "{}", words(&found.stdout));
         let text = fs::read_to_string(&file).unwrap();
         let written: toml::Table = text.parse().unwrap();
-        assert!(!written.contains_key("joint") && !text.contains("cannot say"), "{text}");
+        assert!(!written.contains_key("joint") && !text.contains("has no key"), "{text}");
         let value = |table: &toml::Table, name: &str, key: &str| {
             let value = &table[name][key];
             value.as_float().or(value.as_integer().map(|whole| whole as f64)).unwrap()
@@ -210,18 +210,18 @@ fn a_load_that_no_key_can_say_is_in_a_comment_and_told() {
         });
         let found = found.unwrap();
         let truth = found.truth.load.abs();
-        let found = Identified {
+        let found = IdentifiedJoint {
             summary: found.summary.unwrap(),
             map: found.map,
             parameters: parameters.clone(),
             units: None,
         };
-        let device::into::Written { text, left_out, .. } =
+        let device::into::IdentifiedFile { text, left_out, .. } =
             device::into::written(&found, &document).unwrap();
         let left_out = left_out.unwrap();
         let joined = text.replace("\n#", " ").split_whitespace().collect::<Vec<_>>().join(" ");
         assert!(joined.contains(&left_out), "{left_out}: {text}");
-        for part in ["This file cannot say it", "predictions", "a data sheet in --machine"] {
+        for part in ["This file has no key for it", "predictions", "a data sheet in --machine"] {
             assert!(left_out.contains(part), "{part}: {left_out}");
         }
         let said = left_out.to_lowercase();
@@ -253,13 +253,13 @@ fn the_file_of_a_joint_that_was_found_does_not_count_the_dead_time_twice() {
     let mut summary = of_a_joint.summary.unwrap();
     // It is braked by more than the back-EMF of the sheet's motor.
     summary.estimate.as_mut().unwrap().viscous = [0.1, 0.001];
-    let found = Identified {
+    let found = IdentifiedJoint {
         summary,
         map: of_a_joint.map,
         parameters: parameters.clone(),
         units: document.mapping().unwrap().map(|(_, mapping)| mapping.units),
     };
-    let device::into::Written { text, left_out, .. } =
+    let device::into::IdentifiedFile { text, left_out, .. } =
         device::into::written(&found, &document).unwrap();
     assert_eq!(left_out, None);
     let written: toml::Table = text.parse().unwrap();
@@ -401,8 +401,9 @@ fn robust_gets_the_identified_joint_and_keeps_the_keys_set_by_the_user() {
     let (head, _) = text.split_once("[controller.robust]").unwrap();
     let (_, comment) = head.rsplit_once("\n\n").unwrap();
     let joined = comment.replace("\n#", " ").split_whitespace().collect::<Vec<_>>().join(" ");
-    assert!(joined.contains("From the identification") && joined.contains("inertia_v"), "{head}");
-    let kept = joined.split_once("Left alone").map(|(_, kept)| kept).unwrap_or_default();
+    assert!(joined.contains("Set from the identification"), "{head}");
+    assert!(joined.contains("inertia_v"), "{head}");
+    let kept = joined.split_once("Unchanged").map(|(_, kept)| kept).unwrap_or_default();
     assert!(kept.contains("bandwidth_rad_per_s") && kept.contains("least_gain"), "{head}");
     assert!(!kept.contains("jitter"), "{head}");
     assert!(comment.lines().all(|line| line.chars().count() <= 80), "{comment}");

@@ -5,7 +5,7 @@ use std::fs;
 use std::process::Command;
 
 use host_sim::device;
-use host_sim::device::identified::Identified;
+use host_sim::device::identified::IdentifiedJoint;
 use host_sim::ensemble::{drawn, identify};
 use host_sim::experiment::{Document, Experiment};
 use serde_json::Value;
@@ -98,7 +98,7 @@ fn what_the_identification_contradicts_is_named_with_both_numbers() {
     estimate.viscous = [units.per_degree(0.305) as f32, units.per_degree(0.003) as f32];
     estimate.inertia = [units.per_degree(0.0275) as f32, units.per_degree(0.0001) as f32];
     let slip = units.effort(f64::from(estimate.coulomb[0]));
-    let found = Identified {
+    let found = IdentifiedJoint {
         summary,
         map: of_a_joint.map,
         parameters: device::parameters(&plan).unwrap(),
@@ -140,7 +140,7 @@ fn a_range_of_the_file_that_holds_the_measured_value_narrows_the_measured_range(
         estimate.viscous = [units.per_degree(0.305) as f32, units.per_degree(0.003) as f32];
         // Half of the inertia is within two deviations.
         estimate.inertia = [units.per_degree(0.0275) as f32, units.per_degree(0.002) as f32];
-        let found = Identified {
+        let found = IdentifiedJoint {
             summary,
             map: of_a_joint.map,
             parameters: device::parameters(&plan).unwrap(),

@@ -166,7 +166,7 @@ fn friction_that_is_negative_in_the_mean_of_both_ways_is_not_called_good() {
         let columns = ["--time", "time", "--position", "q_rad", "--effort", "tau"];
         identified(&log.path, &[&columns[..], &["--model", "asymmetric"]].concat())
     };
-    let words = "the mean of `coulomb_positive` and `coulomb_negative` comes out negative";
+    let words = "the mean of `coulomb_positive` and `coulomb_negative` is negative";
     let negative = found("negative.csv", [0.1, -0.3]);
     assert!(negative["verdict"]["words"].to_string().contains(words), "{negative}");
     assert_ne!(negative["verdict"]["quality"], "good");

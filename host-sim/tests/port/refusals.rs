@@ -40,7 +40,7 @@ fn what_is_no_device_of_ours_is_told_apart() {
     let later = format!("firmware 9.8.7 with version {} of the link", PROTOCOL + 1);
     let ours = format!("version {PROTOCOL}");
     for (manner, fragments) in [
-        (Manner::Silent, &["does not answer: is it powered"][..]),
+        (Manner::Silent, &["does not answer: check its power"][..]),
         (Manner::Banner, &["no message of the link (\"ok T:21.3 /0.0\\r\\n", "other firmware"]),
         (Manner::Garbage, &["no message of the link", "another baud rate"]),
         (Manner::Later, &[&later, &ours, "xtask flash"]),
@@ -56,9 +56,9 @@ fn what_is_no_device_of_ours_is_told_apart() {
 #[test]
 fn a_port_that_is_missing_busy_or_none_is_told() {
     let said = complaint(&device(&["--port", "/dev/does-not-exist", "status"]));
-    assert!(said.contains("there is no such port; ports that there are:"), "{said}");
+    assert!(said.contains("there is no such port; available ports:"), "{said}");
     let said = complaint(&device(&["--port", "/dev/null", "status"]));
-    assert!(said.contains("it is no serial port that can be used"), "{said}");
+    assert!(said.contains("it cannot be used as a serial port"), "{said}");
     let board = Board::new(Manner::Sound);
     let other = serialport::new(board.path.as_str(), 921_600).open().unwrap();
     assert!(complaint(&board.device(&["status"])).contains("another program has it open"));

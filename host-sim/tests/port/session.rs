@@ -31,7 +31,7 @@ fn a_cable_that_is_pulled_while_armed_is_told_with_what_the_board_does() {
     let board = Board::new(Manner::PulledWhileArmed(20));
     let said = complaint(&board.device(&["move", "2.5", "--for", "60"]));
     assert!(
-        said.contains("it is gone") && said.contains("turns the motor off by itself"),
+        said.contains("the port is gone") && said.contains("an armed board turns the motor off"),
         "{said}"
     );
     assert!(said.contains("THE MOTOR MAY STILL BE DRIVEN: the stop was not confirmed"), "{said}");

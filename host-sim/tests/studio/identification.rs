@@ -60,7 +60,7 @@ fn an_identification_begins_only_if_it_is_expected_once_it_was_checked_and_can_f
         let server = line.serve();
         let mut page = Page::open(&server).await;
         let said = page.refused(json!({ "do": "identify" })).await;
-        assert!(said.contains("set profile.velocity_deg_per_s"), "{said}");
+        assert!(said.contains("raise profile.velocity_deg_per_s"), "{said}");
         assert!(said.contains("Nothing has moved") && !said.contains("--"), "{said}");
         // That is a refusal, and the device is there.
         assert_eq!(page.event("status").await["state"], "stopped");
@@ -199,7 +199,7 @@ fn the_joint_that_was_found_is_a_file_and_is_predicted_tuned_and_tested_with() {
         let still = page.event("identified").await;
         let why = still["why"].as_str().unwrap();
         assert!(
-            why.starts_with("the joint came to the bound of its speed") && !why.contains("--"),
+            why.starts_with("the joint reached its speed limit") && !why.contains("--"),
             "{why}"
         );
         assert_eq!(still["ok"], false);

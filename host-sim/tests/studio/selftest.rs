@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use host_sim::device::client::Client;
 use host_sim::device::wire::SimulatedWire;
-use host_sim::selftest::{Asked, JOINTS, SEED, object, run as make_moves};
+use host_sim::selftest::{JOINTS, SEED, SelfTestRequest, object, run as make_moves};
 use serde_json::{Value, json};
 use tokio::time::sleep;
 
@@ -46,7 +46,7 @@ fn the_verdict_is_that_of_the_command() {
         let machine = "step-response".to_owned();
         let (range_deg, spreads) = (None, vec![]);
         let (moves, joints, seed) = (MOVES, JOINTS, SEED);
-        let asked = Asked { machine, range_deg, moves, joints, seed, spreads };
+        let asked = SelfTestRequest { machine, range_deg, moves, joints, seed, spreads };
         let prepared = asked.prepare(&mut client).unwrap();
         let targets = prepared.request.targets.clone();
         let session = make_moves(&mut client, &targets, |_| {}).unwrap();

@@ -4,7 +4,7 @@
 use std::time::Duration;
 
 use simulator::device::client::Client;
-use simulator::device::identified::Identified;
+use simulator::device::identified::IdentifiedJoint;
 use simulator::device::into;
 use simulator::device::simulated::{SimulatedDevice, Wires};
 use simulator::device::wire::SimulatedWire;
@@ -228,7 +228,7 @@ struct Course {
     /// The fastest that it was then, deg/s.
     fastest: f64,
     /// What a file would be made of.
-    found: Identified,
+    found: IdentifiedJoint,
     tick_s: f64,
     count_deg: f64,
 }
@@ -271,7 +271,7 @@ fn course(set: &[&str], asked: Asked, mut hand: impl FnMut(&mut SimulatedDevice,
     let (summary, map) = client.identified().unwrap().unwrap();
     let parameters = client.parameters().unwrap();
     let count_deg = f64::from(parameters.controller.encoder.resolution);
-    let found = Identified { summary, map, parameters, units: None };
+    let found = IdentifiedJoint { summary, map, parameters, units: None };
     Course { summary, path, fastest, found, tick_s, count_deg }
 }
 

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use simulator::device::log::Log;
+use simulator::device::log::SampleLog;
 use simulator::device::signals::Signals;
 use stiction::control::signal::{Form, SIGNALS, index};
 use stiction::link::{Reply, Request};
@@ -57,7 +57,8 @@ fn a_signal_that_is_not_there_is_not_sent() {
 #[test]
 fn a_client_without_a_table_logs_what_is_applied_by_its_name() {
     let mut client = client();
-    let mut log = Log::new(Signals::new(client.signals().unwrap()), &["compare".into()]).unwrap();
+    let mut log =
+        SampleLog::new(Signals::new(client.signals().unwrap()), &["compare".into()]).unwrap();
     client.arm().unwrap();
     client.subscribe(log.mask(), 1).unwrap();
     client.step_to(5.0).unwrap();

@@ -1,6 +1,6 @@
 //! What is said is done, and what is garbled costs at most itself.
 
-use emulated::emulator::board::Fitted;
+use emulated::emulator::board::FittedParts;
 use emulated::emulator::fault_injection::Injection;
 use stiction::Fault;
 use stiction::link::{Refused, Reply, Request, StateCode, encode_request};
@@ -100,7 +100,7 @@ fn a_flood_of_requests_that_take_long_does_not_starve_the_watchdog() {
     // oscillator, the watchdog waits for 10. What finds no room is not answered.
     let armed = script.burst(500 * MS, (0..400).map(|_| take()));
     let last = script.status(600 * MS..700 * MS);
-    let fitted = Fitted { lsi_hz: 47_000, ..Fitted::default() };
+    let fitted = FittedParts { lsi_hz: 47_000, ..FittedParts::default() };
     let talked = script.run_on(fitted, Some(&fast), &[], 700 * MS);
     assert!(talked.observed.resets.is_empty(), "{:?}", talked.observed.resets);
     for number in [taken, arm].into_iter().chain(while_off) {

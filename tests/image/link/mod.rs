@@ -11,8 +11,8 @@ mod telemetry;
 
 use std::sync::{Arc, Mutex};
 
-use emulated::emulator::board::Fitted;
-use emulated::emulator::fault_injection::{Injection, Observed, converse};
+use emulated::emulator::board::FittedParts;
+use emulated::emulator::fault_injection::{BoardObservation, Injection, converse};
 use stiction::link::{
     CHUNK, Deframer, Message, Numbered, PROTOCOL, Refused, Reply, Request, Sample, StateCode,
     Status, encode_request,
@@ -86,12 +86,12 @@ impl Script {
     }
 
     fn run(self, records: Option<&[u8]>, injections: &[(u64, Injection)], until: u64) -> Talked {
-        self.run_on(Fitted::default(), records, injections, until)
+        self.run_on(FittedParts::default(), records, injections, until)
     }
 
     fn run_on(
         self,
-        fitted: Fitted,
+        fitted: FittedParts,
         first: Option<&[u8]>,
         injections: &[(u64, Injection)],
         until: u64,
@@ -127,7 +127,7 @@ impl Script {
 }
 
 struct Talked {
-    observed: Observed,
+    observed: BoardObservation,
     replies: Vec<(u64, u16, Reply)>,
     samples: Vec<Sample>,
 }

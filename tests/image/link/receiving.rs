@@ -1,7 +1,7 @@
 //! What comes over the wire while the processor does something else is not lost, and what is lost
 //! is told.
 
-use emulated::emulator::board::Fitted;
+use emulated::emulator::board::FittedParts;
 use emulated::emulator::fault_injection::Injection;
 use stiction::link::{Request, Status, WireErrors, encode_request};
 
@@ -100,7 +100,7 @@ fn what_is_more_than_the_ring_holds_costs_frames_and_nothing_after_them() {
 #[test]
 fn noise_on_the_wire_costs_frames_and_is_told() {
     // A byte of a hundred: of frames of 9 bytes, one in eleven is not whole.
-    let fitted = Fitted { noisy_bytes: 10_000, ..Fitted::default() };
+    let fitted = FittedParts { noisy_bytes: 10_000, ..FittedParts::default() };
     let mut script = Script::new();
     let numbers: Vec<u16> =
         (0..200).map(|i| script.say(250 * MS + i * MS, Request::Status)).collect();

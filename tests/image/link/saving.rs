@@ -1,6 +1,6 @@
 //! A save stops the ticks while the flash is erased, and nothing is driven meanwhile.
 
-use emulated::emulator::board::Fitted;
+use emulated::emulator::board::FittedParts;
 use emulated::emulator::fault_injection::Injection;
 use stiction::link::{CHUNK, PROTOCOL, Refused, Request, StateCode};
 
@@ -21,7 +21,7 @@ fn a_save_that_the_flash_does_not_keep_is_refused_and_harms_nothing() {
         let arm = script.say(3_100 * MS, Request::Arm);
         let armed = script.say(3_200 * MS, Request::Status);
         let injections = [(3_300 * MS, Injection::TickStops)];
-        let fitted = Fitted { lsi_hz, ..Fitted::default() };
+        let fitted = FittedParts { lsi_hz, ..FittedParts::default() };
         let talked =
             script.run_on(fitted, Some(&record(&commanded(|_| {}))), &injections, 3_600 * MS);
         talked.assert_done(taken);

@@ -2,7 +2,7 @@
 //! fault may come in.
 
 use emulated::emulator::board_under_test::Halted;
-use emulated::emulator::coupling::Sample;
+use emulated::emulator::coupling::ImageSample;
 use emulated::emulator::wire::EmulatedWire;
 use simulator::device::client::Client;
 use simulator::device::parameters;
@@ -114,7 +114,7 @@ impl Driven {
     }
 
     /// Samples with a client that is there.
-    pub fn pass(&mut self, samples: u32) -> Sample {
+    pub fn pass(&mut self, samples: u32) -> ImageSample {
         for _ in 0..samples / 10 {
             self.samples(10);
             self.status();
@@ -123,7 +123,7 @@ impl Driven {
     }
 
     /// Samples of silence.
-    pub fn samples(&mut self, count: u32) -> Sample {
+    pub fn samples(&mut self, count: u32) -> ImageSample {
         self.client().wire().board.samples(count).unwrap()
     }
 

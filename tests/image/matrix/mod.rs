@@ -16,7 +16,7 @@ mod driven;
 mod rows;
 
 use emulated::emulator::board::CLOCK_HZ;
-use emulated::emulator::coupling::Sample;
+use emulated::emulator::coupling::ImageSample;
 use emulated::emulator::fault_injection::Injection;
 use emulated::firmware::budgets::{INTERRUPT_INSTRUCTIONS, INTERRUPT_INSTRUCTIONS_ALONE};
 use simulator::encoder::Wires;
@@ -64,7 +64,7 @@ const ELSEWHERE: [(Fault, &str); 5] = [
 ];
 
 /// From the injection on: the tick in which the bridge has gone off.
-fn seen(row: &Row, driven: &mut Driven, name: &str, [least, most]: [u32; 2]) -> (u32, Sample) {
+fn seen(row: &Row, driven: &mut Driven, name: &str, [least, most]: [u32; 2]) -> (u32, ImageSample) {
     let inject = row.inject;
     for tick in 0..most {
         driven.act(move |halted| inject(halted, tick));
@@ -87,7 +87,7 @@ fn assert_latched(
     driven: &mut Driven,
     name: &str,
     (fault, value): (Fault, [f32; 2]),
-    sample: Sample,
+    sample: ImageSample,
 ) {
     let (kept, reported) = (driven.kept(), driven.status().fault);
     assert_eq!((kept.fault, Some(kept.tick)), (Some(fault), sample.clock), "{name}");

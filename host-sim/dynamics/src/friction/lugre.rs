@@ -14,7 +14,7 @@
 //!
 //! Guarantees: `sigma0 |z| <= F_s` once it was. Energy is never given, in terms of velocity in and
 //! force out, only if `sigma2 > sigma1 (F_s - F_d)/F_d` (Astrom and Canudas de Wit, IEEE Control
-//! Systems 28(6), 2008); [`LuGre::is_passive`] tells.
+//! Systems 28(6), 2008); [`LuGre::is_passive`] checks this.
 //!
 //! Does badly: under a ripple below F_s the body drifts; per cycle of a slow one between `u1 F_s`
 //! and `u2 F_s` (both of one sign) by `F_s/sigma0 ln((1 - u1^2)/(1 - u2^2))`. An explicit Euler

@@ -5,25 +5,25 @@
 //! (M(q) + diag(N_i^2 J_i)) q'' = u - c(q, q') - g(q) - F(q')
 //! ```
 //!
-//! A rotor turns N times as fast as its joint; what the motion of one joint does to the other's
-//! rotor is 1/N of what it does to the link, and is left out (Spong, ASME J. Dynamic Systems 109,
-//! 1987). What is left of the coupling is the kick-back of the thesis's section 2.2.2.2: a joint
-//! that accelerates pushes the other one, and may break it away.
+//! A rotor turns N times as fast as its joint. The effect of one joint's motion on the other's
+//! rotor is 1/N of that on the link, and is neglected (Spong, ASME J. Dynamic Systems 109, 1987).
+//! The remaining coupling is the kick-back of the thesis's section 2.2.2.2: an accelerating joint
+//! pushes the other one, and can break it away.
 //!
 //! Which joints stick is decided for both at once ([`crate::solver::modes`]); between two switches
-//! the motion is integrated as that of [`super::Rigid`]. Guarantees: velocity exactly zero of what
-//! is stuck; no assumption on the other joint's acceleration. Does badly: efforts have no lag; a
-//! stuck joint whose reaction goes beyond its limit and back within a step stays stuck.
+//! the motion is integrated as that of [`super::RigidJoint`]. Guarantees: the velocity of a stuck
+//! joint is exactly zero; no assumption on the other joint's acceleration. Limits: efforts have no
+//! lag; a stuck joint whose reaction exceeds its limit and returns within a step stays stuck.
 
 use super::Turn;
-use super::description::Stribeck;
-use super::runge_kutta::{Attempt, attempt};
+use super::description::StribeckCurve;
+use super::runge_kutta::{StepAttempt, attempt};
 use super::step::{LOCATED, MOST_SWITCHES, Pace, first_fall};
 use super::surface::Surface;
 use crate::friction::SetValued;
 use crate::mechanism::{Mechanism, Terms, TwoLinkArm};
-use crate::refused::{Refused, shown};
-use crate::solver::modes::{Mode, accelerations, decide};
+use crate::refused::{InvalidModel, shown};
+use crate::solver::modes::{BodyMode, accelerations, decide};
 
 /// A geared arm as plain data. Arrays are of joints, from the base on.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,7 +35,7 @@ pub struct ArmDescription {
     /// Inertias of the rotors at their joints, N^2 J, kg m^2.
     pub rotor: [f64; 2],
     /// Frictions at the joints.
-    pub friction: [Stribeck; 2],
+    pub friction: [StribeckCurve; 2],
     /// Angles at the start, rad; at zero the arm hangs down, the second is relative to the first.
     pub start: [f64; 2],
     /// Angle of one count, rad.
@@ -53,11 +53,11 @@ impl ArmDescription {
     /// Makes the arm, at rest at its start.
     ///
     /// # Errors
-    /// Names a value that no arm can have.
-    pub fn build(&self) -> Result<GearedArm, Refused> {
+    /// Returns an error that names the invalid value.
+    pub fn build(&self) -> Result<GearedArm, InvalidModel> {
         let refuse = |what: &str, found: f64, allowed: &str| {
             let found = shown(found);
-            Err(Refused(format!("arm: the {what} is {found}; it must be {allowed}")))
+            Err(InvalidModel(format!("arm: the {what} is {found}; it must be {allowed}")))
         };
         for i in 0..2 {
             for (what, value) in [
@@ -70,7 +70,7 @@ impl ArmDescription {
                     return refuse(what, value, "a number above zero");
                 }
             }
-            let Stribeck { coulomb, stick, stribeck_velocity, viscous } = self.friction[i];
+            let StribeckCurve { coulomb, stick, stribeck_velocity, viscous } = self.friction[i];
             for (what, value) in [
                 ("slip level", coulomb),
                 ("stick level above the slip level", stick - coulomb),
@@ -111,7 +111,7 @@ pub struct GearedArm {
     surfaces: [Surface; 2],
     pace: Pace,
     state: State,
-    mode: Mode<2>,
+    mode: BodyMode<2>,
     unfollowed_s: f64,
     is_coupled: bool,
 }
@@ -119,7 +119,7 @@ pub struct GearedArm {
 /// Position and velocity of the first joint, then of the second; or their rates.
 type State = [f64; 4];
 
-/// So many steps and switches in a sample are no motion any more: the rest of it is not followed.
+/// Largest number of steps and switches in a sample; the rest of the sample is skipped.
 const MOST_STEPS: usize = 10 * MOST_SWITCHES;
 
 /// The friction of a joint where it is.
@@ -272,7 +272,7 @@ impl GearedArm {
     }
 
     #[inline]
-    fn attempt(&self, first: &State, h: f64) -> Attempt<4> {
+    fn attempt(&self, first: &State, h: f64) -> StepAttempt<4> {
         attempt(|_, state| self.rate(state), &self.state, first, h)
     }
 
@@ -317,7 +317,7 @@ impl GearedArm {
 
     /// A joint has halted or reached its limit.
     fn switch(&mut self, joint: usize, rate: &State) {
-        let mut breaking: Mode<2> = [0; 2];
+        let mut breaking: BodyMode<2> = [0; 2];
         if self.mode[joint] == 0 {
             let reaction = self.instant(&self.state).1[joint];
             breaking[joint] = if reaction > 0.0 { 1 } else { -1 };
@@ -335,7 +335,7 @@ impl GearedArm {
     }
 
     /// Decides who sticks, of those at rest.
-    fn decide(&mut self, breaking: Mode<2>) {
+    fn decide(&mut self, breaking: BodyMode<2>) {
         let friction = [0, 1].map(|i| Here(&self.surfaces[i], self.state[2 * i]));
         let v = [self.state[1], self.state[3]];
         let terms = self.terms(&self.state);

@@ -1,15 +1,15 @@
-//! A joint as plain data, from which [`Description::build`] makes one that moves.
+//! Description of a joint as plain data; [`Description::build`] makes the simulated joint.
 //!
-//! Units are SI: rad, N m, kg m^2, s. Any other consistent set does as well, since no constant of
+//! Units are SI: rad, N m, kg m^2, s. Any other consistent set works as well, since no constant of
 //! the plants has a unit: the thesis's axis is simulated in deg, V and V s^2/deg.
 
-use super::{AnyJoint, Flexible, LuGre, Rigid};
-use crate::refused::{Refused, shown};
+use super::{AnyJoint, FlexibleJoint, LuGreJoint, RigidJoint};
+use crate::refused::{InvalidModel, shown};
 
 /// Friction whose level falls with the speed: `|F| <= stick` at rest, and in motion
 /// `F = coulomb + (stick - coulomb) exp(-(v/stribeck_velocity)^2) + viscous v`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Stribeck {
+pub struct StribeckCurve {
     /// F_c, the level of slow sliding, N m.
     pub coulomb: f64,
     /// F_s, the level at which the joint breaks away, N m; not below `coulomb`.
@@ -59,11 +59,11 @@ pub struct Thermal {
     pub viscous_per_k: f64,
 }
 
-/// Set-valued friction with what makes it vary.
+/// Set-valued friction with its variations.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Friction {
+pub struct SetValuedFriction {
     /// The levels.
-    pub curve: Stribeck,
+    pub curve: StribeckCurve,
     /// Variation with the angle.
     pub ripple: Option<Ripple>,
     /// Growth at rest.
@@ -72,8 +72,8 @@ pub struct Friction {
     pub thermal: Option<Thermal>,
 }
 
-impl From<Stribeck> for Friction {
-    fn from(curve: Stribeck) -> Self {
+impl From<StribeckCurve> for SetValuedFriction {
+    fn from(curve: StribeckCurve) -> Self {
         Self { curve, ripple: None, dwell: None, thermal: None }
     }
 }
@@ -102,12 +102,12 @@ pub struct Body {
     /// Inertia at the joint, kg m^2.
     pub inertia: f64,
     /// Its friction.
-    pub friction: Friction,
+    pub friction: SetValuedFriction,
 }
 
 /// The shaft of a flexible joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Shaft {
+pub struct ShaftDescription {
     /// k, N m/rad.
     pub stiffness: f64,
     /// c, N m s/rad.
@@ -116,7 +116,7 @@ pub struct Shaft {
     pub backlash: f64,
 }
 
-/// What lies between the effort and the load.
+/// Drive train between the effort and the load.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Train {
     /// One inertia with set-valued friction.
@@ -126,7 +126,7 @@ pub enum Train {
         /// J, kg m^2.
         inertia: f64,
         /// The curve of steady sliding.
-        curve: Stribeck,
+        curve: StribeckCurve,
         /// The bristle.
         bristle: Bristle,
     },
@@ -137,7 +137,7 @@ pub enum Train {
         /// The load.
         load: Body,
         /// The shaft.
-        shaft: Shaft,
+        shaft: ShaftDescription,
     },
 }
 
@@ -150,16 +150,16 @@ pub struct Gravity {
     pub angle: f64,
 }
 
-/// What pulls at the joint.
+/// Torque of the load on the joint.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Load {
+pub struct LoadTorque {
     /// A constant torque, N m.
     pub constant: f64,
     /// A pendulum.
     pub gravity: Option<Gravity>,
 }
 
-impl Load {
+impl LoadTorque {
     /// The torque at a position, N m.
     #[inline]
     pub fn at(&self, x: f64) -> f64 {
@@ -176,7 +176,7 @@ impl Load {
 
 /// A torque over a window of time.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Push {
+pub struct TorquePulse {
     /// N m.
     pub torque: f64,
     /// Its begin, s.
@@ -210,22 +210,22 @@ impl Stops {
     }
 }
 
-/// A whole joint.
+/// Description of a whole joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Description {
     /// Inertia, friction, elasticity.
     pub train: Train,
-    /// What pulls at it.
-    pub load: Load,
+    /// Torque of the load.
+    pub load: LoadTorque,
     /// Time constant of the first-order lag of the effort, s; 0 for none.
     pub lag_s: f64,
     /// Walls.
     pub stops: Stops,
     /// A push.
-    pub push: Option<Push>,
-    /// Where it starts, at rest, rad.
+    pub push: Option<TorquePulse>,
+    /// Start position, at rest, rad.
     pub start: f64,
-    /// Angle of one count, rad: errors of a solver are kept far below it.
+    /// Angle of one count, rad. Errors of a solver are far below it.
     pub count: f64,
 }
 
@@ -234,7 +234,7 @@ impl Description {
     pub fn of(train: Train, count: f64) -> Self {
         Self {
             train,
-            load: Load::default(),
+            load: LoadTorque::default(),
             lag_s: 0.0,
             stops: Stops::default(),
             push: None,
@@ -246,7 +246,7 @@ impl Description {
     /// The same joint, whose position zero is at a position (rad) of this one, where it starts.
     #[must_use]
     pub fn begun_at(mut self, position: f64) -> Self {
-        let turn = |friction: &mut Friction| {
+        let turn = |friction: &mut SetValuedFriction| {
             if let Some(ripple) = &mut friction.ripple {
                 ripple.phase += ripple.cycles * position;
             }
@@ -271,21 +271,21 @@ impl Description {
     /// Makes the joint, at rest at its start.
     ///
     /// # Errors
-    /// Names a value that no joint can have.
-    pub fn build(&self) -> Result<AnyJoint, Refused> {
+    /// Returns an error that names the invalid value.
+    pub fn build(&self) -> Result<AnyJoint, InvalidModel> {
         self.check()?;
         Ok(match self.train {
-            Train::Rigid(body) => AnyJoint::Rigid(Rigid::new(self, &body)),
+            Train::Rigid(body) => AnyJoint::Rigid(RigidJoint::new(self, &body)),
             Train::LuGre { inertia, curve, bristle } => {
-                AnyJoint::LuGre(LuGre::new(self, inertia, &curve, bristle))
+                AnyJoint::LuGre(LuGreJoint::new(self, inertia, &curve, bristle))
             }
             Train::Flexible { motor, load, shaft } => {
-                AnyJoint::Flexible(Box::new(Flexible::new(self, [&motor, &load], &shaft)))
+                AnyJoint::Flexible(Box::new(FlexibleJoint::new(self, [&motor, &load], &shaft)))
             }
         })
     }
 
-    fn check(&self) -> Result<(), Refused> {
+    fn check(&self) -> Result<(), InvalidModel> {
         above_zero("count", self.count)?;
         at_least_zero("lag", self.lag_s)?;
         let inside = self.stops.lower <= self.start && self.start <= self.stops.upper;
@@ -297,7 +297,7 @@ impl Description {
         }
         if let Some(push) = &self.push {
             finite("push", push.torque)?;
-            require("push's end", push.until_s, push.from_s <= push.until_s, "after its begin")?;
+            require("push's end", push.until_s, push.from_s <= push.until_s, "after its start")?;
         }
         match &self.train {
             Train::Rigid(body) => check_body(body),
@@ -306,7 +306,7 @@ impl Description {
                 check_curve(curve)?;
                 above_zero("slip level of a bristle", curve.coulomb)?;
                 let is_smooth = curve.stribeck_velocity > 0.0 || curve.stick == curve.coulomb;
-                let what = "above zero: the level of a bristle has no jump";
+                let what = "above zero, since the level of a bristle cannot jump";
                 require("Stribeck velocity", curve.stribeck_velocity, is_smooth, what)?;
                 above_zero("bristle's stiffness", bristle.stiffness)?;
                 at_least_zero("bristle's damping", bristle.damping)
@@ -322,9 +322,9 @@ impl Description {
     }
 }
 
-fn check_body(body: &Body) -> Result<(), Refused> {
+fn check_body(body: &Body) -> Result<(), InvalidModel> {
     above_zero("inertia", body.inertia)?;
-    let Friction { curve, ripple, dwell, thermal } = &body.friction;
+    let SetValuedFriction { curve, ripple, dwell, thermal } = &body.friction;
     check_curve(curve)?;
     if let Some(ripple) = ripple {
         require("ripple", ripple.depth, (0.0..1.0).contains(&ripple.depth), "from 0 to below 1")?;
@@ -341,7 +341,7 @@ fn check_body(body: &Body) -> Result<(), Refused> {
     Ok(())
 }
 
-fn check_curve(curve: &Stribeck) -> Result<(), Refused> {
+fn check_curve(curve: &StribeckCurve) -> Result<(), InvalidModel> {
     at_least_zero("slip level", curve.coulomb)?;
     require("stick level", curve.stick, curve.stick >= curve.coulomb, "not below the slip level")?;
     finite("stick level", curve.stick)?;
@@ -349,21 +349,21 @@ fn check_curve(curve: &Stribeck) -> Result<(), Refused> {
     at_least_zero("viscous friction", curve.viscous)
 }
 
-fn above_zero(name: &str, value: f64) -> Result<(), Refused> {
+fn above_zero(name: &str, value: f64) -> Result<(), InvalidModel> {
     require(name, value, value > 0.0 && value.is_finite(), "a number above zero")
 }
 
-fn at_least_zero(name: &str, value: f64) -> Result<(), Refused> {
+fn at_least_zero(name: &str, value: f64) -> Result<(), InvalidModel> {
     require(name, value, value >= 0.0 && value.is_finite(), "zero or a number above it")
 }
 
-fn finite(name: &str, value: f64) -> Result<(), Refused> {
+fn finite(name: &str, value: f64) -> Result<(), InvalidModel> {
     require(name, value, value.is_finite(), "a finite number")
 }
 
-fn require(name: &str, value: f64, allowed: bool, what: &str) -> Result<(), Refused> {
+fn require(name: &str, value: f64, allowed: bool, what: &str) -> Result<(), InvalidModel> {
     if allowed {
         return Ok(());
     }
-    Err(Refused(format!("joint: the {name} is {}; it must be {what}", shown(value))))
+    Err(InvalidModel(format!("joint: the {name} is {}; it must be {what}", shown(value))))
 }

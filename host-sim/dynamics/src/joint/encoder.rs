@@ -5,7 +5,7 @@ use super::Joint;
 
 /// Where the encoder's disc sits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Side {
+pub enum DiscSide {
     /// On the motor, behind the gear.
     #[default]
     Motor,
@@ -15,20 +15,20 @@ pub enum Side {
 
 /// An encoder.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Encoder {
+pub struct JointEncoder {
     /// q, the angle of one count, rad.
     pub count: f64,
     /// Where it sits.
-    pub side: Side,
+    pub side: DiscSide,
 }
 
-impl Encoder {
+impl JointEncoder {
     /// The position (rad) of the side that the encoder sits on.
     #[inline]
     pub fn position(&self, joint: &impl Joint) -> f64 {
         match self.side {
-            Side::Motor => joint.motor().position,
-            Side::Load => joint.load().position,
+            DiscSide::Motor => joint.motor().position,
+            DiscSide::Load => joint.load().position,
         }
     }
 
@@ -82,11 +82,12 @@ mod tests {
 
     #[test]
     fn a_count_begins_half_a_count_below_its_number() {
-        use super::super::{Body, Description, Stribeck, Train, Turn};
-        let curve = Stribeck { coulomb: 1.0, stick: 1.0, stribeck_velocity: 0.0, viscous: 0.0 };
+        use super::super::{Body, Description, StribeckCurve, Train, Turn};
+        let curve =
+            StribeckCurve { coulomb: 1.0, stick: 1.0, stribeck_velocity: 0.0, viscous: 0.0 };
         let train = Train::Rigid(Body { inertia: 1.0, friction: curve.into() });
         let mut joint = Description::of(train, 1e-4).build().unwrap();
-        let encoder = Encoder { count: 1e-4, side: Side::Load };
+        let encoder = JointEncoder { count: 1e-4, side: DiscSide::Load };
         for (counts, wanted) in [(-2.6, -3), (-2.4, -2), (-0.4, 0), (0.49, 0), (0.51, 1), (7.0, 7)]
         {
             joint.put(Turn { position: counts * 1e-4, velocity: 0.0 });

@@ -6,30 +6,30 @@
 //!
 //! with T of [`super::shaft`]. The shaft makes the torque continuous in positions and velocities,
 //! so that each body sticks or slips by itself. Between two switches the motion is smooth, and is
-//! integrated as that of [`super::Rigid`]. Halts, breaks, the wall and the contacts of the backlash
-//! are located by Newton's method on the integrated motion.
+//! integrated as that of [`super::RigidJoint`]. Halts, breaks, the wall and the contacts of the
+//! backlash are located by Newton's method on the integrated motion.
 //!
 //! Guarantees: velocity exactly zero of what is stuck; switches in order, as far as cubics on the
 //! steps show them. Does badly: a stick level that grows at rest is taken as constant within a
 //! step, levels that drift with temperature as constant within a sample.
 
-use super::description::{Body, Description, Load, Shaft as ShaftData, Stops};
+use super::description::{Body, Description, LoadTorque, ShaftDescription as ShaftData, Stops};
 use super::lag::Lag;
 use super::push::Pushes;
-use super::runge_kutta::{Attempt, attempt};
+use super::runge_kutta::{StepAttempt, attempt};
 use super::shaft::{Ends, Shaft};
 use super::shaft_end::ShaftEnd;
-use super::step::{LOCATED, MOST_SWITCHES, Pace, SHORTEST_S, Watched, first_fall};
-use super::{Joint, Side, Turn};
+use super::step::{LOCATED, MOST_SWITCHES, Pace, SHORTEST_S, SwitchFunction, first_fall};
+use super::{DiscSide, Joint, Turn};
 use crate::solver::{Event, EventKind};
 
-/// The joint.
+/// A flexible joint.
 #[derive(Clone, Debug)]
-pub struct Flexible {
+pub struct FlexibleJoint {
     /// Motor and load.
     bodies: [ShaftEnd; 2],
     shaft: Shaft,
-    torques: Load,
+    torques: LoadTorque,
     stops: Stops,
     push: Pushes,
     push_now: f64,
@@ -39,14 +39,14 @@ pub struct Flexible {
     ends: Ends,
     time_s: f64,
     unfollowed_s: f64,
-    /// Motor friction's work since the begin of the sample, J.
+    /// Work of the motor's friction since the start of the sample, J.
     heat: f64,
 }
 
 const MOTOR: usize = 0;
 const LOAD: usize = 1;
 
-impl Flexible {
+impl FlexibleJoint {
     /// At rest at the start, with the shaft relaxed.
     pub(super) fn new(
         description: &Description,
@@ -141,7 +141,7 @@ impl Flexible {
 
     /// A step, lag included.
     #[inline]
-    fn attempt(&mut self, first: &Ends, h: f64) -> Attempt<4> {
+    fn attempt(&mut self, first: &Ends, h: f64) -> StepAttempt<4> {
         self.lag.prepare(h);
         let mut attempt = attempt(|stage, y| self.rate(stage, y), &self.ends, first, h);
         let motor = &self.bodies[MOTOR];
@@ -155,10 +155,10 @@ impl Flexible {
         attempt
     }
 
-    /// All that stays above zero until the next switch, at ends with these rates and this rest of
-    /// the lag: two for the motor, two for the load, two for the contact.
+    /// Returns the switch functions, which are positive until the next switch, for ends with these
+    /// rates and this rest of the lag: two for the motor, two for the load, two for the contact.
     #[inline]
-    fn watched(&self, ends: &Ends, rates: &Ends, left: f64) -> [Watched; 6] {
+    fn watched(&self, ends: &Ends, rates: &Ends, left: f64) -> [SwitchFunction; 6] {
         let [motor, load] = &self.bodies;
         let (torque, torque_rate) = (self.shaft.torque(ends), self.shaft.torque_rate(rates));
         let [a, b] = if motor.sense != 0.0 {
@@ -178,7 +178,7 @@ impl Flexible {
         [a, b, c, d, e, f]
     }
 
-    /// How near to zero what is watched is at a switch.
+    /// Returns the largest value of a switch function that counts as zero.
     fn located(&self, which: usize) -> f64 {
         let is_torque = |body: usize| self.bodies[body].sense == 0.0;
         let torque = self.shaft.stiffness * self.pace.position;
@@ -192,7 +192,7 @@ impl Flexible {
             }
     }
 
-    /// One step, up to the first switch in it at most. Gives its length.
+    /// Takes one step, at most up to its first switch. Returns its length, s.
     fn step(&mut self, longest_s: f64, on: &mut impl FnMut(EventKind, f64)) -> f64 {
         let first = self.rate(0, &self.ends);
         let mut begin_rates = first;
@@ -225,7 +225,8 @@ impl Flexible {
                 self.switch(which, longest_s - h, on);
                 return h;
             }
-            // The cubic saw what is not there: it sees better in a shorter step.
+            // The cubic predicted a switch that does not exist; it is more accurate in a shorter
+            // step.
             if h <= SHORTEST_S {
                 self.arrive(&step, h);
                 return h;
@@ -235,7 +236,7 @@ impl Flexible {
     }
 
     #[inline]
-    fn arrive(&mut self, step: &Attempt<4>, h: f64) {
+    fn arrive(&mut self, step: &StepAttempt<4>, h: f64) {
         let motor = &self.bodies[MOTOR];
         if motor.sense != 0.0 {
             let speed = 0.5 * (self.ends[1] + step.end[1]) * motor.sense;
@@ -255,7 +256,7 @@ impl Flexible {
 
     /// A step whose error is allowed, no longer than `longest_s`.
     #[inline]
-    fn accepted(&mut self, first: &Ends, longest_s: f64) -> (Attempt<4>, f64) {
+    fn accepted(&mut self, first: &Ends, longest_s: f64) -> (StepAttempt<4>, f64) {
         let mut h = self.pace.step_s.min(longest_s);
         loop {
             let step = self.attempt(first, h);
@@ -272,7 +273,7 @@ impl Flexible {
         first: &Ends,
         [mut h, longest_s]: [f64; 2],
         which: usize,
-    ) -> Option<(Attempt<4>, f64)> {
+    ) -> Option<(StepAttempt<4>, f64)> {
         let near = self.located(which);
         for _ in 0..12 {
             let step = self.attempt(first, h);
@@ -289,7 +290,7 @@ impl Flexible {
         None
     }
 
-    /// What is watched has fallen to zero.
+    /// Handles a switch function that has fallen to zero.
     fn switch(&mut self, which: usize, left_s: f64, on: &mut impl FnMut(EventKind, f64)) {
         let body = which / 2;
         match which {
@@ -333,7 +334,7 @@ impl Flexible {
         }
     }
 
-    /// Lets go what is stuck and driven beyond its range.
+    /// Releases bodies that are stuck and driven beyond their range.
     fn release(&mut self, left_s: f64, on: &mut impl FnMut(EventKind, f64)) {
         for body in [MOTOR, LOAD] {
             let torque = self.driving(body);
@@ -383,12 +384,12 @@ impl Flexible {
     }
 }
 
-/// So many steps and switches in a sample are no motion any more: the rest of it is not followed.
+/// Largest number of steps and switches in a sample; the rest of the sample is skipped.
 const MOST_STEPS: usize = 10 * MOST_SWITCHES;
 
-impl Joint for Flexible {
+impl Joint for FlexibleJoint {
     #[inline]
-    fn hold_and_tell(&mut self, effort: f64, duration_s: f64, on: &mut impl FnMut(Event)) {
+    fn hold_and_report(&mut self, effort: f64, duration_s: f64, on: &mut impl FnMut(Event)) {
         self.lag.set(effort);
         if self.is_stuck() && self.lag.left() == 0.0 && !self.is_busy {
             let torque = effort - self.shaft.torque(&self.ends);
@@ -450,7 +451,7 @@ impl Joint for Flexible {
         }
     }
 
-    fn wind_up(&mut self, seen: Side) {
+    fn wind_up(&mut self, seen: DiscSide) {
         if !self.is_stuck() {
             return;
         }
@@ -461,8 +462,8 @@ impl Joint for Flexible {
             };
             let twist = self.shaft.twist_of(torque);
             match seen {
-                Side::Motor => self.ends[2] = self.ends[0] - twist,
-                Side::Load => self.ends[0] = self.ends[2] + twist,
+                DiscSide::Motor => self.ends[2] = self.ends[0] - twist,
+                DiscSide::Load => self.ends[0] = self.ends[2] + twist,
             }
             self.shaft.put(&self.ends);
             self.settle(MOTOR);

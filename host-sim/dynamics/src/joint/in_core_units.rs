@@ -11,7 +11,7 @@
 //!
 //! J_v is 1/kappa of [`RobotAxis`]: its acceleration for each volt is `G/(J pi/180)` deg/s^2.
 
-use super::{Joint, Stribeck, Turn};
+use super::{Joint, StribeckCurve, Turn};
 use crate::friction;
 use crate::mechanism::RobotAxis;
 use crate::solver::{AxisSolver, Event};
@@ -42,7 +42,7 @@ impl CoreUnits {
 
     /// The axis that a rigid joint with this inertia and curve is to the core. Its friction levels
     /// are those of the curve's ends.
-    pub fn axis(&self, inertia: f64, curve: &Stribeck) -> RobotAxis {
+    pub fn axis(&self, inertia: f64, curve: &StribeckCurve) -> RobotAxis {
         RobotAxis {
             gain: 1.0 / self.per_degree(inertia),
             viscous: self.per_degree(curve.viscous),
@@ -62,23 +62,23 @@ pub struct InCoreUnits<J> {
     /// The joint.
     pub joint: J,
     units: CoreUnits,
-    side: super::Side,
-    /// The slip level of the axis that the plant is told, V: what is above it is a brake.
+    side: super::DiscSide,
+    /// Slip level of the plant's axis, V; friction above it is a brake.
     slip_v: f64,
     braked_v: f64,
 }
 
 impl<J: Joint> InCoreUnits<J> {
-    /// A joint behind a gain, with the encoder on one side; `axis` is the one that the plant is
-    /// given. Its load lies on the flank of the gear that carries it ([`Joint::wind_up`]): a load
-    /// that fell through the slack would move the joint before it is armed.
-    pub fn new(mut joint: J, units: CoreUnits, side: super::Side, axis: &RobotAxis) -> Self {
+    /// Creates an axis from a joint, with the encoder on one side; `axis` is that of the plant. The
+    /// load starts on the flank of the gear that carries it ([`Joint::wind_up`]): a load that fell
+    /// through the slack would move the joint before it is armed.
+    pub fn new(mut joint: J, units: CoreUnits, side: super::DiscSide, axis: &RobotAxis) -> Self {
         joint.wind_up(side);
         Self { joint, units, side, slip_v: axis.friction.slip, braked_v: 0.0 }
     }
 
-    /// Puts the side that the encoder sees somewhere (deg, deg/s), by hand. Without velocity, the
-    /// load lies on a flank again.
+    /// Sets position (deg) and velocity (deg/s) of the encoder's side, as if it was moved by hand.
+    /// Without velocity, the load lies on a flank again.
     pub fn put(&mut self, position_deg: f64, velocity_deg_per_s: f64) {
         let (position, velocity) = (position_deg.to_radians(), velocity_deg_per_s.to_radians());
         self.joint.put(Turn { position, velocity });
@@ -88,8 +88,8 @@ impl<J: Joint> InCoreUnits<J> {
     #[inline]
     fn seen(&self) -> Turn {
         match self.side {
-            super::Side::Motor => self.joint.motor(),
-            super::Side::Load => self.joint.load(),
+            super::DiscSide::Motor => self.joint.motor(),
+            super::DiscSide::Load => self.joint.load(),
         }
     }
 }
@@ -108,7 +108,7 @@ impl<J: Joint> AxisSolver for InCoreUnits<J> {
             self.braked_v = brake_v;
             self.joint.set_brake(self.units.effort(brake_v));
         }
-        self.joint.hold_and_tell(self.units.effort(v), duration_s, on);
+        self.joint.hold_and_report(self.units.effort(v), duration_s, on);
     }
 
     #[inline]
@@ -131,7 +131,7 @@ impl<J: Joint> AxisSolver for InCoreUnits<J> {
         self.joint.is_stuck()
     }
 
-    /// None is counted: a joint's steps are its own affair.
+    /// Zero: the evaluations of a joint are not counted.
     fn derivative_evaluations(&self) -> u64 {
         0
     }
@@ -139,7 +139,7 @@ impl<J: Joint> AxisSolver for InCoreUnits<J> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Body, Description, Side, Train};
+    use super::super::{Body, Description, DiscSide, Train};
     use super::*;
     use crate::solver::ExactAxis;
 
@@ -148,7 +148,7 @@ mod tests {
     #[test]
     fn a_joint_in_si_is_the_axis_in_degrees_and_volts() {
         let units = CoreUnits { effort_gain: 12.5 };
-        let curve = Stribeck {
+        let curve = StribeckCurve {
             coulomb: 0.38 * 12.5,
             stick: 0.5 * 12.5,
             stribeck_velocity: 0.0,
@@ -160,7 +160,7 @@ mod tests {
         let body = Body { inertia, friction: curve.into() };
         let count = 0.00242_f64.to_radians();
         let joint = Description::of(Train::Rigid(body), count).build().unwrap();
-        let mut seen = InCoreUnits::new(joint, units, Side::Motor, &axis);
+        let mut seen = InCoreUnits::new(joint, units, DiscSide::Motor, &axis);
         let mut exact = ExactAxis::at_rest(&axis, 0.02);
         let mut farthest: f64 = 0.0;
         for sample in 0..2000 {

@@ -11,28 +11,28 @@
 //! 31(20), 1997), a linearly implicit method of order 3(2), L-stable, whose linear system is solved
 //! by hand.
 //!
-//! A bristle comes to rest in the limit only. It is taken to be there, and costs nothing any more
-//! until the effort changes, once the way that is left is far below the error that is allowed.
+//! A bristle comes to rest only in the limit. It is frozen, without further computation until the
+//! effort changes, once the remaining distance is far below the allowed error.
 //!
-//! Guarantees: steps as long as accuracy allows, whatever the stiffness. Does badly: breaks and
-//! sticks are not sharp, and are told at the end of a sample; at a wall the bristle stays bent as
-//! it was.
+//! Guarantees: steps as long as accuracy allows, whatever the stiffness. Limits: breaks and sticks
+//! are not sharp, and are reported at the end of a sample; at a wall the bristle keeps its
+//! deflection.
 
-use super::description::{Bristle, Description, Load, Stops, Stribeck};
+use super::description::{Bristle, Description, LoadTorque, Stops, StribeckCurve};
 use super::lag::Lag;
 use super::push::Pushes;
 use super::step::{LOCATED, Pace};
 use super::{Joint, Turn};
 use crate::solver::{Event, EventKind};
 
-/// The joint.
+/// A rigid joint with a LuGre bristle.
 #[derive(Clone, Debug)]
-pub struct LuGre {
+pub struct LuGreJoint {
     inertia: f64,
     bristle: Bristle,
-    curve: Stribeck,
+    curve: StribeckCurve,
     brake: f64,
-    torques: Load,
+    torques: LoadTorque,
     stops: Stops,
     push: Pushes,
     push_now: f64,
@@ -41,7 +41,7 @@ pub struct LuGre {
     state: State,
     /// At rest, with the bristle in balance, until something changes.
     frozen: bool,
-    /// The sense of the slip that was told last, 0 for none.
+    /// Direction of the slip in the last event, 0 for none.
     sense: f64,
     time_s: f64,
     unfollowed_s: f64,
@@ -50,10 +50,10 @@ pub struct LuGre {
 /// Position, velocity, deflection of the bristle; or their rates.
 type State = [f64; 3];
 
-/// A bristle bent beyond this part of g/sigma0 slips, for those who want a sharp answer.
+/// Share of the deflection g/sigma0 beyond which a bristle counts as slipping.
 const SLIPPING: f64 = 0.99;
 
-/// So many steps in a sample are no motion any more: the rest of it is not followed.
+/// Largest number of steps in a sample; the rest of the sample is skipped.
 const MOST_STEPS: usize = 10_000;
 
 /// How often a lagging effort is looked at on a wall, s.
@@ -76,12 +76,12 @@ struct Linear {
     inverse: f64,
 }
 
-impl LuGre {
+impl LuGreJoint {
     /// At rest at the start, with the bristle relaxed.
     pub(super) fn new(
         description: &Description,
         inertia: f64,
-        curve: &Stribeck,
+        curve: &StribeckCurve,
         bristle: Bristle,
     ) -> Self {
         Self {
@@ -109,7 +109,7 @@ impl LuGre {
     fn level(&self, speed: f64) -> [f64; 2] {
         // The rest of the curve beyond is below rounding.
         const OVER: f64 = 6.1;
-        let Stribeck { coulomb, stick, stribeck_velocity, .. } = self.curve;
+        let StribeckCurve { coulomb, stick, stribeck_velocity, .. } = self.curve;
         let part = speed / stribeck_velocity;
         // Not a number is a level that does not fall, of a curve without a Stribeck velocity.
         if part < OVER {
@@ -220,7 +220,7 @@ impl LuGre {
         v == 0.0 && ((x >= self.stops.upper && net >= 0.0) || (x <= self.stops.lower && net <= 0.0))
     }
 
-    /// Takes the bristle for balanced once what is left of its way is nothing.
+    /// Freezes the bristle once its remaining distance is negligible.
     #[inline]
     fn freeze(&mut self) {
         let [_, v, z] = self.state;
@@ -238,8 +238,8 @@ impl LuGre {
         }
     }
 
-    /// Tells whether it began or ceased to slip.
-    fn tell(&mut self, time_s: f64, on: &mut impl FnMut(Event)) {
+    /// Reports the start or the end of slip.
+    fn report_slip(&mut self, time_s: f64, on: &mut impl FnMut(Event)) {
         let [_, v, z] = self.state;
         let slips =
             v * z > 0.0 && self.bristle.stiffness * z.abs() > SLIPPING * self.level(v.abs())[0];
@@ -297,9 +297,9 @@ fn sum(a: &State, others: &[(f64, &State)], velocity: f64) -> State {
     sum
 }
 
-impl Joint for LuGre {
+impl Joint for LuGreJoint {
     #[inline]
-    fn hold_and_tell(&mut self, effort: f64, duration_s: f64, on: &mut impl FnMut(Event)) {
+    fn hold_and_report(&mut self, effort: f64, duration_s: f64, on: &mut impl FnMut(Event)) {
         let is_same = effort == self.lag.target();
         self.lag.set(effort);
         if self.frozen && is_same && self.push.0.is_none() {
@@ -318,7 +318,7 @@ impl Joint for LuGre {
             self.time_s += stretch_s;
             passed_s += stretch_s;
         }
-        self.tell(duration_s, on);
+        self.report_slip(duration_s, on);
     }
 
     #[inline]

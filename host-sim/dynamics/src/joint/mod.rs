@@ -1,19 +1,18 @@
-//! Joints as an ensemble of laws meets them: in rad, N m, kg m^2 and s, moved on under an effort
-//! that the amplifier holds.
+//! Joints in SI units (rad, N m, kg m^2, s), moved by an effort that the amplifier holds.
 //!
-//! A [`Description`] is plain data; [`Description::build`] makes an [`AnyJoint`] of it, whose
-//! solver fits its friction:
+//! A [`Description`] is plain data; [`Description::build`] makes an [`AnyJoint`] of it, with the
+//! solver for its friction:
 //!
 //! | joint | friction | solver |
 //! |---|---|---|
-//! | [`Rigid`] | set-valued Stribeck curve | Runge-Kutta 5(4) between located switches |
-//! | [`LuGre`] | a bristle | linearly implicit, error-controlled; frozen at rest |
-//! | [`Flexible`] | set-valued on motor and load | Runge-Kutta 5(4) between located switches |
+//! | [`RigidJoint`] | set-valued Stribeck curve | Runge-Kutta 5(4) between located switches |
+//! | [`LuGreJoint`] | a bristle | linearly implicit, error-controlled; frozen at rest |
+//! | [`FlexibleJoint`] | set-valued on motor and load | Runge-Kutta 5(4) between located switches |
 //! | [`GearedArm`] | set-valued on both joints, coupled | Runge-Kutta 5(4), both decided at once |
 //!
-//! A joint that is stuck costs next to nothing as long as its effort does not change. Seen through
-//! [`InCoreUnits`], a joint is an axis in the core's degrees and volts. `docs/joints.md` has what
-//! each plant is held by, its error and its speed.
+//! A stuck joint needs almost no computation while its effort is constant. [`InCoreUnits`] makes an
+//! axis in the core's degrees and volts of a joint. `docs/joints.md` has the tests, the error and
+//! the speed of each plant.
 
 mod arm;
 mod description;
@@ -36,19 +35,19 @@ mod tests;
 
 pub use arm::{ArmDescription, GearedArm};
 pub use description::{
-    Body, Bristle, Description, Dwell, Friction, Gravity, Load, Push, Ripple, Shaft, Stops,
-    Stribeck, Thermal, Train,
+    Body, Bristle, Description, Dwell, Gravity, LoadTorque, Ripple, SetValuedFriction,
+    ShaftDescription, Stops, StribeckCurve, Thermal, TorquePulse, Train,
 };
-pub use encoder::{CountNoise, Encoder, Side};
-pub use flexible::Flexible;
+pub use encoder::{CountNoise, DiscSide, JointEncoder};
+pub use flexible::FlexibleJoint;
 pub use in_core_units::{CoreUnits, InCoreUnits};
-pub use lugre::LuGre;
+pub use lugre::LuGreJoint;
 pub use of_a_run::{RunJoint, Substitute};
-pub use rigid::Rigid;
+pub use rigid::RigidJoint;
 
 use crate::solver::Event;
 
-/// Where one end of a joint is, and how fast it turns.
+/// Angle and speed of one end of a joint.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Turn {
     /// rad.
@@ -57,16 +56,16 @@ pub struct Turn {
     pub velocity: f64,
 }
 
-/// A joint that is moved on under a held effort.
+/// A joint that moves under a held effort.
 pub trait Joint {
-    /// Moves the joint on for a time (s) under an effort (N m) that the amplifier holds, and tells
-    /// of the motor's breaks, sticks and reversals.
-    fn hold_and_tell(&mut self, effort: f64, duration_s: f64, on: &mut impl FnMut(Event));
+    /// Moves the joint for a time (s) under a held effort (N m), and reports breaks, sticks and
+    /// reversals of the motor.
+    fn hold_and_report(&mut self, effort: f64, duration_s: f64, on: &mut impl FnMut(Event));
 
-    /// Moves the joint on for a time (s) under an effort (N m) that the amplifier holds.
+    /// Moves the joint for a time (s) under a held effort (N m).
     #[inline]
     fn hold(&mut self, effort: f64, duration_s: f64) {
-        self.hold_and_tell(effort, duration_s, &mut |_| {});
+        self.hold_and_report(effort, duration_s, &mut |_| {});
     }
 
     /// The motor, behind the gear.
@@ -75,11 +74,11 @@ pub trait Joint {
     /// The load.
     fn load(&self) -> Turn;
 
-    /// Whether the whole joint is at rest, and will be as long as nothing changes.
+    /// Returns whether the whole joint is at rest, and stays so while nothing changes.
     fn is_stuck(&self) -> bool;
 
-    /// Time (s) that was not followed, since switches in it did not end. Of a sound joint it is
-    /// zero; where it is not, its motion is not to be believed.
+    /// Returns the time (s) that was skipped because its switches did not end. It is zero for a
+    /// valid simulation; otherwise do not use the motion.
     fn unfollowed_s(&self) -> f64;
 
     /// Adds friction (N m) to both levels of the motor: a hand, a brake. It stays until it is set
@@ -92,18 +91,18 @@ pub trait Joint {
     /// Winds up a joint at rest until its gear carries the load: the load lies on a flank of the
     /// slack. The end that the encoder sees stays. Does nothing to a joint of one body, and to one
     /// whose friction cannot hold the load.
-    fn wind_up(&mut self, _seen: Side) {}
+    fn wind_up(&mut self, _seen: DiscSide) {}
 }
 
 /// Any of the joints, without a table of functions in the inner loop.
 #[derive(Clone, Debug)]
 pub enum AnyJoint {
     /// One inertia, set-valued friction.
-    Rigid(Rigid),
+    Rigid(RigidJoint),
     /// One inertia, a bristle.
-    LuGre(LuGre),
+    LuGre(LuGreJoint),
     /// Two inertias and a shaft.
-    Flexible(Box<Flexible>),
+    Flexible(Box<FlexibleJoint>),
 }
 
 /// Does the same with whichever joint it is.
@@ -119,8 +118,8 @@ macro_rules! each {
 
 impl Joint for AnyJoint {
     #[inline]
-    fn hold_and_tell(&mut self, effort: f64, duration_s: f64, on: &mut impl FnMut(Event)) {
-        each!(self, joint => joint.hold_and_tell(effort, duration_s, on));
+    fn hold_and_report(&mut self, effort: f64, duration_s: f64, on: &mut impl FnMut(Event)) {
+        each!(self, joint => joint.hold_and_report(effort, duration_s, on));
     }
 
     #[inline]
@@ -150,7 +149,7 @@ impl Joint for AnyJoint {
         each!(self, joint => joint.put(turn));
     }
 
-    fn wind_up(&mut self, seen: Side) {
+    fn wind_up(&mut self, seen: DiscSide) {
         each!(self, joint => joint.wind_up(seen));
     }
 }

@@ -1,9 +1,9 @@
 //! The joint of a run: the axis of a machine's file in closed form, or any other in its place.
 
-use super::{AnyJoint, CoreUnits, Description, InCoreUnits, Side};
+use super::{AnyJoint, CoreUnits, Description, DiscSide, InCoreUnits};
 use crate::friction::Coulomb;
 use crate::mechanism::RobotAxis;
-use crate::refused::Refused;
+use crate::refused::InvalidModel;
 use crate::solver::{AxisSolver, Event, ExactAxis};
 
 /// A joint that takes the place of the axis that a machine's file describes. The rest of the file
@@ -15,7 +15,7 @@ pub struct Substitute {
     /// The mapping of its efforts.
     pub units: CoreUnits,
     /// Where the encoder sits.
-    pub side: Side,
+    pub side: DiscSide,
 }
 
 /// The joint of a run, between two samples.
@@ -36,7 +36,7 @@ impl RunJoint {
         axis: &RobotAxis,
         sample_time_s: f64,
         substitute: Option<&Substitute>,
-    ) -> Result<Self, Refused> {
+    ) -> Result<Self, InvalidModel> {
         let Some(Substitute { joint, units, side }) = substitute else {
             return Ok(Self::Axis(ExactAxis::at_rest(axis, sample_time_s)));
         };

@@ -6,7 +6,7 @@
 //! comes on top of it. Where a fit knows no level at rest of its own, F_s is F_c, and a joint that
 //! is to stick and slip needs one from elsewhere ([`with_stick`]).
 
-use super::description::{Body, Stribeck};
+use super::description::{Body, StribeckCurve};
 
 /// eRob80 with a harmonic drive of 50:1 (`erob80_50/m1.json`).
 pub fn erob80_50() -> Body {
@@ -21,7 +21,7 @@ pub fn erob80_100() -> Body {
 /// Dynamixel MX-64, a DC servo with spur gears (`mx64/m2.json`). The fit has the exponent 3 where
 /// this curve has 2.
 pub fn mx64() -> Body {
-    let curve = Stribeck {
+    let curve = StribeckCurve {
         coulomb: 0.0561,
         stick: 0.0561 + 0.0819,
         stribeck_velocity: 1.12,
@@ -33,7 +33,7 @@ pub fn mx64() -> Body {
 /// The base axis of the thesis's robot, in deg, V and V s^2/deg: `1/kappa`, T_d, T_s and b of its
 /// Tables 20 and 21.
 pub fn thesis_axis() -> Body {
-    let curve = Stribeck { coulomb: 0.38, stick: 0.40, stribeck_velocity: 0.0, viscous: 0.02 };
+    let curve = StribeckCurve { coulomb: 0.38, stick: 0.40, stribeck_velocity: 0.0, viscous: 0.02 };
     Body { inertia: 1.0 / 27.0, friction: curve.into() }
 }
 
@@ -47,7 +47,7 @@ pub fn with_stick(mut body: Body, ratio: f64, stribeck_velocity: f64) -> Body {
 }
 
 fn coulomb(inertia: f64, level: f64, viscous: f64) -> Body {
-    let curve = Stribeck { coulomb: level, stick: level, stribeck_velocity: 0.0, viscous };
+    let curve = StribeckCurve { coulomb: level, stick: level, stribeck_velocity: 0.0, viscous };
     Body { inertia, friction: curve.into() }
 }
 

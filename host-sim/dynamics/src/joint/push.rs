@@ -1,13 +1,13 @@
 //! A push over time: the joint's time is split where it begins and ends.
 
-use super::description::Push;
+use super::description::TorquePulse;
 
 /// A window or a sample that ends closer than this ends together with it, s.
 const SAME_TIME_S: f64 = 1e-9;
 
 /// A push, or none.
 #[derive(Clone, Copy, Debug)]
-pub struct Pushes(pub Option<Push>);
+pub struct Pushes(pub Option<TorquePulse>);
 
 impl Pushes {
     /// The torque from a time on, and how long it stays so, at most `left_s`.

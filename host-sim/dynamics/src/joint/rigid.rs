@@ -14,21 +14,21 @@
 //! motion is smooth. Does badly: levels that drift with temperature are taken as constant within a
 //! sample.
 
-use super::description::{Body, Description, Load, Stops};
+use super::description::{Body, Description, LoadTorque, Stops};
 use super::lag::Lag;
 use super::push::Pushes;
-use super::runge_kutta::{Attempt, attempt};
+use super::runge_kutta::{StepAttempt, attempt};
 use super::step::{LOCATED, MOST_SWITCHES, Pace, SHORTEST_S, first_fall};
 use super::surface::Surface;
 use super::{Joint, Turn};
 use crate::solver::{Event, EventKind};
 
-/// The joint.
+/// A rigid joint with set-valued friction.
 #[derive(Clone, Debug)]
-pub struct Rigid {
+pub struct RigidJoint {
     inertia: f64,
     surface: Surface,
-    load: Load,
+    load: LoadTorque,
     stops: Stops,
     push: Pushes,
     /// Whether rest takes work: the friction changes, or a push comes.
@@ -45,11 +45,11 @@ pub struct Rigid {
     push_now: f64,
     time_s: f64,
     unfollowed_s: f64,
-    /// Friction's work since the begin of the sample, J.
+    /// Work of the friction since the start of the sample, J.
     heat: f64,
 }
 
-impl Rigid {
+impl RigidJoint {
     /// At rest at the start.
     pub(super) fn new(description: &Description, body: &Body) -> Self {
         let surface = Surface::new(&body.friction);
@@ -163,7 +163,7 @@ impl Rigid {
 
     /// A step, lag included.
     #[inline]
-    fn attempt(&mut self, first: &[f64; 2], h: f64) -> Attempt<2> {
+    fn attempt(&mut self, first: &[f64; 2], h: f64) -> StepAttempt<2> {
         self.lag.prepare(h);
         let mut attempt = attempt(|stage, y| self.rate(stage, y), &[self.x, self.v], first, h);
         let [impulse, way] = self.lag.impulse(6);
@@ -190,7 +190,8 @@ impl Rigid {
                         (step, h) = found;
                         halts = true;
                     }
-                    // The cubic saw what is not there: it sees better in a shorter step.
+                    // The cubic predicted a halt that does not exist; it is more accurate in a
+                    // shorter step.
                     None if h > SHORTEST_S => {
                         longest_s = (0.5 * h).max(SHORTEST_S);
                         continue;
@@ -224,7 +225,7 @@ impl Rigid {
 
     /// A step whose error is allowed, no longer than `longest_s`.
     #[inline]
-    fn accepted(&mut self, first: &[f64; 2], longest_s: f64) -> (Attempt<2>, f64) {
+    fn accepted(&mut self, first: &[f64; 2], longest_s: f64) -> (StepAttempt<2>, f64) {
         let mut h = self.pace.step_s.min(longest_s);
         loop {
             let step = self.attempt(first, h);
@@ -237,7 +238,7 @@ impl Rigid {
 
     /// The part of a step at which the joint halts, as far as a cubic shows it.
     #[inline]
-    fn first_halt(&self, first: &[f64; 2], step: &Attempt<2>, h: f64) -> Option<f64> {
+    fn first_halt(&self, first: &[f64; 2], step: &StepAttempt<2>, h: f64) -> Option<f64> {
         let begin = first[1] + self.lag.left() / self.inertia;
         let watched = |v: f64, a: f64| [self.sense * v, self.sense * a];
         // What has just broken away is at its limit but for rounding: it does not fall back.
@@ -250,7 +251,7 @@ impl Rigid {
         &mut self,
         first: &[f64; 2],
         [mut h, longest_s]: [f64; 2],
-    ) -> Option<(Attempt<2>, f64)> {
+    ) -> Option<(StepAttempt<2>, f64)> {
         for _ in 0..12 {
             let mut step = self.attempt(first, h);
             let (v, a) = (self.sense * step.end[1], self.sense * step.rate[1]);
@@ -267,7 +268,7 @@ impl Rigid {
     }
 
     /// Integrates up to a wall that a step of `h` passes.
-    fn locate_wall(&mut self, first: &[f64; 2], h: f64, wall: f64) -> (Attempt<2>, f64) {
+    fn locate_wall(&mut self, first: &[f64; 2], h: f64, wall: f64) -> (StepAttempt<2>, f64) {
         // The position does not turn within the step: a bracket, and Newton inside of it.
         let (mut from, mut until) = (0.0, h);
         let mut time_s = (wall - self.x) / self.v;
@@ -319,9 +320,9 @@ impl Rigid {
     }
 }
 
-impl Joint for Rigid {
+impl Joint for RigidJoint {
     #[inline]
-    fn hold_and_tell(&mut self, effort: f64, duration_s: f64, on: &mut impl FnMut(Event)) {
+    fn hold_and_report(&mut self, effort: f64, duration_s: f64, on: &mut impl FnMut(Event)) {
         self.lag.set(effort);
         let is_still = self.sense == 0.0 && self.lag.left() == 0.0;
         if is_still && !self.is_busy && self.holds(effort) {

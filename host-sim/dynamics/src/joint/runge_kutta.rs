@@ -31,7 +31,7 @@ const ERROR: [f64; 7] = [
 
 /// What a step came to.
 #[derive(Clone, Copy, Debug)]
-pub struct Attempt<const N: usize> {
+pub struct StepAttempt<const N: usize> {
     /// State at its end.
     pub end: [f64; N],
     /// Rate there.
@@ -48,7 +48,7 @@ pub fn attempt<const N: usize>(
     y: &[f64; N],
     first: &[f64; N],
     h: f64,
-) -> Attempt<N> {
+) -> StepAttempt<N> {
     let mut stages = [[0.0; N]; 7];
     stages[0] = *first;
     let mut end = *y;
@@ -65,7 +65,7 @@ pub fn attempt<const N: usize>(
     let error = std::array::from_fn(|i| {
         h * stages.iter().zip(&ERROR).map(|(stage, weight)| weight * stage[i]).sum::<f64>()
     });
-    Attempt { end, rate: stages[6], error }
+    StepAttempt { end, rate: stages[6], error }
 }
 
 /// The factor by which the next step may differ, of an error as a part of what is allowed.

@@ -8,7 +8,7 @@
 //! A shaft without backlash pulls and pushes.
 
 use super::description;
-use super::step::Watched;
+use super::step::SwitchFunction;
 
 /// Where the flanks are.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,9 +38,9 @@ pub type Ends = [f64; 4];
 
 impl Shaft {
     /// A shaft at rest in the middle of its backlash.
-    pub fn new(shaft: &description::Shaft) -> Self {
+    pub fn new(shaft: &description::ShaftDescription) -> Self {
         let contact = if shaft.backlash > 0.0 { Contact::Free } else { Contact::Bound };
-        let description::Shaft { stiffness, damping, backlash } = *shaft;
+        let description::ShaftDescription { stiffness, damping, backlash } = *shaft;
         Self { stiffness, damping, half: 0.5 * backlash, contact }
     }
 
@@ -88,7 +88,7 @@ impl Shaft {
 
     /// What stays above zero as long as the contact is what it is.
     #[inline]
-    pub fn watched(&self, ends: &Ends, rates: &Ends) -> [Watched; 2] {
+    pub fn watched(&self, ends: &Ends, rates: &Ends) -> [SwitchFunction; 2] {
         let twist = ends[0] - ends[2];
         let twisting = rates[0] - rates[2];
         match self.contact {

@@ -2,7 +2,7 @@
 //! between the two continuous.
 
 use super::description::Body;
-use super::step::Watched;
+use super::step::SwitchFunction;
 use super::surface::Surface;
 
 /// Motor or load of a flexible joint.
@@ -27,7 +27,7 @@ impl ShaftEnd {
 
     /// What stays above zero while it slips; `wall` is how far the wall is away.
     #[inline]
-    pub fn watched_in_motion(&self, v: f64, a: f64, wall: Watched) -> [Watched; 2] {
+    pub fn watched_in_motion(&self, v: f64, a: f64, wall: SwitchFunction) -> [SwitchFunction; 2] {
         // What has just broken away is at its limit but for rounding: it does not fall back.
         let slope = if v == 0.0 { (self.sense * a).max(0.0) } else { self.sense * a };
         [[self.sense * v, slope], wall]
@@ -35,7 +35,7 @@ impl ShaftEnd {
 
     /// What stays above zero while it is stuck, of the driving torque and its rate.
     #[inline]
-    pub fn watched_at_rest(&self, torque: f64, rate: f64) -> [Watched; 2] {
+    pub fn watched_at_rest(&self, torque: f64, rate: f64) -> [SwitchFunction; 2] {
         [[self.range[1] - torque, -rate], [torque - self.range[0], rate]]
     }
 

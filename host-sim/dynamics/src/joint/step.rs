@@ -1,9 +1,9 @@
-//! How long a step is, and what happens in it: shared by the joints that locate their switches.
+//! Step size control and location of switches, for the joints that locate their switches.
 
 use super::runge_kutta::growth;
 use crate::solver::roots::first_falling_zero;
 
-/// No step is shorter, s, whatever its error.
+/// Shortest step, s, whatever its error.
 pub const SHORTEST_S: f64 = 1e-10;
 
 /// Errors allowed in a step: of a position in counts, of a velocity in counts per second.
@@ -13,7 +13,7 @@ const ALLOWED_COUNTS_PER_S: f64 = 1e-2;
 /// A switch is located to this part of the error that is allowed.
 pub const LOCATED: f64 = 1e-3;
 
-/// So many switches in a sample are no motion any more: the rest of it is not followed.
+/// Largest number of switches in a sample; the rest of the sample is skipped.
 pub const MOST_SWITCHES: usize = 200;
 
 /// The length of the next step, and the errors that are allowed.
@@ -70,12 +70,12 @@ impl Pace {
     }
 }
 
-/// What stays above zero until a switch, and its slope over time.
-pub type Watched = [f64; 2];
+/// Switch function: a value that is positive until a switch, and its slope over time.
+pub type SwitchFunction = [f64; 2];
 
-/// The part of a step at which what is watched falls through zero, as far as a cubic shows it.
+/// Returns the share of a step at which a switch function falls through zero, by a cubic.
 #[inline]
-pub fn first_fall(begin: Watched, end: Watched, h: f64) -> Option<f64> {
+pub fn first_fall(begin: SwitchFunction, end: SwitchFunction, h: f64) -> Option<f64> {
     if end[0] > 0.0 && (begin[1] >= 0.0 || end[1] <= 0.0) {
         return None;
     }

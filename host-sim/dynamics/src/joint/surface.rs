@@ -3,7 +3,7 @@
 //! The exponentials are those of the crate `libm`, which are the same on every machine; a system's
 //! own are not.
 
-use super::description::{Dwell, Friction, Ripple, Thermal};
+use super::description::{Dwell, Ripple, SetValuedFriction, Thermal};
 
 /// Beyond this many Stribeck velocities the rest of the curve is below f64's rounding:
 /// `exp(-6.1^2) = 7e-17`.
@@ -12,7 +12,7 @@ const OVER: f64 = 6.1;
 /// The friction on one body, with its state.
 #[derive(Clone, Debug)]
 pub struct Surface {
-    friction: Friction,
+    friction: SetValuedFriction,
     /// F_c, F_s - F_c and B as they are now.
     coulomb: f64,
     drop: f64,
@@ -30,7 +30,7 @@ pub struct Surface {
 
 impl Surface {
     /// The friction of a body that has rested for no time.
-    pub fn new(friction: &Friction) -> Self {
+    pub fn new(friction: &SetValuedFriction) -> Self {
         let mut surface = Self {
             friction: *friction,
             coulomb: 0.0,
@@ -139,11 +139,11 @@ impl Surface {
 
 #[cfg(test)]
 mod tests {
-    use super::super::description::Stribeck;
+    use super::super::description::StribeckCurve;
     use super::*;
 
-    const CURVE: Stribeck =
-        Stribeck { coulomb: 4.0, stick: 6.0, stribeck_velocity: 0.1, viscous: 1.3 };
+    const CURVE: StribeckCurve =
+        StribeckCurve { coulomb: 4.0, stick: 6.0, stribeck_velocity: 0.1, viscous: 1.3 };
 
     #[test]
     fn the_curve_is_the_one_that_is_written_down() {
@@ -154,14 +154,14 @@ mod tests {
             assert!((surface.slip(speed, 0.3) - wanted).abs() < 1e-14);
         }
         // A level that falls at once.
-        let sharp = Surface::new(&Stribeck { stribeck_velocity: 0.0, ..CURVE }.into());
+        let sharp = Surface::new(&StribeckCurve { stribeck_velocity: 0.0, ..CURVE }.into());
         assert_eq!((sharp.stick(0.0), sharp.slip(1e-300, 0.0)), (6.0, 4.0));
     }
 
     #[test]
     fn levels_repeat_with_the_angle() {
         let ripple = Some(Ripple { depth: 0.3, cycles: 100.0, phase: 0.5 });
-        let surface = Surface::new(&Friction { ripple, ..CURVE.into() });
+        let surface = Surface::new(&SetValuedFriction { ripple, ..CURVE.into() });
         let factor = 1.0 + 0.3 * (100.0_f64 * 0.02 + 0.5).sin();
         assert!((surface.stick(0.02) - 6.0 * factor).abs() < 1e-13);
         assert!((surface.slip(2.0, 0.02) - (4.0 * factor + 2.6)).abs() < 1e-13);
@@ -170,7 +170,7 @@ mod tests {
     #[test]
     fn the_stick_level_grows_at_rest_and_starts_anew_at_the_next() {
         let dwell = Some(Dwell { growth: 0.5, time_s: 2.0 });
-        let mut surface = Surface::new(&Friction { dwell, ..CURVE.into() });
+        let mut surface = Surface::new(&SetValuedFriction { dwell, ..CURVE.into() });
         surface.rest(1.0);
         surface.rest(1.0);
         let grown = 6.0 * (1.0 + 0.5 * (1.0 - (-1.0_f64).exp()));
@@ -191,7 +191,7 @@ mod tests {
             levels_per_k: 0.01,
             viscous_per_k: 0.03,
         });
-        let mut surface = Surface::new(&Friction { thermal, ..CURVE.into() });
+        let mut surface = Surface::new(&SetValuedFriction { thermal, ..CURVE.into() });
         for _ in 0..500 {
             surface.warm(1.0, 0.1);
         }

@@ -6,14 +6,14 @@ use super::{Mechanism, Terms};
 
 /// One block and one force.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Block {
+pub struct DrivenBlock {
     /// m, kg.
     pub mass: f64,
     /// F_i.
     pub push: Wave,
 }
 
-impl Mechanism<1> for Block {
+impl Mechanism<1> for DrivenBlock {
     fn terms(&self, t: f64, _: &[f64; 1], _: &[f64; 1]) -> Terms<1> {
         Terms { mass: [[self.mass]], force: [self.push.force(t)] }
     }

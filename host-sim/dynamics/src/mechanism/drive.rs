@@ -77,8 +77,8 @@ impl Wave {
         }
     }
 
-    /// The first jump or bend after `t`, s; none any more where time is too coarse to tell quarters
-    /// apart.
+    /// Returns the first jump or bend after `t`, s; infinity if the resolution of the time is
+    /// coarser than a quarter of the wave.
     pub fn next_corner(&self, t: f64) -> f64 {
         let corner = self.begin_of(self.quarter(t).saturating_add(1));
         if corner > t { corner } else { f64::INFINITY }

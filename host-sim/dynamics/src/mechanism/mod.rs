@@ -22,7 +22,7 @@ mod spring_mass;
 mod two_blocks;
 mod two_link_arm;
 
-pub use block::Block;
+pub use block::DrivenBlock;
 pub use drive::{Pull, Shape, Wave};
 pub use pendulum::{GRAVITY, Pendulum};
 pub use robot_axis::RobotAxis;

@@ -11,15 +11,15 @@
 //! ramps of force only like its root.
 //!
 //! With several bodies the force that friction must balance depends on what the others do. Three
-//! ways ([`Coupling`]): decide all bodies in their bands at once; or as if each other body in its
+//! ways ([`BandCoupling`]): decide all bodies in their bands at once; or as if each other body in its
 //! band did not accelerate (eqs. 18-21, with the limit on the required value and `D_1`, `D_2` for
 //! the `D_11`, `D_22` that eq. 20 has in brackets); or with all accelerations of the step before
 //! (eqs. 22-25). The last as printed: the joint's own acceleration is among them, so that the last
 //! acceleration is kept up and not cancelled.
 
-use super::dynamics::{Dynamics, Rates, direction};
+use super::dynamics::{Dynamics, StateRates, direction};
 use super::linear::solve;
-use super::state::State;
+use super::state::BodyState;
 use super::step_doubling::floor;
 use crate::friction::Coulomb;
 use crate::mechanism::{Mechanism, Terms};
@@ -27,7 +27,7 @@ use crate::mechanism::{Mechanism, Terms};
 /// How the frictions of several bodies depend on each other.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Coupling {
+pub enum BandCoupling {
     /// All bodies at rest are decided at once.
     #[default]
     Simultaneous,
@@ -47,14 +47,19 @@ pub struct Banded<'a, const N: usize, M: ?Sized> {
     /// D_v of each coordinate.
     pub band: [f64; N],
     /// How they depend on each other.
-    pub coupling: Coupling,
+    pub coupling: BandCoupling,
     /// Accelerations at the last step that was kept.
     previous: [f64; N],
 }
 
 impl<'a, const N: usize, M: Mechanism<N> + ?Sized> Banded<'a, N, M> {
     /// At rest.
-    pub fn new(mechanism: &'a M, levels: [Coulomb; N], band: [f64; N], coupling: Coupling) -> Self {
+    pub fn new(
+        mechanism: &'a M,
+        levels: [Coulomb; N],
+        band: [f64; N],
+        coupling: BandCoupling,
+    ) -> Self {
         Self { mechanism, levels, band, coupling, previous: [0.0; N] }
     }
 
@@ -75,7 +80,7 @@ impl<'a, const N: usize, M: Mechanism<N> + ?Sized> Banded<'a, N, M> {
         if !rests.contains(&true) {
             return std::array::from_fn(sliding);
         }
-        if self.coupling == Coupling::Simultaneous {
+        if self.coupling == BandCoupling::Simultaneous {
             let known: [f64; N] = std::array::from_fn(|i| if rests[i] { 0.0 } else { sliding(i) });
             return self.at_once(terms, &known, rests);
         }
@@ -83,7 +88,7 @@ impl<'a, const N: usize, M: Mechanism<N> + ?Sized> Banded<'a, N, M> {
         let still = std::array::from_fn(|i| if rests[i] { 0.0 } else { v[i] });
         let terms = Terms { force: self.mechanism.terms(t, q, &still).force, ..*terms };
         let mut a = self.previous;
-        if self.coupling == Coupling::Neglected {
+        if self.coupling == BandCoupling::Neglected {
             let net = std::array::from_fn(|i| terms.force[i] - sliding(i));
             a = solve(&terms.mass, &net, rests);
         }
@@ -132,19 +137,19 @@ impl<'a, const N: usize, M: Mechanism<N> + ?Sized> Banded<'a, N, M> {
 }
 
 impl<const N: usize, M: Mechanism<N> + ?Sized> Dynamics<N, 0> for Banded<'_, N, M> {
-    fn start(&self) -> State<N, 0> {
-        State { q: self.mechanism.start(), ..State::ZERO }
+    fn start(&self) -> BodyState<N, 0> {
+        BodyState { q: self.mechanism.start(), ..BodyState::ZERO }
     }
 
-    fn evaluate(&self, t: f64, state: &State<N, 0>) -> Rates<N, 0> {
+    fn evaluate(&self, t: f64, state: &BodyState<N, 0>) -> StateRates<N, 0> {
         let terms = self.mechanism.terms(t, &state.q, &state.v);
         let friction = self.frictions(t, &state.q, &state.v, &terms, &self.resting(&state.v));
         let net = std::array::from_fn(|i| terms.force[i] - friction[i]);
         let a = solve(&terms.mass, &net, &[false; N]);
-        Rates { rates: State { q: state.v, v: a, z: [[]; N] }, friction }
+        StateRates { rates: BodyState { q: state.v, v: a, z: [[]; N] }, friction }
     }
 
-    fn slip(&self, state: &State<N, 0>) -> [i8; N] {
+    fn slip(&self, state: &BodyState<N, 0>) -> [i8; N] {
         let rests = self.resting(&state.v);
         std::array::from_fn(|i| if rests[i] { 0 } else { direction(state.v[i]) })
     }
@@ -153,11 +158,11 @@ impl<const N: usize, M: Mechanism<N> + ?Sized> Dynamics<N, 0> for Banded<'_, N, 
         self.mechanism.next_corner(t)
     }
 
-    fn scale(&self) -> State<N, 0> {
+    fn scale(&self) -> BodyState<N, 0> {
         floor()
     }
 
-    fn accepted(&mut self, _: &mut State<N, 0>, rates: &Rates<N, 0>) {
+    fn accepted(&mut self, _: &mut BodyState<N, 0>, rates: &StateRates<N, 0>) {
         self.previous = rates.rates.v;
     }
 }

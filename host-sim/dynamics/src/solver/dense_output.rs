@@ -3,7 +3,7 @@
 #![allow(clippy::needless_range_loop)]
 
 use super::roots::{Quartic, value};
-use super::state::State;
+use super::state::BodyState;
 
 /// A step between its two ends, in parts of its length.
 pub struct DenseOutput<const N: usize> {
@@ -51,10 +51,10 @@ type Instant<'a, const N: usize> = (&'a [f64; N], &'a [f64; N], &'a [f64; N]);
 /// The state after a part of a step of `h`, from states and their rates at both ends.
 pub fn state_between<const N: usize, const Z: usize>(
     h: f64,
-    (from, from_rates): (&State<N, Z>, &State<N, Z>),
-    (to, to_rates): (&State<N, Z>, &State<N, Z>),
+    (from, from_rates): (&BodyState<N, Z>, &BodyState<N, Z>),
+    (to, to_rates): (&BodyState<N, Z>, &BodyState<N, Z>),
     part: f64,
-) -> State<N, Z> {
+) -> BodyState<N, Z> {
     let begin = (&from.q, &from.v, &from_rates.v);
     let (q, v) = DenseOutput::new(h, begin, (&to.q, &to.v, &to_rates.v)).at(part);
     let mut z = from.z;
@@ -66,5 +66,5 @@ pub fn state_between<const N: usize, const Z: usize>(
             z[i][j] = z0 + part * (r0 + part * (c2 + part * c3));
         }
     }
-    State { q, v, z }
+    BodyState { q, v, z }
 }

@@ -4,7 +4,7 @@
 //! *Solving Ordinary Differential Equations I*, section II.10, whose error estimate combines one of
 //! order 5 and one of order 3. Orders and the sums of the rows are tested below.
 
-use super::state::State;
+use super::state::BodyState;
 
 /// Times of the stages as parts of the step.
 const C: [f64; 12] = [
@@ -109,20 +109,20 @@ pub const EVALUATIONS: u64 = 11;
 
 /// A step that was tried.
 #[derive(Clone, Copy, Debug)]
-pub struct Attempt<const N: usize, const Z: usize> {
+pub struct TrialStep<const N: usize, const Z: usize> {
     /// The state at its end.
-    pub end: State<N, Z>,
+    pub end: BodyState<N, Z>,
     /// The estimated error in units of the tolerance: the step is good if it is at most 1.
     pub error: f64,
 }
 
 #[inline(always)]
 fn sum<const N: usize, const Z: usize, const T: usize>(
-    from: &State<N, Z>,
+    from: &BodyState<N, Z>,
     h: f64,
-    k: &[State<N, Z>; 12],
+    k: &[BodyState<N, Z>; 12],
     weights: &[(usize, f64); T],
-) -> State<N, Z> {
+) -> BodyState<N, Z> {
     let mut out = *from;
     for (stage, weight) in weights {
         out = out.plus(h * weight, &k[*stage]);
@@ -134,14 +134,14 @@ fn sum<const N: usize, const Z: usize, const T: usize>(
 /// component is measured by. The rates at the end are not evaluated.
 #[inline]
 pub fn step<const N: usize, const Z: usize>(
-    mut rates: impl FnMut(f64, &State<N, Z>) -> State<N, Z>,
+    mut rates: impl FnMut(f64, &BodyState<N, Z>) -> BodyState<N, Z>,
     t: f64,
-    from: &State<N, Z>,
-    first: &State<N, Z>,
+    from: &BodyState<N, Z>,
+    first: &BodyState<N, Z>,
     h: f64,
-    scale: &State<N, Z>,
-) -> Attempt<N, Z> {
-    let mut k = [State::ZERO; 12];
+    scale: &BodyState<N, Z>,
+) -> TrialStep<N, Z> {
+    let mut k = [BodyState::ZERO; 12];
     k[0] = *first;
     k[1] = rates(t + C[1] * h, &sum(from, h, &k, &A2));
     k[2] = rates(t + C[2] * h, &sum(from, h, &k, &A3));
@@ -154,10 +154,10 @@ pub fn step<const N: usize, const Z: usize>(
     k[9] = rates(t + C[9] * h, &sum(from, h, &k, &A10));
     k[10] = rates(t + C[10] * h, &sum(from, h, &k, &A11));
     k[11] = rates(t + C[11] * h, &sum(from, h, &k, &A12));
-    let gain = sum(&State::ZERO, 1.0, &k, &B);
-    let fifth = sum(&State::ZERO, 1.0, &k, &E5);
+    let gain = sum(&BodyState::ZERO, 1.0, &k, &B);
+    let fifth = sum(&BodyState::ZERO, 1.0, &k, &E5);
     let third = sum(&gain, -1.0, &k, &B3);
-    let square = |estimate: &State<N, Z>| -> f64 {
+    let square = |estimate: &BodyState<N, Z>| -> f64 {
         let relative = estimate.zip(scale, |error, scale| error / scale);
         let total: f64 = relative.components().map(|ratio| ratio * ratio).sum();
         total / ((2 + Z) * N) as f64
@@ -166,7 +166,7 @@ pub fn step<const N: usize, const Z: usize>(
     let both = fifth + 0.01 * third;
     // Not a number stays one.
     let error = if both == 0.0 { 0.0 } else { h.abs() * fifth / both.sqrt() };
-    Attempt { end: from.plus(h, &gain), error }
+    TrialStep { end: from.plus(h, &gain), error }
 }
 
 /// What the next step should be, as a multiple of one with this error.
@@ -197,11 +197,15 @@ mod tests {
     fn the_error_falls_with_the_eighth_power_of_the_step() {
         // x'' = -sin x - t x' has all the terms that a wrong weight would show in; halving the step
         // must cost eight binary digits of the error.
-        let rates =
-            |t: f64, s: &State<1, 0>| State { q: s.v, v: [-s.q[0].sin() - t * s.v[0]], z: [[]] };
-        let scale = State { q: [1.0], v: [1.0], z: [[]] };
+        let rates = |t: f64, s: &BodyState<1, 0>| BodyState {
+            q: s.v,
+            v: [-s.q[0].sin() - t * s.v[0]],
+            z: [[]],
+        };
+        let scale = BodyState { q: [1.0], v: [1.0], z: [[]] };
         let end = |steps: u32| {
-            let (mut state, h) = (State { q: [1.5], v: [0.3], z: [[]] }, 2.0 / f64::from(steps));
+            let (mut state, h) =
+                (BodyState { q: [1.5], v: [0.3], z: [[]] }, 2.0 / f64::from(steps));
             for i in 0..steps {
                 let t = f64::from(i) * h;
                 state = step(rates, t, &state, &rates(t, &state), h, &scale).end;

@@ -1,14 +1,14 @@
-//! What a solver without located events needs: rates of a state, and who slips.
+//! Interface for solvers without located events: rates of a state, and slipping bodies.
 
-use super::state::State;
+use super::state::BodyState;
 use crate::friction::SingleValued;
 use crate::mechanism::Mechanism;
 
-/// Rates, and the friction that they came from.
+/// Rates of a state, with its frictions.
 #[derive(Clone, Copy, Debug)]
-pub struct Rates<const N: usize, const Z: usize> {
+pub struct StateRates<const N: usize, const Z: usize> {
     /// Velocities, accelerations, rates of the frictions' states.
-    pub rates: State<N, Z>,
+    pub rates: BodyState<N, Z>,
     /// Frictions.
     pub friction: [f64; N],
 }
@@ -16,22 +16,22 @@ pub struct Rates<const N: usize, const Z: usize> {
 /// A mechanism and its frictions as one differential equation.
 pub trait Dynamics<const N: usize, const Z: usize> {
     /// The state at time zero.
-    fn start(&self) -> State<N, Z>;
+    fn start(&self) -> BodyState<N, Z>;
 
     /// The rates at a time and state.
-    fn evaluate(&self, t: f64, state: &State<N, Z>) -> Rates<N, Z>;
+    fn evaluate(&self, t: f64, state: &BodyState<N, Z>) -> StateRates<N, Z>;
 
     /// 0 where a body sticks, else the sign of its slip.
-    fn slip(&self, state: &State<N, Z>) -> [i8; N];
+    fn slip(&self, state: &BodyState<N, Z>) -> [i8; N];
 
     /// The first instant after `t` at which the forces jump or bend, s.
     fn next_corner(&self, t: f64) -> f64;
 
     /// Errors far below these do not matter (see [`super::step_doubling`]).
-    fn scale(&self) -> State<N, Z>;
+    fn scale(&self) -> BodyState<N, Z>;
 
-    /// Told of each step that was kept; may put states back into their range.
-    fn accepted(&mut self, state: &mut State<N, Z>, rates: &Rates<N, Z>) {
+    /// Called after each accepted step; can limit states to their range.
+    fn accepted(&mut self, state: &mut BodyState<N, Z>, rates: &StateRates<N, Z>) {
         let _ = (state, rates);
     }
 }
@@ -50,16 +50,16 @@ where
     M: Mechanism<N> + ?Sized,
     F: SingleValued<Z>,
 {
-    fn start(&self) -> State<N, Z> {
-        State { q: self.mechanism.start(), ..State::ZERO }
+    fn start(&self) -> BodyState<N, Z> {
+        BodyState { q: self.mechanism.start(), ..BodyState::ZERO }
     }
 
-    fn evaluate(&self, t: f64, state: &State<N, Z>) -> Rates<N, Z> {
+    fn evaluate(&self, t: f64, state: &BodyState<N, Z>) -> StateRates<N, Z> {
         let pieces = std::array::from_fn(|i| self.friction[i].piece(state.v[i], &state.z[i]));
         rates_in(self.mechanism, &self.friction, &pieces, t, state)
     }
 
-    fn slip(&self, state: &State<N, Z>) -> [i8; N] {
+    fn slip(&self, state: &BodyState<N, Z>) -> [i8; N] {
         std::array::from_fn(|i| {
             let (v, z) = (state.v[i], &state.z[i]);
             let slips = self.friction[i].slips(self.friction[i].piece(v, z), v, z);
@@ -71,14 +71,14 @@ where
         self.mechanism.next_corner(t)
     }
 
-    fn scale(&self) -> State<N, Z> {
-        State {
+    fn scale(&self) -> BodyState<N, Z> {
+        BodyState {
             z: std::array::from_fn(|i| self.friction[i].state_scale()),
             ..super::step_doubling::floor()
         }
     }
 
-    fn accepted(&mut self, state: &mut State<N, Z>, _: &Rates<N, Z>) {
+    fn accepted(&mut self, state: &mut BodyState<N, Z>, _: &StateRates<N, Z>) {
         for (friction, z) in self.friction.iter().zip(&mut state.z) {
             friction.settle(z);
         }
@@ -92,8 +92,8 @@ pub fn rates_in<const N: usize, const Z: usize, M: Mechanism<N> + ?Sized, F: Sin
     friction: &[F; N],
     pieces: &[u8; N],
     t: f64,
-    state: &State<N, Z>,
-) -> Rates<N, Z> {
+    state: &BodyState<N, Z>,
+) -> StateRates<N, Z> {
     let terms = mechanism.terms(t, &state.q, &state.v);
     let mut force = terms.force;
     let mut forces = [0.0; N];
@@ -104,7 +104,7 @@ pub fn rates_in<const N: usize, const Z: usize, M: Mechanism<N> + ?Sized, F: Sin
         force[i] -= forces[i];
     }
     let a = super::linear::solve(&terms.mass, &force, &[false; N]);
-    Rates { rates: State { q: state.v, v: a, z }, friction: forces }
+    StateRates { rates: BodyState { q: state.v, v: a, z }, friction: forces }
 }
 
 /// The sign of a velocity, zero for zero.

@@ -1,13 +1,13 @@
-//! What the two Runge-Kutta solvers of the thesis share: the classical step, and telling an
-//! observer of what was kept.
+//! Shared parts of the thesis's two Runge-Kutta solvers: the classical step, and the reports to an
+//! observer.
 // One index goes through several arrays of bodies at once.
 #![allow(clippy::needless_range_loop)]
 
 use super::dense_output::state_between;
-use super::dynamics::{Dynamics, Rates};
-use super::state::{BodyEvent, Finish, Observer, Sample, State};
+use super::dynamics::{Dynamics, StateRates};
+use super::state::{BodyEvent, BodySample, BodyState, Finish, Observer};
 use super::zeno_guard::ZenoGuard;
-use super::{EventKind, Trouble};
+use super::{EventKind, SolverFailure};
 
 /// The classical Runge-Kutta step of order 4 from a state whose rates are known. `last_s` is the
 /// last instant of the smooth stretch that the step is in. Three evaluations.
@@ -16,11 +16,11 @@ pub fn classical<const N: usize, const Z: usize, D: Dynamics<N, Z>>(
     dynamics: &D,
     t: f64,
     last_s: f64,
-    from: &State<N, Z>,
-    first: &State<N, Z>,
+    from: &BodyState<N, Z>,
+    first: &BodyState<N, Z>,
     h: f64,
-) -> State<N, Z> {
-    let rates = |t: f64, state: &State<N, Z>| dynamics.evaluate(t.min(last_s), state).rates;
+) -> BodyState<N, Z> {
+    let rates = |t: f64, state: &BodyState<N, Z>| dynamics.evaluate(t.min(last_s), state).rates;
     let second = rates(t + 0.5 * h, &from.plus(0.5 * h, first));
     let third = rates(t + 0.5 * h, &from.plus(0.5 * h, &second));
     let fourth = rates(t + h, &from.plus(h, &third));
@@ -30,9 +30,9 @@ pub fn classical<const N: usize, const Z: usize, D: Dynamics<N, Z>>(
 /// A run between its steps.
 pub(super) struct Progress<const N: usize, const Z: usize> {
     pub t: f64,
-    pub state: State<N, Z>,
+    pub state: BodyState<N, Z>,
     /// Rates and frictions at `t`.
-    pub rates: Rates<N, Z>,
+    pub rates: StateRates<N, Z>,
     pub evaluations: u64,
     pub steps: u64,
     slip: [i8; N],
@@ -63,9 +63,9 @@ impl<const N: usize, const Z: usize> Progress<N, Z> {
         &mut self,
         dynamics: &mut D,
         (t, last_s): (f64, f64),
-        state: State<N, Z>,
+        state: BodyState<N, Z>,
         observer: &mut O,
-    ) -> Result<(), Trouble> {
+    ) -> Result<(), SolverFailure> {
         self.samples_between(dynamics, (t, last_s), &state, observer);
         (self.t, self.state) = (t, state);
         dynamics.accepted(&mut self.state, &self.rates);
@@ -95,7 +95,7 @@ impl<const N: usize, const Z: usize> Progress<N, Z> {
         &self,
         dynamics: &D,
         (t, last_s): (f64, f64),
-        end: &State<N, Z>,
+        end: &BodyState<N, Z>,
         observer: &mut O,
     ) {
         let is_wanted = t > last_s || observer.next_sample_s() < t;
@@ -137,17 +137,25 @@ impl<const N: usize, const Z: usize> Progress<N, Z> {
         }
     }
 
-    pub fn trouble(&self, what: impl Into<String>) -> Trouble {
-        Trouble::new(what, self.t, &self.state.q, &self.state.v)
+    pub fn trouble(&self, what: impl Into<String>) -> SolverFailure {
+        SolverFailure::new(what, self.t, &self.state.q, &self.state.v)
     }
 }
 
 fn sample<const N: usize, const Z: usize>(
     time_s: f64,
-    state: &State<N, Z>,
-    rates: &Rates<N, Z>,
+    state: &BodyState<N, Z>,
+    rates: &StateRates<N, Z>,
     slip: [i8; N],
-) -> Sample<N> {
-    let Rates { rates, friction } = *rates;
-    Sample { time_s, q: state.q, v: state.v, a: rates.v, friction, slip, z: state.deflections() }
+) -> BodySample<N> {
+    let StateRates { rates, friction } = *rates;
+    BodySample {
+        time_s,
+        q: state.q,
+        v: state.v,
+        a: rates.v,
+        friction,
+        slip,
+        z: state.deflections(),
+    }
 }

@@ -8,7 +8,7 @@
 //! over it and creeps; the Reset Integrator wants steps of 1e-4 s (springs) or 1e-5 s (arms) to be
 //! stable.
 
-use super::Trouble;
+use super::SolverFailure;
 use super::dynamics::Dynamics;
 use super::explicit::{Progress, classical};
 use super::state::{Finish, Observer};
@@ -23,7 +23,7 @@ pub fn run<const N: usize, const Z: usize, D: Dynamics<N, Z>, O: Observer<N>>(
     step_s: f64,
     duration_s: f64,
     observer: &mut O,
-) -> Result<Finish<N>, Trouble> {
+) -> Result<Finish<N>, SolverFailure> {
     let mut progress = Progress::start(dynamics, duration_s, observer);
     while progress.t < duration_s {
         let begin_s = progress.t;

@@ -36,7 +36,7 @@ mod zeno_guard;
 
 pub use exact::ExactAxis;
 pub use rk4::Rk4Axis;
-pub use trouble::Trouble;
+pub use trouble::SolverFailure;
 
 /// A change between sticking and slipping.
 #[derive(Clone, Copy, Debug, PartialEq)]

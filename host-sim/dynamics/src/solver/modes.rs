@@ -18,7 +18,7 @@ use crate::friction::SetValued;
 use crate::mechanism::Terms;
 
 /// 0 for a body that sticks, else the sign of its slip.
-pub type Mode<const N: usize> = [i8; N];
+pub type BodyMode<const N: usize> = [i8; N];
 
 /// Accelerations and frictions in a mode; a stuck body's friction is what holds it.
 #[inline(always)]
@@ -26,7 +26,7 @@ pub fn accelerations<const N: usize, F: SetValued>(
     terms: &Terms<N>,
     friction: &[F; N],
     v: &[f64; N],
-    mode: &Mode<N>,
+    mode: &BodyMode<N>,
 ) -> ([f64; N], [f64; N]) {
     let mut forces = [0.0; N];
     let mut net = terms.force;
@@ -57,10 +57,10 @@ pub fn decide<const N: usize, F: SetValued>(
     terms: &Terms<N>,
     friction: &[F; N],
     v: &[f64; N],
-    breaking: &Mode<N>,
-) -> Option<Mode<N>> {
+    breaking: &BodyMode<N>,
+) -> Option<BodyMode<N>> {
     let at_rest = v.iter().filter(|v| **v == 0.0).count();
-    let mut best: Option<(usize, Mode<N>)> = None;
+    let mut best: Option<(usize, BodyMode<N>)> = None;
     for code in 0..3_usize.pow(at_rest as u32) {
         let mode = decode(code, v);
         let stuck = mode.iter().filter(|sign| **sign == 0).count();
@@ -73,7 +73,7 @@ pub fn decide<const N: usize, F: SetValued>(
 }
 
 /// The mode number `code` of those that bodies at rest may have.
-fn decode<const N: usize>(mut code: usize, v: &[f64; N]) -> Mode<N> {
+fn decode<const N: usize>(mut code: usize, v: &[f64; N]) -> BodyMode<N> {
     v.map(|v| {
         if v != 0.0 {
             return super::dynamics::direction(v);
@@ -88,8 +88,8 @@ fn is_consistent<const N: usize, F: SetValued>(
     terms: &Terms<N>,
     friction: &[F; N],
     v: &[f64; N],
-    mode: &Mode<N>,
-    breaking: &Mode<N>,
+    mode: &BodyMode<N>,
+    breaking: &BodyMode<N>,
 ) -> bool {
     let (a, forces) = accelerations(terms, friction, v, mode);
     (0..N).all(|i| {

@@ -2,25 +2,25 @@
 //!
 //! It works as [`super::event_driven`] does, with the friction's own states among the unknowns: a
 //! pair of order 8(5,3) with error control, polynomials of the functions that end a piece, Newton's
-//! method on the integrated motion. A model without pieces is followed through its kinks by the
-//! error control alone, and its breaks and sticks are told at the ends of steps.
+//! method on the integrated motion. A model without pieces is integrated through its kinks by error
+//! control alone, and its breaks and sticks are reported at the ends of steps.
 //!
-//! Does badly: stiff models. A bristle of `k` on a mass `m` takes a step each `1/sqrt(k/m)` or so,
+//! Limits: stiff models. A bristle of `k` on a mass `m` needs a step about every `1/sqrt(k/m)`,
 //! whatever the tolerance.
 // One index goes through several arrays of bodies at once.
 #![allow(clippy::needless_range_loop)]
 
 use super::dense_output::state_between;
 use super::dormand_prince::{EVALUATIONS, growth, step};
-use super::dynamics::{Rates, direction, rates_in};
+use super::dynamics::{StateRates, direction, rates_in};
 use super::roots::{Quartic, first_falling_zero, slope, through};
-use super::state::{BodyEvent, Finish, Observer, Sample, State};
+use super::state::{BodyEvent, BodySample, BodyState, Finish, Observer};
 use super::zeno_guard::ZenoGuard;
-use super::{EventKind, Trouble};
+use super::{EventKind, SolverFailure};
 use crate::friction::SingleValued;
 use crate::mechanism::Mechanism;
 
-/// Steps before a run is given up: half a minute of work.
+/// Largest number of steps of a run: half a minute of computation.
 const MAX_STEPS: u64 = 2_000_000;
 
 /// The event function of a piece counts as zero if it is off by no more than this part of its
@@ -44,19 +44,20 @@ pub fn run<const N: usize, const Z: usize, M, F, O>(
     tolerance: f64,
     duration_s: f64,
     observer: &mut O,
-) -> Result<Finish<N>, Trouble>
+) -> Result<Finish<N>, SolverFailure>
 where
     M: Mechanism<N> + ?Sized,
     F: SingleValued<Z>,
     O: Observer<N>,
 {
-    let state = State { q: mechanism.start(), ..State::ZERO };
+    let state = BodyState { q: mechanism.start(), ..BodyState::ZERO };
     let pieces = std::array::from_fn(|i| friction[i].piece(0.0, &state.z[i]));
     let z = std::array::from_fn(|i| friction[i].state_scale());
     // A body that has not moved yet is measured by its friction's deflection, and by that in a
     // second.
     let least = z.map(|scale: [f64; Z]| scale.iter().fold(LEAST, |least, z| least.max(*z)));
-    let size = State { q: std::array::from_fn(|i| least[i].max(state.q[i].abs())), v: least, z };
+    let size =
+        BodyState { q: std::array::from_fn(|i| least[i].max(state.q[i].abs())), v: least, z };
     let now = rates_in(mechanism, friction, &pieces, 0.0, &state);
     let mut run = Run {
         mechanism,
@@ -95,13 +96,13 @@ struct Run<'a, const N: usize, const Z: usize, M: ?Sized, F, O> {
     tolerance: f64,
     observer: &'a mut O,
     t: f64,
-    state: State<N, Z>,
+    state: BodyState<N, Z>,
     pieces: [u8; N],
     slip: [i8; N],
     /// Rates and frictions at `t`.
-    now: Rates<N, Z>,
+    now: StateRates<N, Z>,
     /// Largest magnitudes so far.
-    size: State<N, Z>,
+    size: BodyState<N, Z>,
     step_s: f64,
     /// The last instant of the smooth stretch that `t` is in.
     last_s: f64,
@@ -128,26 +129,26 @@ where
 {
     /// Rates anew, after a jump of the forces or another piece, and what they make of sticking and
     /// slipping.
-    fn refresh(&mut self) -> Result<(), Trouble> {
+    fn refresh(&mut self) -> Result<(), SolverFailure> {
         self.now = self.rates(self.t, &self.state.clone());
-        self.tell()?;
+        self.report_slips()?;
         self.sample(self.t, &self.state.clone(), &self.now.clone());
         Ok(())
     }
 
-    fn rates(&mut self, t: f64, state: &State<N, Z>) -> Rates<N, Z> {
+    fn rates(&mut self, t: f64, state: &BodyState<N, Z>) -> StateRates<N, Z> {
         self.evaluations += 1;
         rates_in(self.mechanism, self.friction, &self.pieces, t.min(self.last_s), state)
     }
 
-    fn attempt(&mut self, h: f64) -> (State<N, Z>, f64) {
+    fn attempt(&mut self, h: f64) -> (BodyState<N, Z>, f64) {
         let reach = self.state.zip(&self.now.rates, |_, rate| (h * rate).abs());
         let scale =
             self.size.zip(&reach, |size, reach| self.tolerance * size.max(reach).max(1e-300));
         self.evaluations += EVALUATIONS;
         let (mechanism, friction, pieces, last_s) =
             (self.mechanism, self.friction, self.pieces, self.last_s);
-        let rates = |t: f64, s: &State<N, Z>| {
+        let rates = |t: f64, s: &BodyState<N, Z>| {
             rates_in(mechanism, friction, &pieces, t.min(last_s), s).rates
         };
         let attempt = step(rates, self.t, &self.state, &self.now.rates, h, &scale);
@@ -155,7 +156,7 @@ where
     }
 
     /// One step, up to `end_s` at most or to the first end of a piece in it.
-    fn step(&mut self, end_s: f64) -> Result<(), Trouble> {
+    fn step(&mut self, end_s: f64) -> Result<(), SolverFailure> {
         let remaining = end_s - self.t;
         let mut h = self.step_s.min(remaining);
         loop {
@@ -174,7 +175,7 @@ where
                 self.step_s = if h < self.step_s { self.step_s.max(next) } else { next };
                 let t = if h >= remaining { end_s } else { self.t + h };
                 self.arrive(t, h, end, then)?;
-                return self.tell();
+                return self.report_slips();
             };
             let Some((part, end, then)) = self.locate(&found, h) else {
                 h *= 0.5;
@@ -196,9 +197,9 @@ where
         &mut self,
         t: f64,
         h: f64,
-        end: State<N, Z>,
-        then: Rates<N, Z>,
-    ) -> Result<(), Trouble> {
+        end: BodyState<N, Z>,
+        then: StateRates<N, Z>,
+    ) -> Result<(), SolverFailure> {
         self.samples_between(t, h, &end, &then);
         (self.t, self.state, self.now) = (t, end, then);
         self.size = self.size.zip(&end, |size, x| size.max(x.abs()));
@@ -210,8 +211,8 @@ where
         Ok(())
     }
 
-    /// Tells of bodies that began or ceased to slip.
-    fn tell(&mut self) -> Result<(), Trouble> {
+    /// Reports bodies that started or stopped to slip.
+    fn report_slips(&mut self) -> Result<(), SolverFailure> {
         for body in 0..N {
             let (v, z) = (self.state.v[body], &self.state.z[body]);
             let slips = self.friction[body].slips(self.pieces[body], v, z);
@@ -233,11 +234,11 @@ where
     }
 
     /// The first end of a piece, as polynomials between the ends of the step see it.
-    fn first_end(&self, h: f64, end: &State<N, Z>, then: &Rates<N, Z>) -> Option<End> {
+    fn first_end(&self, h: f64, end: &BodyState<N, Z>, then: &StateRates<N, Z>) -> Option<End> {
         let mut first: Option<End> = None;
         let at = [0.25, 0.5, 0.75].map(|part| self.between(h, end, then, part));
         for body in 0..N {
-            let ends = |s: &State<N, Z>| {
+            let ends = |s: &BodyState<N, Z>| {
                 self.friction[body].ends(self.pieces[body], s.v[body], &s.z[body])
             };
             let nodes = [ends(&self.state), ends(&at[0]), ends(&at[1]), ends(&at[2]), ends(end)];
@@ -259,7 +260,7 @@ where
     }
 
     /// Integrates up to an end: part of the step, state, rates. None if it is not found.
-    fn locate(&mut self, found: &End, h: f64) -> Option<(f64, State<N, Z>, Rates<N, Z>)> {
+    fn locate(&mut self, found: &End, h: f64) -> Option<(f64, BodyState<N, Z>, StateRates<N, Z>)> {
         let mut part = found.part;
         for _ in 0..8 {
             let end = if part > 0.0 { self.attempt(part * h).0 } else { self.state };
@@ -282,11 +283,23 @@ where
     }
 
     /// The state after a part of a step.
-    fn between(&self, h: f64, end: &State<N, Z>, then: &Rates<N, Z>, part: f64) -> State<N, Z> {
+    fn between(
+        &self,
+        h: f64,
+        end: &BodyState<N, Z>,
+        then: &StateRates<N, Z>,
+        part: f64,
+    ) -> BodyState<N, Z> {
         state_between(h, (&self.state, &self.now.rates), (end, &then.rates), part)
     }
 
-    fn samples_between(&mut self, until_s: f64, h: f64, end: &State<N, Z>, then: &Rates<N, Z>) {
+    fn samples_between(
+        &mut self,
+        until_s: f64,
+        h: f64,
+        end: &BodyState<N, Z>,
+        then: &StateRates<N, Z>,
+    ) {
         while O::SAMPLES && self.observer.next_sample_s() <= until_s {
             let time_s = self.observer.next_sample_s();
             let state = self.between(h, end, then, (time_s - self.t) / h);
@@ -302,9 +315,9 @@ where
         }
     }
 
-    fn sample(&mut self, time_s: f64, state: &State<N, Z>, rates: &Rates<N, Z>) {
+    fn sample(&mut self, time_s: f64, state: &BodyState<N, Z>, rates: &StateRates<N, Z>) {
         if O::SAMPLES {
-            self.observer.sample(&Sample {
+            self.observer.sample(&BodySample {
                 time_s,
                 q: state.q,
                 v: state.v,
@@ -316,7 +329,7 @@ where
         }
     }
 
-    fn trouble(&self, what: &str) -> Trouble {
-        Trouble::new(what, self.t, &self.state.q, &self.state.v)
+    fn trouble(&self, what: &str) -> SolverFailure {
+        SolverFailure::new(what, self.t, &self.state.q, &self.state.v)
     }
 }

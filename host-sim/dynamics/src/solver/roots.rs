@@ -1,9 +1,9 @@
-//! Where a polynomial on a step first falls below zero.
+//! Finds the first place in a step where a polynomial falls below zero.
 
 /// A polynomial of degree 4 in the part of the step that is done, lowest power first.
 pub type Quartic = [f64; 5];
 
-/// Looks at so many places of the step; between two of them at most one minimum is looked for.
+/// Number of sampled places of the step; between two of them at most one minimum is searched for.
 const PLACES: usize = 8;
 
 /// The value.

@@ -1,11 +1,11 @@
-//! The state of a mechanism with friction, and what solvers tell of it.
+//! State of a mechanism with friction, and the samples and events that solvers report.
 
 use super::EventKind;
 
 /// Coordinates, their velocities, and `Z` internal states of each friction; also the rates of all
 /// these.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct State<const N: usize, const Z: usize> {
+pub struct BodyState<const N: usize, const Z: usize> {
     /// Coordinates.
     pub q: [f64; N],
     /// Velocities.
@@ -14,7 +14,7 @@ pub struct State<const N: usize, const Z: usize> {
     pub z: [[f64; Z]; N],
 }
 
-impl<const N: usize, const Z: usize> State<N, Z> {
+impl<const N: usize, const Z: usize> BodyState<N, Z> {
     /// All zero.
     pub const ZERO: Self = Self { q: [0.0; N], v: [0.0; N], z: [[0.0; Z]; N] };
 
@@ -61,10 +61,10 @@ impl<const N: usize, const Z: usize> State<N, Z> {
     }
 }
 
-/// A mechanism at one instant, as a solver found it.
+/// A mechanism at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sample<const N: usize> {
-    /// When, s.
+pub struct BodySample<const N: usize> {
+    /// Time, s.
     pub time_s: f64,
     /// Coordinates.
     pub q: [f64; N],
@@ -91,7 +91,7 @@ pub struct BodyEvent {
     pub kind: EventKind,
 }
 
-/// Who listens to a solver.
+/// Receiver of the samples and events of a solver.
 pub trait Observer<const N: usize> {
     /// Whether [`Self::sample`] is to be called at all.
     const SAMPLES: bool = true;
@@ -103,7 +103,7 @@ pub trait Observer<const N: usize> {
     }
 
     /// The mechanism at an instant; times never decrease.
-    fn sample(&mut self, sample: &Sample<N>);
+    fn sample(&mut self, sample: &BodySample<N>);
 
     /// A change of a body, in order of time.
     fn event(&mut self, event: BodyEvent);
@@ -113,14 +113,14 @@ pub trait Observer<const N: usize> {
 impl<const N: usize> Observer<N> for Vec<BodyEvent> {
     const SAMPLES: bool = false;
 
-    fn sample(&mut self, _: &Sample<N>) {}
+    fn sample(&mut self, _: &BodySample<N>) {}
 
     fn event(&mut self, event: BodyEvent) {
         self.push(event);
     }
 }
 
-/// Where a run ended, and what it took.
+/// End of a run, and its cost.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Finish<const N: usize> {
     /// Coordinates at the end.
@@ -131,6 +131,6 @@ pub struct Finish<const N: usize> {
     pub evaluations: u64,
     /// Steps that were kept.
     pub steps: u64,
-    /// When a state was no longer finite; the run ended there.
+    /// Time at which a state was no longer finite, s; the run ends there.
     pub diverged_at_s: Option<f64>,
 }

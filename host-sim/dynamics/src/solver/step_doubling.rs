@@ -12,10 +12,10 @@
 //! The book has no floor, and then a body at rest never breaks away: its velocity and acceleration
 //! are zero at the begin of that step, and no error is small against them.
 
-use super::Trouble;
+use super::SolverFailure;
 use super::dynamics::Dynamics;
 use super::explicit::{Progress, classical};
-use super::state::{Finish, Observer, State};
+use super::state::{BodyState, Finish, Observer};
 
 /// Accuracy and floor of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,8 +35,8 @@ pub const FLOOR: f64 = 1e-5;
 const LEAST_SHRINK: f64 = 0.1;
 
 /// The floor of coordinates and velocities.
-pub fn floor<const N: usize, const Z: usize>() -> State<N, Z> {
-    State { q: [FLOOR; N], v: [FLOOR; N], z: [[FLOOR; Z]; N] }
+pub fn floor<const N: usize, const Z: usize>() -> BodyState<N, Z> {
+    BodyState { q: [FLOOR; N], v: [FLOOR; N], z: [[FLOOR; Z]; N] }
 }
 
 /// Runs a differential equation for `duration_s`.
@@ -48,7 +48,7 @@ pub fn run<const N: usize, const Z: usize, D: Dynamics<N, Z>, O: Observer<N>>(
     accuracy: Accuracy,
     duration_s: f64,
     observer: &mut O,
-) -> Result<Finish<N>, Trouble> {
+) -> Result<Finish<N>, SolverFailure> {
     let mut progress = Progress::start(dynamics, duration_s, observer);
     let mut wanted = duration_s / 1000.0;
     while progress.t < duration_s {

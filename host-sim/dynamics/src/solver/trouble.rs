@@ -1,18 +1,18 @@
-//! Why a solver gave up. It always does within bounded work, and says when and where.
+//! Failure of a solver. The work of a solver is bounded, so it fails instead of running forever.
 
-/// A run that could not be brought to its end.
+/// Failure of a run, with time and state.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{what} at {time_s:.9} s, in the state {state}")]
-pub struct Trouble {
-    /// What went wrong, in words.
+pub struct SolverFailure {
+    /// Reason, in words.
     pub what: String,
-    /// When, s.
+    /// Time, s.
     pub time_s: f64,
     /// Coordinates and velocities there.
     pub state: String,
 }
 
-impl Trouble {
+impl SolverFailure {
     /// `what` happened at a time and in a state.
     pub fn new<const N: usize>(
         what: impl Into<String>,

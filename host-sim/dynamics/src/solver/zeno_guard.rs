@@ -1,18 +1,18 @@
-//! A bound on events, without which a run may never end.
+//! Limits the number of events, so that every run ends.
 //!
-//! Events may accumulate at one instant (Zeno behaviour) or chatter there: no step goes beyond it.
-//! They may also be spread out and still be more than anyone can read.
+//! Events can accumulate at one instant (Zeno behaviour) or chatter there, so that no step passes
+//! it. They can also be too many in the whole run.
 
-/// More events than this within one instant of a run are no motion that anyone can follow.
+/// Largest number of events within one instant of a run.
 const MOST_AT_ONE_INSTANT: u32 = 200;
 
-/// What counts as one instant, as a part of the run.
+/// Length of an instant, as a share of the run.
 const INSTANT: f64 = 1e-9;
 
-/// More events than this in a run are no result that anyone can read, and some tens of megabytes.
+/// Largest number of events in a run: some tens of megabytes.
 const MOST_IN_ALL: u64 = 1_000_000;
 
-/// Counts the events at practically one instant, and all of a run.
+/// Counts the events within one instant, and those of the whole run.
 #[derive(Clone, Copy, Debug)]
 pub struct ZenoGuard {
     instant_s: f64,
@@ -60,7 +60,7 @@ mod tests {
         let mut guard = ZenoGuard::new(1.0);
         assert!((0..MOST_AT_ONE_INSTANT).all(|_| guard.count(0.5).is_ok()));
         assert!(guard.count(0.5).unwrap_err().starts_with("more than 200 changes"));
-        // One an instant passes, until nobody can read them any more.
+        // One event per instant is accepted, up to the limit of the run.
         let mut guard = ZenoGuard::new(1.0);
         assert!((0..MOST_IN_ALL).all(|i| guard.count(2e-9 * i as f64).is_ok()));
         assert!(guard.count(1.0).unwrap_err().starts_with("more than 1000000 changes"));

@@ -1,9 +1,8 @@
 //! The board: the microcontroller, its crystal, its supply, and what is on its pins.
 //!
-//! The emulated part is an STM32F427. All that the firmware uses of the STM32F405 is in it, at the
-//! same addresses; what it has beyond that the firmware does not know of. An instruction takes one
-//! cycle of 168 MHz: there are no wait states, so times measured here are counts of instructions
-//! and say nothing about cycles.
+//! The emulated microcontroller is an STM32F427. It has everything of the STM32F405 that the
+//! firmware uses, at the same addresses. An instruction takes one cycle of 168 MHz: there are no
+//! wait states, so times measured here are counts of instructions, not cycles.
 
 use std::num::{NonZeroU32, NonZeroU64};
 
@@ -68,16 +67,16 @@ const SUPPLY_CHANNEL: u8 = 10;
 
 /// A port of the part, by its place in the part's table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Port {
+pub enum GpioPort {
     /// GPIOA.
     A = 0,
     /// GPIOB.
     B = 1,
 }
 
-/// What is soldered on; the default is a whole board.
+/// Components on the board; the default is a complete board.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Fitted {
+pub struct FittedParts {
     /// The 8 MHz crystal is there and oscillates.
     pub crystal: bool,
     /// The frequency of the crystal, Hz.
@@ -92,7 +91,7 @@ pub struct Fitted {
     pub noisy_bytes: u32,
 }
 
-impl Default for Fitted {
+impl Default for FittedParts {
     fn default() -> Self {
         Self {
             crystal: true,
@@ -128,7 +127,7 @@ impl EmulatedBoard {
     ///
     /// # Errors
     /// If the emulator's own description of the part contradicts itself.
-    pub fn new(fitted: Fitted) -> Result<Self, Error> {
+    pub fn new(fitted: FittedParts) -> Result<Self, Error> {
         let mut mcu = Stm32f427::new().map_err(|error| Error::Emulator(error.to_string()))?;
         mcu.rcc.attach_crystals(if fitted.crystal { fitted.crystal_hz } else { 0 }, 0);
         mcu.rcc.calibrate_lsi(fitted.lsi_hz);
@@ -136,7 +135,7 @@ impl EmulatedBoard {
         for converter in &mut mcu.adc {
             converter.set_reference(RAIL_MV);
         }
-        let Fitted { crystal, crystal_hz, brown_out, noisy_bytes, .. } = fitted;
+        let FittedParts { crystal, crystal_hz, brown_out, noisy_bytes, .. } = fitted;
         let mut board = Self { mcu, crystal, crystal_hz, breaks: false, noisy_bytes };
         if brown_out {
             let factory = board.option_bytes();
@@ -161,13 +160,13 @@ impl EmulatedBoard {
     }
 
     /// Which of its functions a pin carries, if it is not a plain input or output.
-    pub fn function(&mut self, port: Port, pin: u8) -> Option<u8> {
+    pub fn function(&mut self, port: GpioPort, pin: u8) -> Option<u8> {
         let (_, registers) = self.mcu.port(port as usize);
         Gpio::function(Pin::new(pin)?, registers)
     }
 
     /// What a voltmeter on a pin would show.
-    pub fn is_high(&mut self, port: Port, pin: u8) -> bool {
+    pub fn is_high(&mut self, port: GpioPort, pin: u8) -> bool {
         let (port, registers) = self.mcu.port(port as usize);
         Pin::new(pin).is_some_and(|pin| port.level(pin, registers) == Level::High)
     }

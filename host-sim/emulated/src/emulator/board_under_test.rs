@@ -14,12 +14,12 @@ use rigless::time::VirtualNanos;
 use stiction::Tick;
 
 use super::board::EmulatedBoard;
-use super::coupling::{Coupling, Sample};
+use super::coupling::{ImageSample, PlantCoupling};
 use super::harness::Harness;
 use super::last_tick;
 use super::lockstep::Lockstep;
 use super::plant_interface::{DrivenPlant, nanoseconds};
-use super::setup::Setup;
+use super::setup::BoardSetup;
 use super::uart::Uart;
 use crate::encoder::Wires;
 use crate::error::Error;
@@ -46,14 +46,14 @@ pub struct BoardUnderTest<C = PlantInLockstep> {
     /// This is the far end of its command link.
     pub uart: Uart,
     /// None when it is over.
-    orders: Option<SyncSender<Order<C>>>,
+    orders: Option<SyncSender<BoardCommand<C>>>,
     answers: Receiver<()>,
-    thread: Option<JoinHandle<Result<Left<C>, Error>>>,
+    thread: Option<JoinHandle<Result<PoweredOffBoard<C>, Error>>>,
 }
 
-/// This is left of a board without power.
+/// State of a board after power-off.
 #[derive(Debug)]
-pub struct Left<C> {
+pub struct PoweredOffBoard<C> {
     /// The harness has what was seen, and what was on the pins.
     pub harness: Harness<C>,
     /// The part was reset at these times, by these causes.
@@ -62,25 +62,25 @@ pub struct Left<C> {
     pub instructions: u64,
 }
 
-/// Something that is done to a halted board.
-pub type Act<C> = Box<dyn for<'a> FnOnce(&mut Halted<'a, C>) + Send>;
+/// Action on a halted board.
+pub type BoardAction<C> = Box<dyn for<'a> FnOnce(&mut Halted<'a, C>) + Send>;
 
 /// Command to a halted board.
-pub enum Order<C> {
+pub enum BoardCommand<C> {
     /// Do this to the board; no time passes.
-    Act(Act<C>),
+    Act(BoardAction<C>),
     /// Let time pass.
-    Until(Until),
+    Until(StopCondition),
 }
 
-/// Time passes until something has come.
+/// Condition that ends a stretch of time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Until {
+pub enum StopCondition {
     /// The number of samples since power-on.
     Samples(u64),
     /// ns since power-on.
     Time(u64),
-    /// The board has said something on its link, or this time has come, ns since power-on.
+    /// The board has sent a frame on its link, or this time is reached, ns since power-on.
     Frame(u64),
     /// The number of counted ticks is reached, or this time, ns since power-on.
     Counted {
@@ -100,12 +100,12 @@ pub struct Halted<'a, C = PlantInLockstep> {
     pub(super) stop: Stop,
 }
 
-impl<C: Coupling> BoardUnderTest<C> {
+impl<C: PlantCoupling> BoardUnderTest<C> {
     /// Turns the power on.
     ///
     /// # Errors
     /// If the image cannot be placed.
-    pub fn power_on(setup: Setup, coupling: C) -> Result<Self, Error> {
+    pub fn power_on(setup: BoardSetup, coupling: C) -> Result<Self, Error> {
         let trouble = {
             let (label, path) = (setup.label.clone(), setup.image.path.clone());
             move |why: String| Error::Emulator(format!("{label}, image {}: {why}", path.display()))
@@ -129,7 +129,7 @@ impl<C: Coupling> BoardUnderTest<C> {
                 (_, Some(why)) => Err(trouble(format!("{why}; {}", harness.log.tail()))),
                 (None, None) => Err(Error::Interrupted),
                 (Some(stop), None) => {
-                    Ok(Left { harness, resets, instructions: stop.instruction_count })
+                    Ok(PoweredOffBoard { harness, resets, instructions: stop.instruction_count })
                 }
             }
         });
@@ -141,9 +141,9 @@ impl<C: Coupling> BoardUnderTest<C> {
     ///
     /// # Errors
     /// If the image cannot go on.
-    pub fn samples(&mut self, count: u32) -> Result<Sample, Error> {
+    pub fn samples(&mut self, count: u32) -> Result<ImageSample, Error> {
         let so_far = self.act(|halted| halted.harness.coupling.sampling().samples)?;
-        self.until(Until::Samples(so_far + u64::from(count)))?;
+        self.until(StopCondition::Samples(so_far + u64::from(count)))?;
         self.act(|halted| halted.harness.coupling.sampling().sample)
     }
 
@@ -153,7 +153,7 @@ impl<C: Coupling> BoardUnderTest<C> {
     /// If the image cannot go on.
     pub fn pass(&mut self, ns: u64) -> Result<(), Error> {
         let now = self.act(|halted| halted.now())?;
-        self.until(Until::Time(now + ns))
+        self.until(StopCondition::Time(now + ns))
     }
 
     /// Lets time pass until the board has sent a frame on its link, ns at most.
@@ -162,15 +162,15 @@ impl<C: Coupling> BoardUnderTest<C> {
     /// If the image cannot go on.
     pub fn listen(&mut self, at_most_ns: u64) -> Result<(), Error> {
         let now = self.act(|halted| halted.now())?;
-        self.until(Until::Frame(now + at_most_ns))
+        self.until(StopCondition::Frame(now + at_most_ns))
     }
 
     /// Lets time pass until something has come.
     ///
     /// # Errors
     /// If the image cannot go on.
-    pub fn until(&mut self, until: Until) -> Result<(), Error> {
-        self.order(Order::Until(until))
+    pub fn until(&mut self, until: StopCondition) -> Result<(), Error> {
+        self.order(BoardCommand::Until(until))
     }
 
     /// Does something to the board; no time passes.
@@ -183,7 +183,7 @@ impl<C: Coupling> BoardUnderTest<C> {
     ) -> Result<T, Error> {
         let (done, result) = channel();
         // The caller waits for it below.
-        self.order(Order::Act(Box::new(move |halted| drop(done.send(act(halted))))))?;
+        self.order(BoardCommand::Act(Box::new(move |halted| drop(done.send(act(halted))))))?;
         result.recv().map_err(|_| gone())
     }
 
@@ -191,11 +191,11 @@ impl<C: Coupling> BoardUnderTest<C> {
     ///
     /// # Errors
     /// If something had gone wrong before.
-    pub fn off(mut self) -> Result<Left<C>, Error> {
+    pub fn off(mut self) -> Result<PoweredOffBoard<C>, Error> {
         self.end()
     }
 
-    fn order(&mut self, order: Order<C>) -> Result<(), Error> {
+    fn order(&mut self, order: BoardCommand<C>) -> Result<(), Error> {
         let sent = self.orders.as_ref().is_some_and(|orders| orders.send(order).is_ok());
         if sent && self.answers.recv().is_ok() {
             return Ok(());
@@ -205,7 +205,7 @@ impl<C: Coupling> BoardUnderTest<C> {
 }
 
 impl<C> BoardUnderTest<C> {
-    fn end(&mut self) -> Result<Left<C>, Error> {
+    fn end(&mut self) -> Result<PoweredOffBoard<C>, Error> {
         self.orders = None;
         match self.thread.take().map(JoinHandle::join) {
             Some(Ok(left)) => left,
@@ -228,7 +228,7 @@ impl<C> std::fmt::Debug for BoardUnderTest<C> {
 }
 
 fn gone() -> Error {
-    Error::Emulator("the emulated board has no power any more".into())
+    Error::Emulator("the emulated board is powered off".into())
 }
 
 impl<C> Halted<'_, C> {
@@ -291,7 +291,7 @@ impl Halted<'_> {
         &mut self.harness.coupling.plant.plant
     }
 
-    /// Cuts, swaps or mends the encoder's wires.
+    /// Cuts, swaps or restores the encoder's wires.
     pub fn rewire(&mut self, wires: Wires) {
         self.harness.coupling.rewire(wires, self.session.board_mut(), self.stop.at);
     }

@@ -1,4 +1,4 @@
-//! What the bridge makes of TIM1's outputs and the two pins beside them.
+//! State of the bridge from TIM1's outputs and the two pins beside them.
 //!
 //! Centre-aligned outputs are read from the registers, not from the pins: 44 000 edges a second
 //! would say the same.
@@ -6,7 +6,7 @@
 use rigless::soc::stm32f427::generated::tim1::Register;
 use stiction::control::drive::{Drive, Duty, PwmMode};
 
-use super::board::{EmulatedBoard, Port};
+use super::board::{EmulatedBoard, GpioPort};
 
 /// TIM1, by its place in the part's table of advanced timers.
 const TIM1: usize = 0;
@@ -18,7 +18,7 @@ const MOE: u64 = 1 << 15;
 
 /// The bridge's inputs at one instant.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Bridge {
+pub struct BridgeInputs {
     /// Compare value of TIM1's channel 1.
     pub compare: u16,
     /// Where the timer turns around.
@@ -31,12 +31,12 @@ pub struct Bridge {
     pub enable: bool,
 }
 
-impl Bridge {
+impl BridgeInputs {
     /// Reads it.
     pub fn read(board: &mut EmulatedBoard) -> Self {
-        let connected = board.function(Port::A, 8) == Some(TIM1_FUNCTION);
-        let enable = board.is_high(Port::B, ENABLE_PIN);
-        let reverse = board.is_high(Port::B, DIRECTION_PIN);
+        let connected = board.function(GpioPort::A, 8) == Some(TIM1_FUNCTION);
+        let enable = board.is_high(GpioPort::B, ENABLE_PIN);
+        let reverse = board.is_high(GpioPort::B, DIRECTION_PIN);
         let (_, registers) = board.mcu.advanced_timer(TIM1);
         let driven =
             registers.get(Register::Bdtr) & MOE != 0 && registers.get(Register::Ccer) & CC1E != 0;

@@ -5,7 +5,7 @@ use std::fmt;
 use stiction::Tick;
 use stiction::control::signal::{MAX_LAW_SIGNALS, SIGNALS, value};
 
-use crate::closed_loop::Moment;
+use crate::closed_loop::LoopSample;
 
 /// The first tick at which two runs differ.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,9 +44,9 @@ impl Difference {
 
 /// Finds the first tick that is not the same to the bit. Two runs that end at different ticks
 /// differ there.
-pub fn first_difference(host: &[Moment], image: &[Moment]) -> Option<Difference> {
+pub fn first_difference(host: &[LoopSample], image: &[LoopSample]) -> Option<Difference> {
     (0..host.len().max(image.len())).find_map(|index| {
-        let tick = |moments: &[Moment]| moments.get(index).map(|moment| moment.tick);
+        let tick = |moments: &[LoopSample]| moments.get(index).map(|moment| moment.tick);
         let (host, image) = (tick(host), tick(image));
         let same = match (&host, &image) {
             (Some(host), Some(image)) => same_bits(host, image),
@@ -71,8 +71,8 @@ fn bits(tick: &Tick) -> Vec<Option<u32>> {
 mod tests {
     use super::*;
 
-    fn moment(tick: Tick) -> Moment {
-        Moment {
+    fn moment(tick: Tick) -> LoopSample {
+        LoopSample {
             time_s: 0.0,
             tick,
             reference_deg: 0.0,
@@ -94,7 +94,7 @@ mod tests {
 
     #[test]
     fn the_first_different_tick_is_shown_with_both_sides() {
-        let host: Vec<Moment> =
+        let host: Vec<LoopSample> =
             (0..5).map(|tick| moment(Tick { tick, ..Tick::default() })).collect();
         let mut image = host.clone();
         image[3].tick.code = 7;

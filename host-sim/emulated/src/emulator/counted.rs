@@ -11,12 +11,12 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::board::Fitted;
-use super::board_under_test::{BoardUnderTest, Left, PlantInLockstep, Until};
+use super::board::FittedParts;
+use super::board_under_test::{BoardUnderTest, PlantInLockstep, PoweredOffBoard, StopCondition};
 use super::image::FirmwareImage;
 use super::parameters;
 use super::probe::{Points, Probe};
-use super::setup::Setup;
+use super::setup::BoardSetup;
 use crate::error::Error;
 use crate::experiment::RunPlan;
 
@@ -77,23 +77,24 @@ fn count_with(
     let samples = plan.samples()? as usize;
     let sample_s = plan.machine.sampling.sample_time_s();
     let or_ns = BOOT_NS + ((samples + 2) as f64 * sample_s * 1e9) as u64;
-    let mut setup = Setup::new(&plan.label, image, record);
-    setup.fitted = Fitted { supply_pin_mv: SUPPLY_PIN_MV, ..Fitted::default() };
+    let mut setup = BoardSetup::new(&plan.label, image, record);
+    setup.fitted = FittedParts { supply_pin_mv: SUPPLY_PIN_MV, ..FittedParts::default() };
     setup.points = Some(points.clone());
     let mut board = BoardUnderTest::power_on(setup, PlantInLockstep::of(plan)?)?;
     // That the last sample is over is seen at the begin of the next one.
-    let counted = board.until(Until::Counted { ticks: samples + 1, or_ns }).and_then(|()| {
-        board.act(|halted| halted.harness.probe.as_ref().map_or(0, |probe| probe.ticks.len()))
-    })?;
-    let Left { mut harness, .. } = board.off()?;
+    let counted =
+        board.until(StopCondition::Counted { ticks: samples + 1, or_ns }).and_then(|()| {
+            board.act(|halted| halted.harness.probe.as_ref().map_or(0, |probe| probe.ticks.len()))
+        })?;
+    let PoweredOffBoard { mut harness, .. } = board.off()?;
     let trouble =
         |why: &str| Error::Emulator(format!("{}: {why}; {}", plan.label, harness.log.tail()));
     let Some(probe) = harness.probe.take() else {
-        return Err(trouble("nothing was counted"));
+        return Err(trouble("no tick was counted"));
     };
     if counted <= samples {
         let asked = samples + 1;
-        return Err(trouble(&format!("it was not armed all the time: {counted} ticks of {asked}")));
+        return Err(trouble(&format!("it was armed for only {counted} of {asked} ticks")));
     }
     match &probe.trouble {
         Some(why) => Err(trouble(why)),

@@ -13,11 +13,11 @@
 use rigless::time::VirtualNanos;
 
 use super::board::EmulatedBoard;
-use super::bridge::Bridge;
+use super::bridge::BridgeInputs;
 
 /// A sample is what can be seen from outside of one passage of the control task.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Sample {
+pub struct ImageSample {
     /// The sample began at this time, ns since power-on.
     pub at_ns: u64,
     /// This control tick since the last reset began it, the first being 1. None: it had no tick.
@@ -27,7 +27,7 @@ pub struct Sample {
     /// The encoder's wires showed the disc here at that instant, in counts.
     pub shown: i64,
     /// The bridge is in this state after it.
-    pub bridge: Bridge,
+    pub bridge: BridgeInputs,
     /// The bridge stands for this code of the drive; zero if it is off.
     pub code: i16,
 }
@@ -36,7 +36,7 @@ pub struct Sample {
 #[derive(Clone, Copy, Debug)]
 pub struct Sampling {
     /// The last sample. Its bridge is that of the one before until the duty is taken.
-    pub sample: Sample,
+    pub sample: ImageSample,
     /// Number of samples whose duty has been applied.
     pub samples: u64,
     /// The time between two samples is this, ns: as planned until the part has set its timer.
@@ -59,7 +59,7 @@ impl Sampling {
     /// Makes the sampling of an image that is about to start and should tick so often, ns.
     pub fn new(period_ns: u64) -> Self {
         Self {
-            sample: Sample::default(),
+            sample: ImageSample::default(),
             samples: 0,
             period_ns,
             due: VirtualNanos(period_ns),
@@ -90,19 +90,19 @@ impl Sampling {
         self.clock += 1;
         self.has_ticked = true;
         self.sample =
-            Sample { at_ns: at.0, clock: Some(self.clock), counter, shown, ..self.sample };
+            ImageSample { at_ns: at.0, clock: Some(self.clock), counter, shown, ..self.sample };
         self.is_open = true;
         self.due = VirtualNanos(at.0 + period_ns / 4);
         true
     }
 
     /// Takes the duty of a sample.
-    pub fn take(&mut self, bridge: Bridge, code: i16) {
+    pub fn take(&mut self, bridge: BridgeInputs, code: i16) {
         if !std::mem::take(&mut self.is_open) {
             self.begun = VirtualNanos(self.begun.0 + self.period_ns);
-            self.sample = Sample { at_ns: self.begun.0, clock: None, ..self.sample };
+            self.sample = ImageSample { at_ns: self.begun.0, clock: None, ..self.sample };
         }
-        self.sample = Sample { bridge, code, ..self.sample };
+        self.sample = ImageSample { bridge, code, ..self.sample };
         self.samples += 1;
         self.due = VirtualNanos(self.begun.0 + 3 * self.period_ns / 2);
     }
@@ -115,7 +115,7 @@ impl Sampling {
 }
 
 /// A coupling moves the plant as the part's time goes on, and shows the part its encoder.
-pub trait Coupling: Send + std::fmt::Debug + 'static {
+pub trait PlantCoupling: Send + std::fmt::Debug + 'static {
     /// Gives the samples so far.
     fn sampling(&self) -> &Sampling;
 

@@ -10,7 +10,7 @@ use rigless::device::Level;
 use rigless::soc::stm32f427::peripherals::tim::Channel;
 use rigless::time::VirtualNanos;
 
-use super::board::{EmulatedBoard, Port};
+use super::board::{EmulatedBoard, GpioPort};
 use crate::encoder::Wires;
 
 /// TIM2, by its place in the part's table of general-purpose timers.
@@ -71,7 +71,7 @@ impl EncoderEdges {
 
     /// Whether the firmware has connected TIM2 to the pins that the encoder is soldered to.
     pub fn connected(board: &mut EmulatedBoard) -> bool {
-        [0, 1].into_iter().all(|pin| board.function(Port::A, pin) == Some(TIM2_FUNCTION))
+        [0, 1].into_iter().all(|pin| board.function(GpioPort::A, pin) == Some(TIM2_FUNCTION))
     }
 }
 

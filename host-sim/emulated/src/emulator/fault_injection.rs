@@ -1,5 +1,5 @@
-//! Fault injection: what is done to a board around the unmodified image, at its time, and what
-//! bridge and log do about it.
+//! Fault injection: injects faults into a board with the unmodified image, and records bridge and
+//! log.
 //!
 //! [`observe`] and [`converse`] have a board with a blocked joint. A board with a joint that moves
 //! has its faults injected by its caller.
@@ -9,15 +9,15 @@ use std::sync::Arc;
 use rigless::session::Reset;
 use rigless::soc::Width;
 
-use super::board::Fitted;
-use super::board_under_test::{BoardUnderTest, Halted, Left, Until};
-use super::bridge::Bridge;
+use super::board::FittedParts;
+use super::board_under_test::{BoardUnderTest, Halted, PoweredOffBoard, StopCondition};
+use super::bridge::BridgeInputs;
 use super::harness::Harness;
 use super::image::FirmwareImage;
 use super::lockstep::Lockstep;
 use super::log::LogLine;
 use super::plant_interface::FreeDisc;
-use super::setup::{Partner, Setup};
+use super::setup::{BoardSetup, Partner};
 use super::spans::Spans;
 use crate::error::Error;
 
@@ -69,15 +69,15 @@ pub enum Injection {
     },
 }
 
-/// This has been seen of a board.
+/// Observations of a board.
 #[derive(Clone, Debug)]
-pub struct Observed {
+pub struct BoardObservation {
     /// The bridge was on in these spans of time, ns since power-on, to the instruction.
     pub on_ns: Vec<[u64; 2]>,
     /// Its outputs or its enable pin, or both, were on until this time, ns since power-on.
     pub any_ns: u64,
     /// The bridge was in this state when it was last seen on.
-    pub last: Bridge,
+    pub last: BridgeInputs,
     /// It was on with these compare values, each with the time at which it came, ns.
     pub compares: Vec<(u64, u16)>,
     /// The image read the encoder at these times, ns since power-on: early in each control tick.
@@ -88,7 +88,7 @@ pub struct Observed {
     pub resets: Vec<Reset>,
 }
 
-impl Observed {
+impl BoardObservation {
     /// Says whether the bridge was on at any time after `at_ns`.
     pub fn on_after(&self, at_ns: u64) -> bool {
         self.on_ns.iter().any(|[_, until]| *until > at_ns)
@@ -113,37 +113,38 @@ impl Observed {
 pub fn observe(
     image: &Arc<FirmwareImage>,
     records: [Option<&[u8]>; 2],
-    fitted: Fitted,
+    fitted: FittedParts,
     faults: &[(u64, Injection)],
     until_ns: u64,
-) -> Result<Observed, Error> {
+) -> Result<BoardObservation, Error> {
     observed(image, records, fitted, faults, until_ns, None)
 }
 
-/// Does the same with a partner at the other end of the command link, called every 50 us.
+/// Observes a board as [`observe`] does, with a partner at the other end of the command link, which
+/// is called every 50 us.
 ///
 /// # Errors
 /// If the image cannot be placed.
 pub fn converse(
     image: &Arc<FirmwareImage>,
     records: [Option<&[u8]>; 2],
-    fitted: Fitted,
+    fitted: FittedParts,
     faults: &[(u64, Injection)],
     until_ns: u64,
     partner: Partner,
-) -> Result<Observed, Error> {
+) -> Result<BoardObservation, Error> {
     observed(image, records, fitted, faults, until_ns, Some(partner))
 }
 
 fn observed(
     image: &Arc<FirmwareImage>,
     records: [Option<&[u8]>; 2],
-    fitted: Fitted,
+    fitted: FittedParts,
     faults: &[(u64, Injection)],
     until_ns: u64,
     partner: Option<Partner>,
-) -> Result<Observed, Error> {
-    let mut setup = Setup::new("fault injection", image, Vec::new());
+) -> Result<BoardObservation, Error> {
+    let mut setup = BoardSetup::new("fault injection", image, Vec::new());
     setup.records = records.map(|record| record.map(<[u8]>::to_vec));
     (setup.fitted, setup.partner, setup.drain_every_ns) = (fitted, partner, DRAIN_EVERY_NS);
     // What hangs is looked at to its end.
@@ -151,14 +152,14 @@ fn observed(
     let blocked = Lockstep::new(FreeDisc::default(), SAMPLE_NS);
     let mut board = BoardUnderTest::power_on(setup, blocked)?;
     for (at, fault) in faults.iter().copied().filter(|(at, _)| *at <= until_ns) {
-        board.until(Until::Time(at))?;
+        board.until(StopCondition::Time(at))?;
         board.act(move |halted| halted.inject(fault))?;
     }
-    board.until(Until::Time(until_ns))?;
-    let Left { harness, resets, .. } = board.off()?;
+    board.until(StopCondition::Time(until_ns))?;
+    let PoweredOffBoard { harness, resets, .. } = board.off()?;
     let Harness { spans, ticks_ns, log, .. } = harness;
     let Spans { on_ns, any_ns, last, compares, .. } = spans;
-    Ok(Observed { on_ns, any_ns, last, compares, ticks_ns, log: log.lines, resets })
+    Ok(BoardObservation { on_ns, any_ns, last, compares, ticks_ns, log: log.lines, resets })
 }
 
 impl<C> Halted<'_, C> {

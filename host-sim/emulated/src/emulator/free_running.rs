@@ -11,8 +11,8 @@
 use rigless::time::{NO_DEADLINE, VirtualNanos};
 
 use super::board::{CLOCK_HZ, EmulatedBoard};
-use super::bridge::Bridge;
-use super::coupling::{Coupling, Sampling};
+use super::bridge::BridgeInputs;
+use super::coupling::{PlantCoupling, Sampling};
 use super::encoder_edges::EncoderEdges;
 use super::plant_interface::PowerStage;
 use crate::plant::Plant;
@@ -108,7 +108,7 @@ impl<S: AxisSolver + Clone> FreeRunning<S> {
     }
 }
 
-impl<S> Coupling for FreeRunning<S>
+impl<S> PlantCoupling for FreeRunning<S>
 where
     S: AxisSolver + Clone + Send + std::fmt::Debug + 'static,
 {
@@ -145,7 +145,7 @@ where
         self.move_to(at);
         if self.effect_at <= at {
             self.effect_at = NO_DEADLINE;
-            let code = self.stage.code(&Bridge::read(board), 0);
+            let code = self.stage.code(&BridgeInputs::read(board), 0);
             self.applied_v = self.plant.volts(code);
             if self.applied_v != 0.0 && self.sampling.has_ticked {
                 // Until now the joint has had no reason to move: the motion's clock begins with the
@@ -154,7 +154,7 @@ where
             }
         }
         if self.sampling.due <= at {
-            let bridge = Bridge::read(board);
+            let bridge = BridgeInputs::read(board);
             if self.sampling.is_open && bridge.is_on() {
                 self.origin.get_or_insert(self.sampling.begun);
             }

@@ -1,8 +1,8 @@
-//! Ends the run of a part that does not get anywhere.
+//! Ends the run of a firmware that hangs.
 //!
-//! Virtual time goes on whatever the firmware does, so a limit in virtual time always comes. But an
-//! endless loop around one register costs half a minute of wall time for each second of it: that is
-//! found by its accesses.
+//! Virtual time always advances, so a limit in virtual time is always reached. But an endless loop
+//! around one register costs half a minute of wall time per virtual second; it is detected by its
+//! accesses.
 
 use rigless::emulator::{Access, AccessKind};
 use rigless::time::VirtualNanos;
@@ -14,7 +14,7 @@ const BOOT_LIMIT_NS: u64 = 3_000_000_000;
 /// As many reads take some 0.5 s of virtual time: longer than any wait that has a limit of its own.
 const POLLING_LIMIT: u32 = 16_000_000;
 
-/// What a part has done of late.
+/// Detector of a firmware that polls one register.
 ///
 /// The register that is polled is found by a majority vote (Boyer and Moore 1981): one that is read
 /// more often than everything else happens together wins, however often a control task interrupts

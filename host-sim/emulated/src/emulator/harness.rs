@@ -12,14 +12,14 @@ use rigless::session::Session;
 use rigless::time::{NO_DEADLINE, VirtualNanos};
 
 use super::board::{EmulatedBoard, TIM11_CCR1};
-use super::board_under_test::{Halted, Order, Until};
-use super::bridge::Bridge;
-use super::coupling::Coupling;
+use super::board_under_test::{BoardCommand, Halted, StopCondition};
+use super::bridge::BridgeInputs;
+use super::coupling::PlantCoupling;
 use super::guard::Guard;
 use super::image::FirmwareImage;
-use super::log::Log;
+use super::log::FirmwareLog;
 use super::probe::Probe;
-use super::setup::{Partner, Setup};
+use super::setup::{BoardSetup, Partner};
 use super::spans::Spans;
 use super::uart::Uart;
 
@@ -37,7 +37,7 @@ pub struct Harness<C> {
     /// The image read the encoder at these times, ns since power-on: early in each control tick.
     pub ticks_ns: Vec<u64>,
     /// The firmware has said this so far.
-    pub log: Log,
+    pub log: FirmwareLog,
     /// The probe counts instructions, if that was asked for.
     pub probe: Option<Probe>,
     /// The part runs this program.
@@ -54,24 +54,24 @@ pub struct Harness<C> {
     drain_every_ns: u64,
     /// How many have been seen.
     resets: usize,
-    orders: Receiver<Order<C>>,
+    orders: Receiver<BoardCommand<C>>,
     answer: Sender<()>,
-    until: Option<Until>,
+    until: Option<StopCondition>,
 }
 
-impl<C: Coupling> Harness<C> {
+impl<C: PlantCoupling> Harness<C> {
     /// Puts a harness around a part that is about to start.
     pub fn new(
-        setup: Setup,
+        setup: BoardSetup,
         coupling: C,
         uart: Uart,
-        ends: (Receiver<Order<C>>, Sender<()>),
+        ends: (Receiver<BoardCommand<C>>, Sender<()>),
     ) -> Self {
         Self {
             coupling,
             spans: Spans::default(),
             ticks_ns: Vec::new(),
-            log: Log::new(setup.image.clone(), &setup.label, setup.listener),
+            log: FirmwareLog::new(setup.image.clone(), &setup.label, setup.listener),
             probe: setup.points.map(Probe::new),
             image: setup.image,
             failed: None,
@@ -93,7 +93,7 @@ impl<C: Coupling> Harness<C> {
     fn next(&self) -> VirtualNanos {
         let next = self.coupling.next().min(self.drain_at).min(self.partner_at);
         match self.until {
-            Some(Until::Time(ns) | Until::Frame(ns)) => next.min(VirtualNanos(ns)),
+            Some(StopCondition::Time(ns) | StopCondition::Frame(ns)) => next.min(VirtualNanos(ns)),
             _ => next,
         }
     }
@@ -131,10 +131,10 @@ impl<C: Coupling> Harness<C> {
     fn is_there(&self, at: VirtualNanos) -> bool {
         match self.until {
             None => true,
-            Some(Until::Samples(samples)) => self.coupling.sampling().samples >= samples,
-            Some(Until::Time(ns)) => at.0 >= ns,
-            Some(Until::Frame(ns)) => at.0 >= ns || self.uart.has_frame(),
-            Some(Until::Counted { ticks, or_ns }) => {
+            Some(StopCondition::Samples(samples)) => self.coupling.sampling().samples >= samples,
+            Some(StopCondition::Time(ns)) => at.0 >= ns,
+            Some(StopCondition::Frame(ns)) => at.0 >= ns || self.uart.has_frame(),
+            Some(StopCondition::Counted { ticks, or_ns }) => {
                 at.0 >= or_ns || self.probe.as_ref().is_none_or(|probe| probe.ticks.len() >= ticks)
             }
         }
@@ -152,8 +152,8 @@ impl<C: Coupling> Harness<C> {
                 return false;
             }
             match self.orders.recv() {
-                Ok(Order::Until(until)) => self.until = Some(until),
-                Ok(Order::Act(act)) => {
+                Ok(BoardCommand::Until(until)) => self.until = Some(until),
+                Ok(BoardCommand::Act(act)) => {
                     act(&mut Halted { harness: self, session, host, stop: *stop });
                     if self.answer.send(()).is_err() {
                         return false;
@@ -177,7 +177,7 @@ impl<C: Coupling> Harness<C> {
                     return;
                 }
                 // The set-up writes the register, too, before its top.
-                let drives = access.value != u64::from(Bridge::read(board).top / 2);
+                let drives = access.value != u64::from(BridgeInputs::read(board).top / 2);
                 if self.breaks_at_arming && drives && !self.ticks_ns.is_empty() {
                     self.breaks_at_arming = false;
                     board.drive_break(at, true);
@@ -210,7 +210,7 @@ impl<C: Coupling> Harness<C> {
             // A reset ends a stall, whatever it came from.
             host.hold(false);
         }
-        if let Some(Until::Frame(_)) = self.until
+        if let Some(StopCondition::Frame(_)) = self.until
             && self.is_there(stop.at)
         {
             session.run_until(stop.at);
@@ -218,7 +218,7 @@ impl<C: Coupling> Harness<C> {
     }
 }
 
-impl<C: Coupling> Driver<EmulatedBoard> for Harness<C> {
+impl<C: PlantCoupling> Driver<EmulatedBoard> for Harness<C> {
     fn on_settled(
         &mut self,
         session: &mut Session<EmulatedBoard>,

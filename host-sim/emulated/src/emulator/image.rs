@@ -1,4 +1,4 @@
-//! The flash image: is it one, for this chip, and of this core?
+//! Reads a flash image, and checks its chip and the version of its core.
 //!
 //! The firmware carries an ELF note, section `.note.stiction`: name `stiction`, type 1, and as its
 //! description three texts that end in a zero byte each: version of the core, commit, chip.
@@ -33,7 +33,7 @@ pub struct FirmwareImage {
     /// The whole ELF file.
     pub elf: Vec<u8>,
     /// What it says of itself.
-    pub note: Note,
+    pub note: ImageNote,
     /// The log's format strings.
     pub formats: Table,
     /// Address of the log's buffers.
@@ -42,9 +42,9 @@ pub struct FirmwareImage {
     pub last_tick: u64,
 }
 
-/// What an image says of itself.
+/// Note in an image: versions of core and commit, and chip.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Note {
+pub struct ImageNote {
     /// Version of the core.
     pub version: String,
     /// Commit that it was built from.
@@ -57,7 +57,7 @@ impl FirmwareImage {
     /// Reads a file and refuses what cannot run on the board.
     ///
     /// # Errors
-    /// Says what the file is not, and how to build one that is.
+    /// Returns why the file is not a valid image, and how to build one.
     pub fn open(path: &Path) -> Result<Self, Error> {
         let elf = fs::read(path).map_err(|source| {
             let why = if source.kind() == std::io::ErrorKind::NotFound {
@@ -70,7 +70,7 @@ impl FirmwareImage {
         Self::parse(path, elf)
     }
 
-    /// The same of bytes that have been read.
+    /// Parses an image from the bytes of its file.
     ///
     /// # Errors
     /// As [`open`](Self::open).
@@ -85,7 +85,7 @@ impl FirmwareImage {
             )));
         }
         let section = file.section_by_name(SECTION).and_then(|section| section.data().ok());
-        let note = section.and_then(Note::parse).ok_or_else(|| {
+        let note = section.and_then(ImageNote::parse).ok_or_else(|| {
             no(format!(
                 "it has no note of this project (section {SECTION}), so it is another program; \
                  {BUILD}"
@@ -93,12 +93,12 @@ impl FirmwareImage {
         })?;
         if note.chip != CHIP {
             return Err(no(format!(
-                "it is built for an {}, and the board has an {CHIP}; {BUILD}",
+                "it is built for an {}, but the board has an {CHIP}; {BUILD}",
                 note.chip
             )));
         }
         if note.version != VERSION {
-            let Note { version, commit, .. } = &note;
+            let ImageNote { version, commit, .. } = &note;
             return Err(no(format!(
                 "it holds version {version} of the core (commit {commit}), and this program \
                  version \
@@ -171,7 +171,7 @@ impl FirmwareImage {
     }
 }
 
-impl Note {
+impl ImageNote {
     fn parse(section: &[u8]) -> Option<Self> {
         let word = |at: usize| {
             let bytes = section.get(at..at + 4)?;
@@ -213,22 +213,25 @@ mod tests {
     #[test]
     fn a_note_says_version_commit_and_chip() {
         let found =
-            Note::parse(&note(b"stiction\0", 1, "0.1.0\0abc1234\0STM32F405\0\0\0")).unwrap();
-        let expected =
-            Note { version: "0.1.0".into(), commit: "abc1234".into(), chip: "STM32F405".into() };
+            ImageNote::parse(&note(b"stiction\0", 1, "0.1.0\0abc1234\0STM32F405\0\0\0")).unwrap();
+        let expected = ImageNote {
+            version: "0.1.0".into(),
+            commit: "abc1234".into(),
+            chip: "STM32F405".into(),
+        };
         assert_eq!(found, expected);
     }
 
     #[test]
     fn another_note_and_a_cut_note_are_none() {
-        assert_eq!(Note::parse(&note(b"GNU\0", 1, "0.1.0\0abc\0STM32F405")), None);
-        assert_eq!(Note::parse(&note(b"stiction\0", 2, "0.1.0\0abc\0STM32F405")), None);
+        assert_eq!(ImageNote::parse(&note(b"GNU\0", 1, "0.1.0\0abc\0STM32F405")), None);
+        assert_eq!(ImageNote::parse(&note(b"stiction\0", 2, "0.1.0\0abc\0STM32F405")), None);
         let whole = note(b"stiction\0", 1, "0.1.0\0abc1234\0STM32F405");
         for length in 0..whole.len() {
-            assert_eq!(Note::parse(&whole[..length]), None, "{length} bytes");
+            assert_eq!(ImageNote::parse(&whole[..length]), None, "{length} bytes");
         }
         let huge = [0xFF; 64];
-        assert_eq!(Note::parse(&huge), None);
+        assert_eq!(ImageNote::parse(&huge), None);
     }
 
     #[test]

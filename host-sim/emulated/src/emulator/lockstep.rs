@@ -13,8 +13,8 @@
 use rigless::time::{NO_DEADLINE, VirtualNanos};
 
 use super::board::EmulatedBoard;
-use super::bridge::Bridge;
-use super::coupling::{Coupling, Sampling};
+use super::bridge::BridgeInputs;
+use super::coupling::{PlantCoupling, Sampling};
 use super::encoder_edges::EncoderEdges;
 use super::plant_interface::PlantInterface;
 use crate::encoder::Wires;
@@ -54,7 +54,7 @@ impl<P: PlantInterface> Lockstep<P> {
         self.replan(at);
     }
 
-    /// Cuts, swaps or mends the encoder's wires.
+    /// Cuts, swaps or restores the encoder's wires.
     pub fn rewire(&mut self, wires: Wires, board: &mut EmulatedBoard, at: VirtualNanos) {
         self.encoder.rewire(wires, board, at);
     }
@@ -82,7 +82,7 @@ impl<P: PlantInterface> Lockstep<P> {
     }
 }
 
-impl<P: PlantInterface> Coupling for Lockstep<P> {
+impl<P: PlantInterface> PlantCoupling for Lockstep<P> {
     fn sampling(&self) -> &Sampling {
         &self.sampling
     }
@@ -99,7 +99,7 @@ impl<P: PlantInterface> Coupling for Lockstep<P> {
 
     fn act(&mut self, board: &mut EmulatedBoard, at: VirtualNanos) {
         if self.sampling.due <= at {
-            let bridge = Bridge::read(board);
+            let bridge = BridgeInputs::read(board);
             let Sampling { has_ticked, period_ns, .. } = self.sampling;
             // Before the first tick the plant rests, and its time does not count.
             let code = if has_ticked { self.plant.hold(&bridge, period_ns) } else { 0 };

@@ -46,7 +46,7 @@ impl std::fmt::Display for LogLine {
 pub type Listener = Arc<dyn Fn(&str, &LogLine) + Send + Sync>;
 
 /// A log that is being read.
-pub struct Log {
+pub struct FirmwareLog {
     image: Arc<FirmwareImage>,
     label: String,
     listener: Option<Listener>,
@@ -58,13 +58,13 @@ pub struct Log {
     pub malformed: u32,
 }
 
-impl std::fmt::Debug for Log {
+impl std::fmt::Debug for FirmwareLog {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Log").field("lines", &self.lines).finish_non_exhaustive()
     }
 }
 
-impl Log {
+impl FirmwareLog {
     /// The log of an image that is about to start.
     pub fn new(image: Arc<FirmwareImage>, label: &str, listener: Option<Listener>) -> Self {
         Self {

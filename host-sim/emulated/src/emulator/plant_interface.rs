@@ -3,7 +3,7 @@
 
 use stiction::control::drive::{Drive, DriveConfig};
 
-use super::bridge::{Bridge, code_of, nearest_code};
+use super::bridge::{BridgeInputs, code_of, nearest_code};
 use crate::error::Error;
 use crate::experiment::RunPlan;
 use crate::hardware::STM32F405;
@@ -16,7 +16,7 @@ pub trait PlantInterface: Send + std::fmt::Debug + 'static {
     fn disc(&self) -> i64;
 
     /// Moves on by a sample under what is on the bridge, and gives the code that it stands for.
-    fn hold(&mut self, bridge: &Bridge, period_ns: u64) -> i16;
+    fn hold(&mut self, bridge: &BridgeInputs, period_ns: u64) -> i16;
 }
 
 /// Position of a free disc, counts. The caller turns it, the bridge does not.
@@ -28,7 +28,7 @@ impl PlantInterface for FreeDisc {
         self.0
     }
 
-    fn hold(&mut self, _: &Bridge, _: u64) -> i16 {
+    fn hold(&mut self, _: &BridgeInputs, _: u64) -> i16 {
         0
     }
 }
@@ -52,7 +52,7 @@ impl PowerStage {
 
     /// The code of what is on the bridge; `near` if that gives the same duty, and zero if it is
     /// off. A duty of another program than the plan's has the code of the nearest duty.
-    pub fn code(&mut self, bridge: &Bridge, near: i16) -> i16 {
+    pub fn code(&mut self, bridge: &BridgeInputs, near: i16) -> i16 {
         if !bridge.is_on() {
             return 0;
         }
@@ -92,7 +92,7 @@ impl PlantInterface for DrivenPlant {
         self.plant.disc()
     }
 
-    fn hold(&mut self, bridge: &Bridge, period_ns: u64) -> i16 {
+    fn hold(&mut self, bridge: &BridgeInputs, period_ns: u64) -> i16 {
         self.code = self.stage.code(bridge, self.code);
         let usual_s = self.plant.sample_time_s();
         let is_usual = period_ns == nanoseconds(usual_s);

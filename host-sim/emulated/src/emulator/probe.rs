@@ -122,9 +122,9 @@ fn watch(host: &mut dyn Host, watches: impl Iterator<Item = Watch>) -> Result<()
     Ok(())
 }
 
-/// What something has taken.
+/// Cost of a span.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Cost {
+pub struct PassageCost {
     /// Counted.
     pub instructions: u32,
     /// Estimated.
@@ -136,12 +136,12 @@ pub struct Cost {
 pub struct TickCost {
     /// From the control interrupt's first instruction to its return, both included; cycles with
     /// entry and exit.
-    pub interrupt: Cost,
+    pub interrupt: PassageCost,
     /// Of these, the core's: `Controller::tick` as a function, its return included, the call not.
-    pub core: Cost,
+    pub core: PassageCost,
 }
 
-/// What to count in an image.
+/// Functions to count in an image.
 #[derive(Clone, Debug)]
 pub struct Points {
     handler: Span,
@@ -248,7 +248,7 @@ impl Probe {
         let Some(Passage { whole, part: Some(part), instructions }) = passage else {
             let why = self.tracer.trouble.take();
             self.trouble =
-                self.trouble.take().or(why).or_else(|| Some("its way was not followed".into()));
+                self.trouble.take().or(why).or_else(|| Some("its path was not traced".into()));
             return;
         };
         if instructions != interrupt {
@@ -257,7 +257,7 @@ impl Probe {
             );
             self.trouble.get_or_insert(why);
         }
-        let cost = |instructions, cycles| Cost { instructions, cycles };
+        let cost = |instructions, cycles| PassageCost { instructions, cycles };
         self.ticks.push(TickCost { interrupt: cost(interrupt, whole), core: cost(core, part) });
     }
 

@@ -12,11 +12,11 @@ use super::image::FirmwareImage;
 use super::log::{Listener, LogLine};
 use super::parameters;
 use super::plant_interface::PowerStage;
-use super::setup::Setup;
+use super::setup::BoardSetup;
 use super::side_by_side::{Ran, in_free_running, in_lockstep};
 use crate::error::Error;
 use crate::experiment::{RunPlan, Task};
-use crate::machine::Solver;
+use crate::machine::AxisSolverName;
 use crate::run::{Recording, RunResult};
 use crate::solver::{AxisSolver, Rk4Axis};
 
@@ -121,14 +121,14 @@ impl Emulation {
     /// # Errors
     /// As [`run_all`](Self::run_all).
     pub fn run(&self, plan: &RunPlan, ticks: &AtomicU32) -> Result<EmulatedRun, Error> {
-        self.run_told(parameters::blob(plan)?, plan, ticks)
+        self.run_with_record(parameters::blob(plan)?, plan, ticks)
     }
 
-    /// Does the same with another record in the image's flash than that of the plan.
+    /// Runs one plan with another record in the image's flash.
     ///
     /// # Errors
     /// As [`run_all`](Self::run_all).
-    pub fn run_told(
+    pub fn run_with_record(
         &self,
         record: Vec<u8>,
         plan: &RunPlan,
@@ -139,12 +139,14 @@ impl Emulation {
         }
         let (axis, machine) = (plan.axis()?, &plan.machine);
         match machine.run.solver {
-            Solver::Rk4 if plan.substitute.is_none() => {
+            AxisSolverName::Rk4 if plan.substitute.is_none() => {
                 let band = machine.joint.friction.band_deg_per_s;
                 let solver = Rk4Axis::at_rest(&axis, band, machine.run.step_s);
                 self.run_with(record, plan, solver, ticks)
             }
-            Solver::Exact | Solver::Rk4 => self.run_with(record, plan, plan.joint()?, ticks),
+            AxisSolverName::Exact | AxisSolverName::Rk4 => {
+                self.run_with(record, plan, plan.joint()?, ticks)
+            }
         }
     }
 
@@ -159,7 +161,7 @@ impl Emulation {
         S: AxisSolver + Clone + Send + std::fmt::Debug + 'static,
     {
         let mut recording = Recording::new(plan)?;
-        let mut setup = Setup::new(&plan.label, &self.image, record);
+        let mut setup = BoardSetup::new(&plan.label, &self.image, record);
         (setup.listener, setup.interrupt) = (self.listener.clone(), self.interrupt.clone());
         let ran = if self.free_running {
             let stage = PowerStage::of(plan)?;

@@ -1,11 +1,11 @@
-//! What is powered on: the program, the parameters in its flash, and what is soldered on.
+//! Setup of a board: program, parameters in its flash, and components.
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use rigless::image::Image;
 
-use super::board::Fitted;
+use super::board::FittedParts;
 use super::image::FirmwareImage;
 use super::log::Listener;
 use super::probe::Points;
@@ -23,7 +23,7 @@ const DRAIN_EVERY_NS: u64 = 5_000_000;
 pub type Partner = Box<dyn FnMut(u64, &[u8]) -> Vec<u8> + Send>;
 
 /// A setup is a board without power, and who is connected to it.
-pub struct Setup {
+pub struct BoardSetup {
     /// The run has this name, in messages and beside its log.
     pub label: String,
     /// The part runs this program.
@@ -31,7 +31,7 @@ pub struct Setup {
     /// The two parameter sectors have these contents; one without any is erased.
     pub records: [Option<Vec<u8>>; 2],
     /// These parts are soldered on.
-    pub fitted: Fitted,
+    pub fitted: FittedParts,
     /// The listener gets each line of the log at once.
     pub listener: Option<Listener>,
     /// Instructions are counted at these points.
@@ -46,14 +46,14 @@ pub struct Setup {
     pub interrupt: Arc<AtomicBool>,
 }
 
-impl Setup {
+impl BoardSetup {
     /// Sets up a whole board with an image, and with a record in the first sector.
     pub fn new(label: &str, image: &Arc<FirmwareImage>, record: Vec<u8>) -> Self {
         Self {
             label: label.into(),
             image: image.clone(),
             records: [Some(record), None],
-            fitted: Fitted::default(),
+            fitted: FittedParts::default(),
             listener: None,
             points: None,
             partner: None,

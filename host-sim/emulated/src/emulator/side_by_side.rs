@@ -1,9 +1,8 @@
 //! Image and core side by side: every tick of both, compared bit for bit.
 //!
-//! The plant is driven by what the image puts out, never by what the core says it should have: the
-//! core is there to find a difference, in any term, at the tick where it happens. In lockstep the
-//! two are a [`Target`] like any other. In free-running the part keeps the time, and the host
-//! follows.
+//! The output of the image drives the plant. The core runs beside it to find the first tick with a
+//! difference in any term. In lockstep the two are a [`Target`]. In free-running the
+//! microcontroller determines the time, and the host follows.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -15,9 +14,9 @@ use stiction::control::drive::Duty;
 use stiction::control::encoder::CounterBits;
 use stiction::identification::RampFindings;
 
-use super::board_under_test::{BoardUnderTest, Left};
+use super::board_under_test::{BoardUnderTest, PoweredOffBoard};
 use super::compare::{Difference, same_bits};
-use super::coupling::{Coupling, Sample};
+use super::coupling::{ImageSample, PlantCoupling};
 use super::encoder_edges::EncoderEdges;
 use super::free_running::FreeRunning;
 use super::guard::Guard;
@@ -25,7 +24,7 @@ use super::image::FirmwareImage;
 use super::lockstep::Lockstep;
 use super::log::LogLine;
 use super::plant_interface::{FreeDisc, PowerStage, nanoseconds};
-use super::setup::Setup;
+use super::setup::BoardSetup;
 use crate::closed_loop::ClosedLoop;
 use crate::error::Error;
 use crate::plant::DelayLine;
@@ -33,7 +32,7 @@ use crate::run::Recording;
 use crate::solver::AxisSolver;
 use crate::target::{BareLoop, Target};
 
-/// Why a run ends before its last sample.
+/// Reason of an early end of a run.
 #[derive(Debug)]
 enum Stopped {
     /// Image and core do not agree.
@@ -57,7 +56,7 @@ fn misbehaves<T>(why: impl Into<String>) -> Result<T, Stopped> {
 /// One sample of an image.
 #[derive(Debug)]
 struct Seen {
-    sample: Sample,
+    sample: ImageSample,
     /// What the image computed in its last tick.
     image: Tick,
     /// What has reset the part since power-on.
@@ -66,7 +65,7 @@ struct Seen {
 }
 
 /// The next sample of a board.
-fn next_sample<C: Coupling>(board: &mut BoardUnderTest<C>) -> Result<Seen, Error> {
+fn next_sample<C: PlantCoupling>(board: &mut BoardUnderTest<C>) -> Result<Seen, Error> {
     board.samples(1)?;
     board.act(|halted| {
         let (sample, reset) = (halted.harness.coupling.sampling().sample, halted.resets().first());
@@ -76,7 +75,7 @@ fn next_sample<C: Coupling>(board: &mut BoardUnderTest<C>) -> Result<Seen, Error
 }
 
 /// Waits until a board drives its bridge; gives the sample in which it does so first.
-fn armed<C: Coupling>(
+fn armed<C: PlantCoupling>(
     board: &mut BoardUnderTest<C>,
     closed_loop: &ClosedLoop,
     mut on_first_tick: impl FnMut(&mut BoardUnderTest<C>) -> Result<(), Error>,
@@ -96,7 +95,7 @@ fn armed<C: Coupling>(
             }
             if found != top {
                 return misbehaves(format!(
-                    "its PWM turns around at {found}, not at {top} as drive.pwm_hz asks"
+                    "its PWM counts up to {found}, but drive.pwm_hz needs {top}"
                 ));
             }
             return Ok(seen);
@@ -125,7 +124,7 @@ fn on_time(since_ns: u64, sample_ns: u64) -> Result<(), Stopped> {
         return Ok(());
     }
     let (found, asked) = (since_ns as f64 * 1e-6, sample_ns as f64 * 1e-6);
-    misbehaves(format!("it ticks after {found} ms instead of {asked} ms"))
+    misbehaves(format!("its sample time is {found} ms instead of {asked} ms"))
 }
 
 /// The core that runs beside an image.
@@ -147,7 +146,7 @@ impl<'a> Beside<'a> {
     /// From the first tick of the motion on, with the joint at rest at `start` counts.
     fn new(
         closed_loop: &'a ClosedLoop,
-        first: &Sample,
+        first: &ImageSample,
         start: i32,
         progress: &'a AtomicU32,
     ) -> Self {
@@ -239,7 +238,7 @@ impl SideBySide<'_> {
             None => self.turned_to(counter)?,
         };
         self.beside.has_come(&seen)?;
-        let (Sample { counter, shown, .. }, disc) = (seen.sample, self.disc);
+        let (ImageSample { counter, shown, .. }, disc) = (seen.sample, self.disc);
         if self.beside.ticks > 0 {
             if shown != disc {
                 return misbehaves("it has ticked before the encoder's edges were over");
@@ -278,7 +277,7 @@ fn turn(board: &mut BoardUnderTest<Lockstep<FreeDisc>>, disc: i64) -> Result<(),
     })
 }
 
-/// What is left of a run besides its recording.
+/// Results of a run in addition to its recording.
 #[derive(Debug)]
 pub(super) struct Ran<S> {
     /// The joint.
@@ -301,7 +300,7 @@ pub(super) struct Ran<S> {
 /// If the image cannot be placed, gets stuck, turns its bridge off, or does not do what the core
 /// does.
 pub(super) fn in_lockstep<S: AxisSolver>(
-    setup: Setup,
+    setup: BoardSetup,
     recording: &mut Recording<'_>,
     solver: S,
     progress: &AtomicU32,
@@ -324,7 +323,7 @@ pub(super) fn in_lockstep<S: AxisSolver>(
         target.stopped.map(|()| target.beside.core.state.ramp().findings())
     });
     let (found, left) = explain.end(found, board)?;
-    let Left { harness, instructions, .. } = left;
+    let PoweredOffBoard { harness, instructions, .. } = left;
     let log = harness.log.lines;
     Ok(Ran { solver: plant.solver, found, log, latencies_ns: Vec::new(), instructions })
 }
@@ -334,7 +333,7 @@ pub(super) fn in_lockstep<S: AxisSolver>(
 /// # Errors
 /// As [`in_lockstep`].
 pub(super) fn in_free_running<S>(
-    setup: Setup,
+    setup: BoardSetup,
     recording: &mut Recording<'_>,
     (solver, stage): (S, PowerStage),
     progress: &AtomicU32,
@@ -352,7 +351,7 @@ where
         follow(&mut board, &mut beside, recording, first)?;
         Ok(beside.core.state.ramp().findings())
     });
-    let (found, Left { harness, instructions, .. }) = explain.end(found, board)?;
+    let (found, PoweredOffBoard { harness, instructions, .. }) = explain.end(found, board)?;
     let FreeRunning { plant, events, latencies_ns, .. } = harness.coupling;
     recording.events = events;
     let log = harness.log.lines;
@@ -396,16 +395,16 @@ struct Explanation {
 }
 
 impl Explanation {
-    fn of(setup: &Setup) -> Self {
+    fn of(setup: &BoardSetup) -> Self {
         Self { label: setup.label.clone(), image: setup.image.clone() }
     }
 
     /// Turns the power off, and says why the run has ended if that was too early.
-    fn end<T, C: Coupling>(
+    fn end<T, C: PlantCoupling>(
         &self,
         ran: Result<T, Stopped>,
         board: BoardUnderTest<C>,
-    ) -> Result<(T, Left<C>), Error> {
+    ) -> Result<(T, PoweredOffBoard<C>), Error> {
         let why = match ran {
             Ok(found) => return Ok((found, board.off()?)),
             Err(Stopped::Board(error)) => return Err(error),

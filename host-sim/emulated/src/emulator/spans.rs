@@ -1,12 +1,12 @@
-//! When the bridge was on, to the instruction: it is looked at after every write to a register and
-//! at every stop.
+//! Times at which the bridge was on, to the instruction: checked after every write to a register
+//! and at every stop.
 
 use rigless::time::VirtualNanos;
 
 use super::board::EmulatedBoard;
-use super::bridge::Bridge;
+use super::bridge::BridgeInputs;
 
-/// What has been seen of the bridge.
+/// Observations of the bridge.
 #[derive(Clone, Debug, Default)]
 pub struct Spans {
     /// Spans of time in which it was on, ns since power-on.
@@ -14,7 +14,7 @@ pub struct Spans {
     /// It was on by half at least, by its outputs or by its enable pin, until this time, ns.
     pub any_ns: u64,
     /// The bridge when it was last seen on.
-    pub last: Bridge,
+    pub last: BridgeInputs,
     /// The compare values that it was on with, each with the time at which it came, ns.
     pub compares: Vec<(u64, u16)>,
     was_on: bool,
@@ -23,8 +23,8 @@ pub struct Spans {
 
 impl Spans {
     /// Looks at it.
-    pub fn look(&mut self, board: &mut EmulatedBoard, at: VirtualNanos) -> Bridge {
-        let bridge = Bridge::read(board);
+    pub fn look(&mut self, board: &mut EmulatedBoard, at: VirtualNanos) -> BridgeInputs {
+        let bridge = BridgeInputs::read(board);
         let is_on = bridge.is_on();
         if is_on {
             self.last = bridge;

@@ -17,12 +17,12 @@ use stiction::parameters::ROOM;
 use super::FirmwareImage;
 use super::board_under_test::{BoardUnderTest, PlantInLockstep};
 use super::runs::DEFAULT_IMAGE;
-use super::setup::Setup;
+use super::setup::BoardSetup;
 use crate::device::wire::{AWAY, Wire};
 use crate::error::Error;
 use crate::experiment::{RunPlan, for_a_device};
 
-/// Of every output of an emulated device.
+/// Warning that precedes every output about an emulated device.
 pub const EMULATED: &str = "EMULATED DEVICE: no motor moves or stops.";
 
 /// By then a sound image has ticked, ns: a crystal that does not start is waited for for 50 ms, and
@@ -64,7 +64,7 @@ impl EmulatedWire {
         parameters.device.autostart = false;
         let mut room = [0; ROOM];
         let record = parameters.encode(1, &mut room).unwrap_or_default().to_vec();
-        let setup = Setup::new(&plan.label, image, record);
+        let setup = BoardSetup::new(&plan.label, image, record);
         let mut board = BoardUnderTest::power_on(setup, PlantInLockstep::of(plan)?)?;
         // The joint rests for 50 ms before it may be armed; and just after a tick there is the most
         // time until the next.
@@ -74,7 +74,7 @@ impl EmulatedWire {
             if now > BOOT_NS {
                 let log = board.act(|halted| halted.harness.log.tail())?;
                 return Err(Error::Emulator(format!(
-                    "{}: it does not tick; {log}",
+                    "{}: the control loop does not run; {log}",
                     image.path.display()
                 )));
             }

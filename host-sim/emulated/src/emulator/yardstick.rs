@@ -10,7 +10,7 @@ use rigless::session::Session;
 use rigless::soc::Width;
 use rigless::time::VirtualNanos;
 
-use super::board::{EmulatedBoard, Fitted};
+use super::board::{EmulatedBoard, FittedParts};
 use super::probe::{Counter, Span};
 use crate::error::Error;
 use crate::firmware::Code;
@@ -45,7 +45,7 @@ pub fn count(path: &Path, elf: &[u8], samples: &[[f32; 2]]) -> Result<[Vec<u32>;
     };
     let images =
         [Image::new(path, elf.to_vec(), None).map_err(|error| trouble(error.to_string()))?];
-    let board = Box::new(EmulatedBoard::new(Fitted::default())?);
+    let board = Box::new(EmulatedBoard::new(FittedParts::default())?);
     let session =
         Session::new(board, 0, VirtualNanos(0)).map_err(|error| trouble(error.to_string()))?;
     let finished = rigless::emulator::run(session, &Start::new(&images), feeder)
@@ -57,7 +57,7 @@ pub fn count(path: &Path, elf: &[u8], samples: &[[f32; 2]]) -> Result<[Vec<u32>;
             // The first call came before the first sample.
             Ok(counts.map(|counts| counts.into_iter().take(enough).skip(1).collect()))
         }
-        None => Err(trouble("it does not call its steps".into())),
+        None => Err(trouble("the image does not call its steps".into())),
     }
 }
 

@@ -7,9 +7,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::code::{Code, Function, Placed};
-use super::cycles::{Timing, Unknown};
-use super::thumb::Flow;
+use super::code::{Code, Function, PlacedInstruction};
+use super::cycles::{Timing, UnknownTiming};
+use super::thumb::ControlFlow;
 
 /// `tbb` and `tbh`, without their registers.
 const TABLE_BRANCH: (u16, u16) = (0xE8D0, 0xF000);
@@ -18,7 +18,7 @@ const HALFWORDS: u16 = 0x10;
 
 /// A stretch of code.
 #[derive(Clone, Debug)]
-pub struct Block {
+pub struct CodeBlock {
     /// Behind its last instruction.
     pub end: u32,
     /// How many it has.
@@ -27,12 +27,12 @@ pub struct Block {
     pub returns: bool,
     /// Cycles from its first instruction to the end of its last, what they wait for each other
     /// included, and the refill after a jump not; the encoding of one whose time is not known.
-    pub cycles: Result<u32, Unknown>,
+    pub cycles: Result<u32, UnknownTiming>,
     first: Timing,
     last: Timing,
 }
 
-impl Block {
+impl CodeBlock {
     /// Cycles that `next` waits for the results of this block, if it follows without a jump.
     pub const fn holds_up(&self, next: &Self) -> u32 {
         self.last.holds_up(&next.first)
@@ -42,7 +42,7 @@ impl Block {
 /// The blocks of a function and of everything that it can call.
 #[derive(Clone, Debug, Default)]
 pub struct Blocks {
-    blocks: BTreeMap<u32, Block>,
+    blocks: BTreeMap<u32, CodeBlock>,
 }
 
 impl Blocks {
@@ -57,7 +57,7 @@ impl Blocks {
         }
         let mut blocks = BTreeMap::new();
         for function in functions {
-            let mut stretch: Vec<Placed> = Vec::new();
+            let mut stretch: Vec<PlacedInstruction> = Vec::new();
             // Instructions that the last `it` still holds.
             let mut conditional = 0;
             for placed in code.instructions(function) {
@@ -79,7 +79,7 @@ impl Blocks {
     }
 
     /// The one that begins at an address.
-    pub fn get(&self, address: u32) -> Option<&Block> {
+    pub fn get(&self, address: u32) -> Option<&CodeBlock> {
         self.blocks.get(&address)
     }
 
@@ -89,16 +89,20 @@ impl Blocks {
     }
 
     /// All of them.
-    pub fn all(&self) -> impl Iterator<Item = (u32, &Block)> {
+    pub fn all(&self) -> impl Iterator<Item = (u32, &CodeBlock)> {
         self.blocks.iter().map(|(address, block)| (*address, block))
     }
 }
 
 /// Ends a stretch. `conditional` is how many of its last instructions an `it` holds.
-fn close(blocks: &mut BTreeMap<u32, Block>, stretch: &mut Vec<Placed>, conditional: u32) {
+fn close(
+    blocks: &mut BTreeMap<u32, CodeBlock>,
+    stretch: &mut Vec<PlacedInstruction>,
+    conditional: u32,
+) {
     if let (Some(first), Some(last)) = (stretch.first(), stretch.last()) {
-        let returns = last.instruction.flow == Flow::Return && conditional == 0;
-        let timings: Result<Vec<Timing>, Unknown> = stretch
+        let returns = last.instruction.flow == ControlFlow::Return && conditional == 0;
+        let timings: Result<Vec<Timing>, UnknownTiming> = stretch
             .iter()
             .map(|placed| Timing::of(placed.halfwords.0, placed.halfwords.1))
             .collect();
@@ -113,36 +117,44 @@ fn close(blocks: &mut BTreeMap<u32, Block>, stretch: &mut Vec<Placed>, condition
             all.iter().map(|timing| timing.cycles).chain(waits).sum()
         });
         let instructions = stretch.len() as u32;
-        let block =
-            Block { end: last.end(), instructions, returns, cycles, first: ends.0, last: ends.1 };
+        let block = CodeBlock {
+            end: last.end(),
+            instructions,
+            returns,
+            cycles,
+            first: ends.0,
+            last: ends.1,
+        };
         blocks.insert(first.address, block);
     }
     stretch.clear();
 }
 
-fn is_table_branch(placed: &Placed) -> bool {
+fn is_table_branch(placed: &PlacedInstruction) -> bool {
     let (first, second) = placed.halfwords;
     first & 0xFFF0 == TABLE_BRANCH.0 && second & 0xFFE0 == TABLE_BRANCH.1
 }
 
-fn may_leave(placed: &Placed) -> bool {
-    placed.instruction.flow != Flow::On || is_table_branch(placed)
+fn may_leave(placed: &PlacedInstruction) -> bool {
+    placed.instruction.flow != ControlFlow::On || is_table_branch(placed)
 }
 
 /// Where an instruction may lead, besides the next one if it leads nowhere.
-fn leads_to(code: &Code, placed: &Placed) -> Vec<u32> {
+fn leads_to(code: &Code, placed: &PlacedInstruction) -> Vec<u32> {
     match placed.instruction.flow {
-        Flow::On if is_table_branch(placed) => table(code, placed),
-        Flow::On => Vec::new(),
-        Flow::Branch(target) | Flow::Call(target) => vec![target, placed.end()],
-        Flow::CallRegister | Flow::JumpRegister | Flow::Return => vec![placed.end()],
+        ControlFlow::On if is_table_branch(placed) => table(code, placed),
+        ControlFlow::On => Vec::new(),
+        ControlFlow::Branch(target) | ControlFlow::Call(target) => vec![target, placed.end()],
+        ControlFlow::CallRegister | ControlFlow::JumpRegister | ControlFlow::Return => {
+            vec![placed.end()]
+        }
     }
 }
 
 /// Where a table leads: its entries are distances in halfwords from its own begin, which follows
 /// the instruction. The last byte may be one too many, which leads to the table itself and so to no
 /// instruction.
-fn table(code: &Code, placed: &Placed) -> Vec<u32> {
+fn table(code: &Code, placed: &PlacedInstruction) -> Vec<u32> {
     let wide = placed.halfwords.1 & HALFWORDS != 0;
     let entries = code.data(placed.end()).flat_map(|halfword| {
         if wide {

@@ -1,4 +1,4 @@
-//! What the firmware may cost. `cargo xtask cost` and the tests of the image hold it to these.
+//! Limits for the cost of the firmware, checked by `cargo xtask cost` and the tests of the image.
 
 /// Instructions of the core's tick under any law of the thesis, with all that can be turned on.
 ///

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use object::{Object, ObjectSection, ObjectSymbol, SymbolKind};
 
-use super::thumb::{Flow, Instruction, Stack};
+use super::thumb::{ControlFlow, Instruction, Stack};
 use crate::error::Error;
 
 /// `cpsie i`.
@@ -67,7 +67,7 @@ impl Text {
 
 /// An instruction where it lies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Placed {
+pub struct PlacedInstruction {
     /// Its address.
     pub address: u32,
     /// Its two halfwords; the second one belongs to it only if it is a long one.
@@ -76,7 +76,7 @@ pub struct Placed {
     pub instruction: Instruction,
 }
 
-impl Placed {
+impl PlacedInstruction {
     /// Where the next one lies.
     pub const fn end(&self) -> u32 {
         self.address + self.instruction.size
@@ -122,9 +122,7 @@ impl Code {
         let covered: u32 = sizes.values().map(|(size, _)| size).sum();
         // Alignment between functions is all that may be left over.
         if marks.is_empty() || u64::from(covered) < text.size() * 9 / 10 {
-            return Err(no(
-                "its symbols have been stripped, so nothing can be said of its functions",
-            ));
+            return Err(no("its symbols have been stripped, so its functions cannot be analysed"));
         }
         let text = Text { start, bytes: bytes.to_vec(), marks };
         let mut code = Self { functions: BTreeMap::new(), vectors, symbols, text };
@@ -137,7 +135,7 @@ impl Code {
     }
 
     /// A function's instructions in the order in which they lie.
-    pub fn instructions(&self, function: &Function) -> impl Iterator<Item = Placed> {
+    pub fn instructions(&self, function: &Function) -> impl Iterator<Item = PlacedInstruction> {
         let (mut address, end) = (function.address, function.address + function.size);
         std::iter::from_fn(move || {
             while address < end && !self.text.is_code(address) {
@@ -146,7 +144,7 @@ impl Code {
             let first = self.text.halfword(address).filter(|_| address < end)?;
             let second = self.text.halfword(address + 2).unwrap_or(0);
             let instruction = Instruction::decode(address, first, second);
-            let placed = Placed { address, halfwords: (first, second), instruction };
+            let placed = PlacedInstruction { address, halfwords: (first, second), instruction };
             address = placed.end();
             Some(placed)
         })
@@ -260,20 +258,22 @@ fn mangled(path: &str) -> String {
 
 impl Function {
     /// With what one more of its instructions does.
-    fn with(mut self, placed: Placed) -> Self {
-        let Placed { address, halfwords: (first, _), instruction } = placed;
+    fn with(mut self, placed: PlacedInstruction) -> Self {
+        let PlacedInstruction { address, halfwords: (first, _), instruction } = placed;
         match instruction.flow {
-            Flow::Call(target) => {
+            ControlFlow::Call(target) => {
                 self.calls.insert(target);
                 self.returns_to.push((placed.end(), target));
             }
             // To another function: a call that returns to this one's caller.
-            Flow::Branch(target) if !(self.address..self.address + self.size).contains(&target) => {
+            ControlFlow::Branch(target)
+                if !(self.address..self.address + self.size).contains(&target) =>
+            {
                 self.calls.insert(target);
             }
-            Flow::Return => self.returns.push(address),
-            Flow::CallRegister | Flow::JumpRegister => self.indirect.push(address),
-            Flow::Branch(_) | Flow::On => {}
+            ControlFlow::Return => self.returns.push(address),
+            ControlFlow::CallRegister | ControlFlow::JumpRegister => self.indirect.push(address),
+            ControlFlow::Branch(_) | ControlFlow::On => {}
         }
         if first == UNMASK {
             self.unmasks.push(address);

@@ -1,6 +1,5 @@
-//! What can be said of a flash image without running it: its functions and who calls whom, the
-//! stack that this takes at most, the cycles of its instructions, the memory that it fills, and the
-//! routines that it must not have.
+//! Static analysis of a flash image: functions and their calls, largest stack, cycles of
+//! instructions, memory, and forbidden routines.
 
 pub mod blocks;
 pub mod budgets;

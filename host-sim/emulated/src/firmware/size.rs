@@ -1,4 +1,4 @@
-//! The memory that an image fills.
+//! Memory used by an image.
 
 use object::{Object, ObjectSection, ObjectSegment, SectionFlags};
 

@@ -31,17 +31,18 @@ const FRAME: u32 = 27 * 4;
 /// Exceptions that come through any mask.
 const UNMASKABLE: [&str; 2] = ["NonMaskableInt", "HardFault"];
 
-/// A bound.
+/// Upper limit of the stack.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Bound {
-    /// What the start takes at most, with interrupts masked, and the exceptions that no mask holds.
+pub struct StackBound {
+    /// Largest stack of the start with masked interrupts, plus the exceptions that cannot be
+    /// masked, bytes.
     pub start: u32,
     /// Each entry of the hardware with its own chain's bytes, its frame among them: what is left of
     /// the start first.
     pub entries: Vec<(String, u32)>,
 }
 
-impl Bound {
+impl StackBound {
     /// Of an image.
     ///
     /// # Errors

@@ -5,7 +5,7 @@
 
 /// What an instruction does to the flow of control.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Flow {
+pub enum ControlFlow {
     /// Goes on with the next one, or somewhere within the same function by a table.
     On,
     /// `bl`: calls the function at this address.
@@ -37,7 +37,7 @@ pub struct Instruction {
     /// Bytes.
     pub size: u32,
     /// Where it leads.
-    pub flow: Flow,
+    pub flow: ControlFlow,
     /// What it takes from the stack.
     pub stack: Stack,
 }
@@ -68,27 +68,31 @@ const fn relative(address: u32, offset: u32, bits: u32) -> u32 {
     address.wrapping_add(4).wrapping_add_signed(signed)
 }
 
-fn short_flow(address: u32, code: u32) -> Flow {
+fn short_flow(address: u32, code: u32) -> ControlFlow {
     match code {
-        0x4770 => Flow::Return,
+        0x4770 => ControlFlow::Return,
         // mov pc, lr
-        0x46F7 => Flow::Return,
-        _ if code & 0xFF87 == 0x4700 => Flow::JumpRegister,
-        _ if code & 0xFF87 == 0x4780 => Flow::CallRegister,
+        0x46F7 => ControlFlow::Return,
+        _ if code & 0xFF87 == 0x4700 => ControlFlow::JumpRegister,
+        _ if code & 0xFF87 == 0x4780 => ControlFlow::CallRegister,
         // mov pc, rm and add pc, rm
-        _ if code & 0xFF87 == 0x4687 || code & 0xFF87 == 0x4487 => Flow::JumpRegister,
+        _ if code & 0xFF87 == 0x4687 || code & 0xFF87 == 0x4487 => ControlFlow::JumpRegister,
         // pop {..., pc}
-        _ if code & 0xFF00 == 0xBD00 => Flow::Return,
+        _ if code & 0xFF00 == 0xBD00 => ControlFlow::Return,
         // b<c>; conditions 14 and 15 are udf and svc.
         _ if code & 0xF000 == 0xD000 && code & 0x0F00 < 0x0E00 => {
-            Flow::Branch(relative(address, (code & 0xFF) << 1, 9))
+            ControlFlow::Branch(relative(address, (code & 0xFF) << 1, 9))
         }
-        _ if code & 0xF800 == 0xE000 => Flow::Branch(relative(address, (code & 0x7FF) << 1, 12)),
+        _ if code & 0xF800 == 0xE000 => {
+            ControlFlow::Branch(relative(address, (code & 0x7FF) << 1, 12))
+        }
         // cbz and cbnz reach 126 bytes ahead.
-        _ if code & 0xF500 == 0xB100 => {
-            Flow::Branch(relative(address, (code >> 3 & 0x1F) << 1 | (code >> 9 & 1) << 6, 32))
-        }
-        _ => Flow::On,
+        _ if code & 0xF500 == 0xB100 => ControlFlow::Branch(relative(
+            address,
+            (code >> 3 & 0x1F) << 1 | (code >> 9 & 1) << 6,
+            32,
+        )),
+        _ => ControlFlow::On,
     }
 }
 
@@ -106,7 +110,7 @@ fn short_stack(code: u32) -> Stack {
     }
 }
 
-fn long_flow(address: u32, first: u32, second: u32) -> Flow {
+fn long_flow(address: u32, first: u32, second: u32) -> ControlFlow {
     let sign = first >> 10 & 1;
     if first & 0xF800 == 0xF000 && second & 0x8000 != 0 {
         let (j1, j2) = (second >> 13 & 1, second >> 11 & 1);
@@ -116,27 +120,31 @@ fn long_flow(address: u32, first: u32, second: u32) -> Flow {
             let (i1, i2) = (1 ^ j1 ^ sign, 1 ^ j2 ^ sign);
             let offset = sign << 24 | i1 << 23 | i2 << 22 | (first & 0x3FF) << 12 | low;
             let target = relative(address, offset, 25);
-            return if second & 0x4000 != 0 { Flow::Call(target) } else { Flow::Branch(target) };
+            return if second & 0x4000 != 0 {
+                ControlFlow::Call(target)
+            } else {
+                ControlFlow::Branch(target)
+            };
         }
         // b<c>.w; conditions 14 and 15 are barriers, msr and their like.
         if second & 0x4000 == 0 && first >> 6 & 0xF < 14 {
             let offset = sign << 20 | j2 << 19 | j1 << 18 | (first & 0x3F) << 12 | low;
-            return Flow::Branch(relative(address, offset, 21));
+            return ControlFlow::Branch(relative(address, offset, 21));
         }
-        return Flow::On;
+        return ControlFlow::On;
     }
     match (first, second) {
         // ldr pc, [sp], #4: a pop of one register
-        (0xF85D, 0xFB04) => Flow::Return,
+        (0xF85D, 0xFB04) => ControlFlow::Return,
         // pop.w {..., pc}
-        (0xE8BD, _) if second & 0x8000 != 0 => Flow::Return,
+        (0xE8BD, _) if second & 0x8000 != 0 => ControlFlow::Return,
         // ldr pc, any form
-        _ if first & 0xFF70 == 0xF850 && second >> 12 == 15 => Flow::JumpRegister,
+        _ if first & 0xFF70 == 0xF850 && second >> 12 == 15 => ControlFlow::JumpRegister,
         // ldm with the program counter among the registers
         _ if (first & 0xFFD0 == 0xE890 || first & 0xFFD0 == 0xE910) && second & 0x8000 != 0 => {
-            Flow::JumpRegister
+            ControlFlow::JumpRegister
         }
-        _ => Flow::On,
+        _ => ControlFlow::On,
     }
 }
 
@@ -191,20 +199,22 @@ mod tests {
     // Expected values: llvm-objdump and the manual's tables.
     #[test]
     fn calls_branches_and_returns_lead_where_the_disassembler_says() {
-        assert_eq!(at(0x0800_358a, 0xE7FE).flow, Flow::Branch(0x0800_358a));
-        assert_eq!(at(0x0800_058a, 0xD113).flow, Flow::Branch(0x0800_05b4));
-        assert_eq!(at(0x0800_05b2, 0xE00E).flow, Flow::Branch(0x0800_05d2));
-        assert_eq!(at(0x0800_0000, 0xF7FF_FFFE).flow, Flow::Call(0x0800_0000));
-        assert_eq!(at(0x0800_0000, 0xF000_F800).flow, Flow::Call(0x0800_0004));
-        assert_eq!(at(0x0800_0000, 0xF000_B800).flow, Flow::Branch(0x0800_0004));
-        assert_eq!(at(0x0800_0000, 0xF43F_AFFE).flow, Flow::Branch(0x0800_0000)); // beq.w to itself
-        assert_eq!(at(0, 0xB108).flow, Flow::Branch(6)); // cbz r0, 6
+        assert_eq!(at(0x0800_358a, 0xE7FE).flow, ControlFlow::Branch(0x0800_358a));
+        assert_eq!(at(0x0800_058a, 0xD113).flow, ControlFlow::Branch(0x0800_05b4));
+        assert_eq!(at(0x0800_05b2, 0xE00E).flow, ControlFlow::Branch(0x0800_05d2));
+        assert_eq!(at(0x0800_0000, 0xF7FF_FFFE).flow, ControlFlow::Call(0x0800_0000));
+        assert_eq!(at(0x0800_0000, 0xF000_F800).flow, ControlFlow::Call(0x0800_0004));
+        assert_eq!(at(0x0800_0000, 0xF000_B800).flow, ControlFlow::Branch(0x0800_0004));
+        assert_eq!(at(0x0800_0000, 0xF43F_AFFE).flow, ControlFlow::Branch(0x0800_0000)); // beq.w to itself
+        assert_eq!(at(0, 0xB108).flow, ControlFlow::Branch(6)); // cbz r0, 6
         for code in [0x4770, 0xBDF0, 0xE8BD_8FF0, 0xF85D_FB04] {
-            assert_eq!(at(0, code).flow, Flow::Return, "{code:#x}");
+            assert_eq!(at(0, code).flow, ControlFlow::Return, "{code:#x}");
         }
-        for (code, flow) in
-            [(0x4718, Flow::JumpRegister), (0x4790, Flow::CallRegister), (0x46F7, Flow::Return)]
-        {
+        for (code, flow) in [
+            (0x4718, ControlFlow::JumpRegister),
+            (0x4790, ControlFlow::CallRegister),
+            (0x46F7, ControlFlow::Return),
+        ] {
             assert_eq!(at(0, code).flow, flow, "{code:#x}");
         }
     }
@@ -215,7 +225,7 @@ mod tests {
         for code in
             [0xBF00, 0xDF00, 0xDE00, 0xF3BF_8F4F, 0xF380_8811, 0xBC10, 0xE8DF_F000, 0xF890_F000]
         {
-            assert_eq!(at(0, code).flow, Flow::On, "{code:#x}");
+            assert_eq!(at(0, code).flow, ControlFlow::On, "{code:#x}");
         }
     }
 

@@ -4,44 +4,45 @@
 //! output V -> Drive -> effort V -> InCoreUnits (x G) -> Joint in SI -> load; encoder with noise
 //! ```
 //!
-//! Guarantees: for a rigid joint without a Stribeck velocity it is the axis that
+//! Guarantees: for a rigid joint without a Stribeck velocity it equals the axis that
 //! [`super::units`] maps to, and a test holds one against the other. Does badly: slower than the
 //! closed form of that axis, so that a run takes it only if the data sheet asks for more.
 
 use crate::error::Error;
 use crate::friction::{AddedFriction, Coulomb};
 use crate::joint::{
-    self, AnyJoint, Body, Bristle, CountNoise, Description, Friction, Gravity, InCoreUnits, Joint,
-    Load, Ripple, Shaft, Stribeck, Substitute, Train,
+    self, AnyJoint, Body, Bristle, CountNoise, Description, Gravity, InCoreUnits, Joint,
+    LoadTorque, Ripple, SetValuedFriction, ShaftDescription, StribeckCurve, Substitute, Train,
 };
 use crate::mechanism::RobotAxis;
 use crate::solver::{AxisSolver, Event};
 
-use super::drive::Drive;
+use super::drive::DriveModel;
 use super::sheet::DataSheet;
-use super::tables::Side;
+use super::tables::EncoderPlace;
 use super::units::Mapping;
 
-/// The motor's part of the friction of an elastic joint, if nobody knows it: most of the friction
-/// of a geared joint is in the motor's bearings and the gear's input.
+/// Default share of the motor in the friction of an elastic joint: most of the friction of a geared
+/// joint is in the motor's bearings and the gear's input.
 pub(super) const MOTOR_SHARE: f64 = 0.7;
 
-/// The joint.
+/// The joint of a data sheet, as an axis in degrees and volts.
 #[derive(Clone, Debug)]
 pub struct SheetAxis {
     /// Its position is that of the side where the encoder sits.
     seen: InCoreUnits<AnyJoint>,
-    drive: Drive,
+    drive: DriveModel,
     count_deg: f64,
     /// Noise of the readings, and that of the present one in counts.
     noise: Option<(CountNoise, f64)>,
 }
 
 impl SheetAxis {
-    /// The joint of a data sheet, at rest at zero; none if the axis in closed form is the same.
+    /// Creates the joint of a data sheet, at rest at zero; `None` if the axis in closed form is the
+    /// same.
     ///
     /// # Errors
-    /// Names a value that no joint can have.
+    /// Returns an error that names the invalid value.
     pub fn of(
         sheet: &DataSheet,
         mapping: &Mapping,
@@ -53,16 +54,17 @@ impl SheetAxis {
         Self::always(sheet, mapping, [count_deg, pwm_hz]).map(Some)
     }
 
-    /// The same, whatever the data sheet asks for.
+    /// Creates the joint of any data sheet, at rest at zero.
     ///
     /// # Errors
-    /// Names a value that no joint can have.
+    /// Returns an error that names the invalid value.
     pub fn always(
         sheet: &DataSheet,
         mapping: &Mapping,
         [count_deg, pwm_hz]: [f64; 2],
     ) -> Result<Self, Error> {
-        let joint = sheet.description(mapping, count_deg.to_radians(), &Times::ONE).build()?;
+        let joint =
+            sheet.description(mapping, count_deg.to_radians(), &SheetFactors::ONE).build()?;
         // As the plant has it, so that its friction is no brake.
         let axis = RobotAxis {
             gain: mapping.gain(),
@@ -75,9 +77,9 @@ impl SheetAxis {
         };
         Ok(Self {
             seen: InCoreUnits::new(joint, mapping.units, sheet.side(), &axis),
-            drive: Drive::of(sheet, pwm_hz),
+            drive: DriveModel::of(sheet, pwm_hz),
             count_deg,
-            // Any stream does; the same each time, so that a run can be repeated.
+            // The same noise in each run, so that a run can be repeated.
             noise: (sheet.encoder.noise_counts > 0).then(|| (CountNoise::new(1), 0.0)),
         })
     }
@@ -118,33 +120,36 @@ impl AxisSolver for SheetAxis {
     }
 }
 
-/// How many times as much of what its sheet says a joint has.
+/// Factors by which a joint differs from its data sheet.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Times {
+pub struct SheetFactors {
     /// Inertia.
     pub inertia: f64,
     /// Slip friction, either way.
     pub slip: f64,
     /// Stick friction, either way.
     pub stick: f64,
-    /// Viscous friction, with what the back-EMF brakes.
+    /// Viscous friction, including that of the back-EMF.
     pub viscous: f64,
 }
 
-impl Times {
-    /// As the sheet says.
+impl SheetFactors {
+    /// The joint of the data sheet.
     pub const ONE: Self = Self { inertia: 1.0, slip: 1.0, stick: 1.0, viscous: 1.0 };
 }
 
 impl DataSheet {
-    /// Whether it asks for more than a rigid axis with two levels of friction has.
+    /// Returns whether the joint needs more than a rigid axis with two levels of friction.
     pub fn is_more_than_an_axis(&self) -> bool {
-        let reaches_its_supply =
-            matches!(Drive::of(self, 0.0), Drive::Amplifier { .. } | Drive::Bridge { .. });
+        let reaches_its_supply = matches!(
+            DriveModel::of(self, 0.0),
+            DriveModel::Amplifier { .. } | DriveModel::Bridge { .. }
+        );
         self.asks_for().iter().any(|(_, is_asked)| *is_asked) || reaches_its_supply
     }
 
-    /// What an axis in closed form does not have, by the keys that ask for it.
+    /// Returns the keys of effects that an axis in closed form does not have, and whether each is
+    /// used.
     pub fn asks_for(&self) -> [(&'static str, bool); 9] {
         let reverse = [self.stick(), self.slip()].iter().any(|[one, other]| one != other);
         [
@@ -160,7 +165,8 @@ impl DataSheet {
         ]
     }
 
-    /// What of it only [`SheetAxis`] has, by its key: a drive that is not ideal, or noise.
+    /// Returns the key of an effect that only [`SheetAxis`] has: a drive that is not ideal, or
+    /// noise.
     pub fn has_a_drive_of_its_own(&self) -> Option<&'static str> {
         if self.encoder.noise_counts > 0 {
             return Some("encoder.noise_counts");
@@ -168,31 +174,30 @@ impl DataSheet {
         if self.motor.dead_time_s > 0.0 {
             return Some("motor.dead_time_s");
         }
-        (Drive::of(self, 0.0) != Drive::Ideal).then_some("supply")
+        (DriveModel::of(self, 0.0) != DriveModel::Ideal).then_some("supply")
     }
 
-    /// The joint without its drive, where a device has it in place of the axis in closed form; its
-    /// position is that of the side where the encoder sits. Of its inertia and its friction it has
-    /// so many times as much as the sheet says.
+    /// Returns the joint without its drive, which replaces the axis in closed form in a device. Its
+    /// position is that of the encoder's side; `times` scales its inertia and friction.
     pub fn substitute(
         &self,
         mapping: &Mapping,
         count_deg: f64,
-        times: &Times,
+        times: &SheetFactors,
     ) -> Option<Substitute> {
         let joint = self.description(mapping, count_deg.to_radians(), times);
         let substitute = Substitute { joint, units: mapping.units, side: self.side() };
         self.is_more_than_an_axis().then_some(substitute)
     }
 
-    fn side(&self) -> joint::Side {
+    fn side(&self) -> joint::DiscSide {
         match self.encoder.at {
-            Some(Side::Motor) => joint::Side::Motor,
-            Some(Side::Load) | None => joint::Side::Load,
+            Some(EncoderPlace::Motor) => joint::DiscSide::Motor,
+            Some(EncoderPlace::Load) | None => joint::DiscSide::Load,
         }
     }
 
-    /// L/R of a motor that is driven by a voltage, s; an amplifier makes up for it.
+    /// Returns L/R of a motor driven by a voltage, s; 0 with an amplifier, which compensates it.
     pub fn lag_s(&self) -> f64 {
         match (self.motor.driven_by, self.motor.resistance_ohm) {
             (super::tables::DrivenBy::Voltage, Some(ohm)) => self.motor.inductance_h / ohm,
@@ -200,19 +205,19 @@ impl DataSheet {
         }
     }
 
-    /// What friction the positive way has more than the mean of both ways, N m.
+    /// Returns the friction of the positive way less the mean of both ways, N m.
     fn offset(&self) -> f64 {
         let [forward, backward] = self.slip();
         0.5 * (forward - backward)
     }
 
-    fn description(&self, mapping: &Mapping, count: f64, times: &Times) -> Description {
+    fn description(&self, mapping: &Mapping, count: f64, times: &SheetFactors) -> Description {
         let mean = |[forward, backward]: [f64; 2]| 0.5 * (forward + backward);
         let coulomb = times.slip * mean(self.slip());
-        let curve = Stribeck {
+        let curve = StribeckCurve {
             coulomb,
-            // Both ways differ by what their slip levels differ by. Equal levels times equal
-            // numbers may differ in their last bit.
+            // The difference of both ways is that of their slip levels. Equal levels times equal
+            // factors can differ in their last bit.
             stick: (times.stick * self.stick()[0] - times.slip * self.offset()).max(coulomb),
             stribeck_velocity: self.stribeck().unwrap_or(0.0),
             viscous: times.viscous * mapping.viscous,
@@ -223,7 +228,7 @@ impl DataSheet {
             cycles: friction.ripple_per_turn.unwrap_or(1.0),
             phase: friction.ripple_phase_deg.to_radians(),
         });
-        let surface = |curve| Friction { ripple, ..Friction::from(curve) };
+        let surface = |curve| SetValuedFriction { ripple, ..SetValuedFriction::from(curve) };
         let inertia = times.inertia * mapping.inertia;
         let train = match (self.bristle_stiffness(), self.stiffness()) {
             (Some(stiffness), _) => {
@@ -233,8 +238,8 @@ impl DataSheet {
             }
             (None, Some(stiffness)) => {
                 let motor = friction.motor_share.unwrap_or(MOTOR_SHARE);
-                // The back-EMF acts on the motor, whatever the gear's friction does.
-                let part = |share: f64, back_emf: f64| Stribeck {
+                // The back-EMF acts on the motor.
+                let part = |share: f64, back_emf: f64| StribeckCurve {
                     coulomb: share * curve.coulomb,
                     stick: share * curve.stick,
                     viscous: times.viscous * (share * self.viscous() + back_emf),
@@ -245,14 +250,14 @@ impl DataSheet {
                     inertia: inertia - load,
                     friction: surface(part(motor, mapping.back_emf)),
                 };
-                // What repeats with the gear's angle is in the gear, on the motor's side.
+                // Friction that repeats with the gear's angle is on the motor's side.
                 let load = Body { inertia: load, friction: part(1.0 - motor, 0.0).into() };
                 let (damping, backlash) =
                     (self.damping().unwrap_or(0.0), self.backlash().unwrap_or(0.0));
                 Train::Flexible {
                     motor: rotor,
                     load,
-                    shaft: Shaft { stiffness, damping, backlash },
+                    shaft: ShaftDescription { stiffness, damping, backlash },
                 }
             }
             (None, None) => Train::Rigid(Body { inertia, friction: surface(curve) }),
@@ -261,10 +266,10 @@ impl DataSheet {
             amplitude: self.load.unbalance_nm,
             angle: -self.hangs_at().unwrap_or(0.0),
         });
-        // Friction that is higher one way is a mean and a torque against that way.
+        // Friction that is higher one way equals the mean plus a constant torque against that way.
         let constant = self.load.constant_nm - times.slip * self.offset();
         Description {
-            load: Load { constant, gravity },
+            load: LoadTorque { constant, gravity },
             lag_s: self.lag_s(),
             ..Description::of(train, count)
         }

@@ -1,11 +1,11 @@
-//! The bounds of a data sheet's keys, one by one.
+//! Checks the range of each key of a data sheet.
 
-use super::refusal::Refusal;
+use super::refusal::SheetRefusal;
 use super::sheet::DataSheet;
 use super::tables::DrivenBy;
 use crate::error::shown;
 
-/// What a number may be.
+/// Range of a number.
 #[derive(Clone, Copy)]
 enum May {
     Positive,
@@ -14,7 +14,7 @@ enum May {
 }
 
 impl May {
-    fn check(self, key: &str, found: f64) -> Result<(), Refusal> {
+    fn check(self, key: &str, found: f64) -> Result<(), SheetRefusal> {
         let (is_allowed, what) = match self {
             Self::Positive => (found > 0.0, "a finite number above 0"),
             Self::NotNegative => (found >= 0.0, "a finite number not below 0"),
@@ -23,16 +23,16 @@ impl May {
         if is_allowed && found.is_finite() {
             return Ok(());
         }
-        Err(Refusal::number(key, found, what))
+        Err(SheetRefusal::number(key, found, what))
     }
 }
 
 impl DataSheet {
-    /// Checks every key for itself, and that keys that need each other are there.
-    pub(super) fn check(&self) -> Result<(), Refusal> {
+    /// Checks the range of every key, and that keys that need each other are present.
+    pub(super) fn check(&self) -> Result<(), SheetRefusal> {
         if let Some([one, other]) = self.doubled() {
-            let sentence = format!("`{one}` and `{other}` say the same; allowed is one of them");
-            return Err(Refusal::of(other, sentence));
+            let sentence = format!("`{one}` and `{other}` are the same quantity; set only one");
+            return Err(SheetRefusal::of(other, sentence));
         }
         self.check_numbers()?;
         self.check_motor()?;
@@ -41,7 +41,7 @@ impl DataSheet {
         self.check_encoder()
     }
 
-    fn check_numbers(&self) -> Result<(), Refusal> {
+    fn check_numbers(&self) -> Result<(), SheetRefusal> {
         use May::{Finite, NotNegative, Positive};
         let (motor, gear, load, friction) = (&self.motor, &self.gear, &self.load, &self.friction);
         let supply = self.supply.as_ref();
@@ -107,52 +107,53 @@ impl DataSheet {
         })
     }
 
-    fn check_motor(&self) -> Result<(), Refusal> {
+    fn check_motor(&self) -> Result<(), SheetRefusal> {
         let motor = &self.motor;
         match motor.driven_by {
             DrivenBy::Voltage if motor.resistance_ohm.is_none() => {
-                let why = "a motor that is driven by a voltage needs it";
-                return Err(Refusal::missing("motor.resistance_ohm", why));
+                let why = "a motor driven by a voltage needs it";
+                return Err(SheetRefusal::missing("motor.resistance_ohm", why));
             }
             DrivenBy::Current if motor.amplifier_a_per_v.is_none() => {
-                let why = "a motor that is driven by a current needs it";
-                return Err(Refusal::missing("motor.amplifier_a_per_v", why));
+                let why = "a motor driven by a current needs it";
+                return Err(SheetRefusal::missing("motor.amplifier_a_per_v", why));
             }
             DrivenBy::Voltage if motor.amplifier_a_per_v.is_some() => {
                 let key = "motor.amplifier_a_per_v";
                 let sentence = format!(
-                    "`{key}` is of a motor that is driven by a current; `motor.driven_by` is \
+                    "`{key}` belongs to a motor driven by a current, but `motor.driven_by` is \
                      \"voltage\""
                 );
-                return Err(Refusal::of(key, sentence));
+                return Err(SheetRefusal::of(key, sentence));
             }
             _ => {}
         }
         self.check_supply()?;
         let dead_time = motor.dead_time_s;
         if !(0.0..=1e-3).contains(&dead_time) {
-            return Err(Refusal::number(
+            return Err(SheetRefusal::number(
                 "motor.dead_time_s",
                 dead_time,
                 "a number from 0 to 0.001",
             ));
         }
         if dead_time > 0.0 && motor.driven_by == DrivenBy::Current {
-            let why = "0: an amplifier that sets the current makes up for it";
-            return Err(Refusal::number("motor.dead_time_s", dead_time, why));
+            let why = "0: an amplifier that sets the current compensates it";
+            return Err(SheetRefusal::number("motor.dead_time_s", dead_time, why));
         }
         Ok(())
     }
 
-    /// Of an amplifier only what its supply can give counts, which takes the motor's resistance.
-    fn check_supply(&self) -> Result<(), Refusal> {
+    /// Checks the supply. With an amplifier, the supply limits the current, so the motor's
+    /// resistance is needed.
+    fn check_supply(&self) -> Result<(), SheetRefusal> {
         let motor = &self.motor;
         let Some(supply) = &self.supply else {
             return match self.no_load() {
                 None => Ok(()),
-                Some(_) => Err(Refusal::missing(
+                Some(_) => Err(SheetRefusal::missing(
                     "supply.voltage_v",
-                    "the motor's speed without load is that at this voltage",
+                    "the motor's speed without load refers to this voltage",
                 )),
             };
         };
@@ -160,51 +161,51 @@ impl DataSheet {
             return Ok(());
         }
         if motor.resistance_ohm.is_none() {
-            let why = "an amplifier on a `[supply]` ends where this takes all of its voltage";
-            return Err(Refusal::missing("motor.resistance_ohm", why));
+            let why = "it limits the current of an amplifier on a `[supply]`";
+            return Err(SheetRefusal::missing("motor.resistance_ohm", why));
         }
         let resistance = supply.internal_resistance_ohm;
         if resistance > 0.0 {
-            let allowed = "0: of an amplifier that sets the current it cannot be simulated";
+            let allowed = "0: with an amplifier that sets the current it cannot be simulated";
             let key = "supply.internal_resistance_ohm";
-            return Err(Refusal::number(key, resistance, allowed));
+            return Err(SheetRefusal::number(key, resistance, allowed));
         }
         if !supply.takes_current_back {
             let key = "supply.takes_current_back";
             let sentence = format!(
-                "`{key}` is false; allowed is true: of an amplifier that sets the current it \
+                "`{key}` is false; allowed is true: with an amplifier that sets the current it \
                  cannot be simulated"
             );
-            return Err(Refusal::of(key, sentence));
+            return Err(SheetRefusal::of(key, sentence));
         }
         Ok(())
     }
 
-    fn check_gear(&self) -> Result<(), Refusal> {
+    fn check_gear(&self) -> Result<(), SheetRefusal> {
         let gear = &self.gear;
         if !(gear.efficiency > 0.0 && gear.efficiency <= 1.0) {
             let allowed = "a number above 0, up to 1";
-            return Err(Refusal::number("gear.efficiency", gear.efficiency, allowed));
+            return Err(SheetRefusal::number("gear.efficiency", gear.efficiency, allowed));
         }
         if self.stiffness().is_none() {
             let needs = "a gear with backlash or damping needs its stiffness";
             if self.backlash().is_some_and(|backlash| backlash > 0.0) || self.damping().is_some() {
-                return Err(Refusal::missing("gear.stiffness_nm_per_rad", needs));
+                return Err(SheetRefusal::missing("gear.stiffness_nm_per_rad", needs));
             }
         } else if self.motor.rotor_inertia_kg_m2 == 0.0 || self.load.inertia_kg_m2 == 0.0 {
             let key = ["motor.rotor_inertia_kg_m2", "load.inertia_kg_m2"]
                 [usize::from(self.motor.rotor_inertia_kg_m2 > 0.0)];
-            let why = "a number above 0, since the gear's stiffness has an inertia on both sides";
-            return Err(Refusal::number(key, 0.0, why));
+            let why = "a number above 0, since an elastic gear needs an inertia on both sides";
+            return Err(SheetRefusal::number(key, 0.0, why));
         }
         if self.motor.rotor_inertia_kg_m2 + self.load.inertia_kg_m2 == 0.0 {
-            let why = "a number above 0, since the rotor's inertia is 0, too";
-            return Err(Refusal::number("load.inertia_kg_m2", 0.0, why));
+            let why = "a number above 0, since the rotor's inertia is 0 as well";
+            return Err(SheetRefusal::number("load.inertia_kg_m2", 0.0, why));
         }
         Ok(())
     }
 
-    fn check_friction(&self) -> Result<(), Refusal> {
+    fn check_friction(&self) -> Result<(), SheetRefusal> {
         let friction = &self.friction;
         for (key, of_slip, stick, slip) in [
             ("friction.stick_nm", "slip_nm", self.stick()[0], self.slip()[0]),
@@ -212,44 +213,46 @@ impl DataSheet {
         ] {
             if !(stick >= slip && stick.is_finite()) {
                 let allowed = format!("a finite number not below `{of_slip}` ({})", shown(slip));
-                return Err(Refusal::number(key, stick, &allowed));
+                return Err(SheetRefusal::number(key, stick, &allowed));
             }
         }
         if self.bristle_stiffness().is_none() && self.bristle_damping().is_some() {
-            let why = "bristles with damping have a stiffness";
-            return Err(Refusal::missing("friction.bristle_stiffness_nm_per_rad", why));
+            let why = "bristles with damping need it";
+            return Err(SheetRefusal::missing("friction.bristle_stiffness_nm_per_rad", why));
         }
         if !(0.0..1.0).contains(&friction.ripple) {
             let allowed = "a number from 0 to below 1";
-            return Err(Refusal::number("friction.ripple", friction.ripple, allowed));
+            return Err(SheetRefusal::number("friction.ripple", friction.ripple, allowed));
         }
         if friction.ripple > 0.0 && friction.ripple_per_turn.is_none() {
-            let why = "a friction that varies with the gear's angle has a period";
-            return Err(Refusal::missing("friction.ripple_per_turn", why));
+            let why = "friction that varies with the gear's angle needs it";
+            return Err(SheetRefusal::missing("friction.ripple_per_turn", why));
         }
         match friction.motor_share {
             Some(share) if !(0.0..=1.0).contains(&share) => {
-                Err(Refusal::number("friction.motor_share", share, "a number from 0 to 1"))
+                Err(SheetRefusal::number("friction.motor_share", share, "a number from 0 to 1"))
             }
             Some(share) if self.stiffness().is_none() => {
-                let allowed = "nothing, since the gear has no stiffness and the joint is one body";
-                Err(Refusal::number("friction.motor_share", share, allowed))
+                let allowed = "nothing, since the gear has no stiffness: the joint is one body";
+                Err(SheetRefusal::number("friction.motor_share", share, allowed))
             }
             _ => Ok(()),
         }
     }
 
-    fn check_encoder(&self) -> Result<(), Refusal> {
+    fn check_encoder(&self) -> Result<(), SheetRefusal> {
         let encoder = &self.encoder;
         match encoder.lines {
-            Some(0) => Err(Refusal::number("encoder.lines", 0.0, "a whole number above 0")),
-            Some(_) if encoder.at.is_none() => Err(Refusal::missing(
+            Some(0) => Err(SheetRefusal::number("encoder.lines", 0.0, "a whole number above 0")),
+            Some(_) if encoder.at.is_none() => Err(SheetRefusal::missing(
                 "encoder.at",
-                "`encoder.lines` needs \"motor\" or \"load\", where the disc sits",
+                "`encoder.lines` needs the place of the disc, \"motor\" or \"load\"",
             )),
-            _ if encoder.noise_counts > 1 => {
-                Err(Refusal::number("encoder.noise_counts", encoder.noise_counts.into(), "0 or 1"))
-            }
+            _ if encoder.noise_counts > 1 => Err(SheetRefusal::number(
+                "encoder.noise_counts",
+                encoder.noise_counts.into(),
+                "0 or 1",
+            )),
             _ => Ok(()),
         }
     }

@@ -1,16 +1,16 @@
-//! The keys that a data sheet gives, written into a file's tables.
+//! Derives keys of a file's tables from its data sheet.
 
 use stiction::Hardware;
 use stiction::control::drive::pwm_top;
 use toml::{Table, Value};
 
-use super::refusal::Refusal;
+use super::refusal::SheetRefusal;
 use super::sheet::DataSheet;
 use super::tables::DrivenBy;
 use super::units::{Mapping, WrittenDrive};
 use crate::error::shown;
 
-/// The keys that a data sheet gives, and that a file without one needs.
+/// Keys that are derived from a data sheet, and needed in a file without one.
 pub const OF_A_SHEET: [&str; 7] = [
     "joint.gain_deg_per_s2_per_v",
     "joint.viscous_v_per_deg_per_s",
@@ -21,7 +21,7 @@ pub const OF_A_SHEET: [&str; 7] = [
     "drive.lsb_v",
 ];
 
-/// The codes of the core have 15 bits and a sign.
+/// Largest code of the core: 15 bits and a sign.
 const MOST_CODES: f64 = 32_767.0;
 
 fn get<'a>(table: &'a Table, key: &str) -> Option<&'a Value> {
@@ -35,26 +35,31 @@ fn number(table: &Table, key: &str) -> Option<f64> {
     value.as_float().or(value.as_integer().map(|whole| whole as f64))
 }
 
-/// Maps a data sheet beside what else is written.
+/// Maps a data sheet to the core's units, with the other keys of its file.
 ///
 /// # Errors
-/// Names a key of the drive that is missing.
-pub fn mapping(sheet: &DataSheet, table: &Table) -> Result<Mapping, Refusal> {
+/// Returns an error that names a missing key of the drive.
+pub fn mapping(sheet: &DataSheet, table: &Table) -> Result<Mapping, SheetRefusal> {
     let written = WrittenDrive {
         full_scale_v: number(table, "drive.full_scale_v"),
         duty_max: number(table, "drive.duty_max"),
     };
     Mapping::of(sheet, written).ok_or_else(|| {
-        let why = "an amplifier's input has a range, or the motor has a `motor.current_limit_a`";
-        Refusal::missing("drive.full_scale_v", why)
+        let why = "an amplifier needs it, or the motor needs a `motor.current_limit_a`";
+        SheetRefusal::missing("drive.full_scale_v", why)
     })
 }
 
-/// Writes what a data sheet gives into the tables of its file.
+/// Writes the derived keys of a data sheet into the tables of its file.
 ///
 /// # Errors
-/// Names a key that is written although the data sheet gives it, or what cannot be simulated.
-pub fn derive(table: &mut Table, sheet: &DataSheet, hardware: &Hardware) -> Result<(), Refusal> {
+/// Returns an error that names a derived key that the file sets as well, or an effect that cannot
+/// be simulated.
+pub fn derive(
+    table: &mut Table,
+    sheet: &DataSheet,
+    hardware: &Hardware,
+) -> Result<(), SheetRefusal> {
     alone(table, sheet)?;
     sheet.can_be_simulated()?;
     let mapping = mapping(sheet, table)?;
@@ -80,14 +85,16 @@ pub fn derive(table: &mut Table, sheet: &DataSheet, hardware: &Hardware) -> Resu
     Ok(())
 }
 
-/// One step of the board's timer as volts, if the PWM is written; written as it is where the file
-/// has it. A frequency that the board cannot make is refused: without it `lsb_v` would be missing,
-/// which is not what the user wrote.
+/// Returns one step of the board's timer, V; `None` without a PWM frequency, or if the file sets
+/// the step itself.
+///
+/// # Errors
+/// Refuses a frequency that the board cannot make. Ignoring it would report a missing `lsb_v`.
 fn step_of_the_timer(
     table: &Table,
     full_scale_v: f64,
     hardware: &Hardware,
-) -> Result<Option<f64>, Refusal> {
+) -> Result<Option<f64>, SheetRefusal> {
     if get(table, "drive.lsb_v").is_some() {
         return Ok(None);
     }
@@ -95,26 +102,25 @@ fn step_of_the_timer(
     let Some(pwm_hz) = number(table, PWM_HZ) else { return Ok(None) };
     let Some(mode) = get(table, "drive.mode").and_then(Value::as_str) else { return Ok(None) };
     let top = pwm_top(hardware, pwm_hz as f32);
-    let top = top.map_err(|why| Refusal::number(PWM_HZ, pwm_hz, &why.allowed.to_string()))?;
+    let top = top.map_err(|why| SheetRefusal::number(PWM_HZ, pwm_hz, &why.allowed.to_string()))?;
     // Half duty is zero, unless a second pin is the direction.
     let codes = match mode {
         "sign-magnitude" => f64::from(top),
         _ => (f64::from(top) / 2.0).floor(),
     };
     let lsb_v = full_scale_v / codes.min(MOST_CODES);
-    // Five digits, rounded down: the quotient shall not fall short of the last code.
+    // Five digits, rounded down, so that the quotient reaches the last code.
     let scale = 10_f64.powf(4.0 - lsb_v.log10().floor());
     Ok(Some((lsb_v * scale).floor() / scale))
 }
 
-/// Refuses what is written in the core's units although the data sheet gives it.
-fn alone(table: &Table, sheet: &DataSheet) -> Result<(), Refusal> {
+/// Refuses keys in the core's units that are derived from the data sheet.
+fn alone(table: &Table, sheet: &DataSheet) -> Result<(), SheetRefusal> {
     let both = |key: &str, other: &str| {
         let found = get(table, key).map(ToString::to_string).unwrap_or_default();
-        let sentence = format!(
-            "`{key}` is {found}; allowed is nothing, since the data sheet gives it by `{other}`"
-        );
-        Err(Refusal::of(key, sentence))
+        let sentence =
+            format!("`{key}` is {found}; allowed is nothing, since it is derived from `{other}`");
+        Err(SheetRefusal::of(key, sentence))
     };
     for (key, other) in [
         ("joint.gain_deg_per_s2_per_v", "load.inertia_kg_m2"),
@@ -130,8 +136,8 @@ fn alone(table: &Table, sheet: &DataSheet) -> Result<(), Refusal> {
         return both("encoder.resolution_deg", "encoder.lines");
     }
     if sheet.encoder.lines.is_none() && get(table, "encoder.resolution_deg").is_none() {
-        let why = "allowed is also `resolution_deg`, the joint angle of one count";
-        return Err(Refusal::missing("encoder.lines", why));
+        let why = "set it, or `resolution_deg`, the joint angle of one count";
+        return Err(SheetRefusal::missing("encoder.lines", why));
     }
     if sheet.motor.dead_time_s > 0.0 {
         if get(table, "device.dead_time_s").is_some() {
@@ -140,7 +146,11 @@ fn alone(table: &Table, sheet: &DataSheet) -> Result<(), Refusal> {
         let mode = get(table, "drive.mode").and_then(Value::as_str).unwrap_or_default();
         if mode != "locked-antiphase" {
             let allowed = format!("0, since `drive.mode` is {mode:?}, which has no dead time");
-            return Err(Refusal::number("motor.dead_time_s", sheet.motor.dead_time_s, &allowed));
+            return Err(SheetRefusal::number(
+                "motor.dead_time_s",
+                sheet.motor.dead_time_s,
+                &allowed,
+            ));
         }
     }
     if let (DrivenBy::Voltage, Some(supply), Some(written)) =
@@ -149,21 +159,21 @@ fn alone(table: &Table, sheet: &DataSheet) -> Result<(), Refusal> {
     {
         let key = "drive.full_scale_v";
         let allowed = format!(
-            "`supply.voltage_v` ({}), which full duty puts on the motor, or nothing",
+            "`supply.voltage_v` ({}), the motor's voltage at full duty, or nothing",
             shown(supply.voltage_v)
         );
-        return Err(Refusal::number(key, written, &allowed));
+        return Err(SheetRefusal::number(key, written, &allowed));
     }
     Ok(())
 }
 
-/// Puts a number where it is not written yet.
+/// Sets a number that the file does not set.
 fn put(table: &mut Table, key: &str, number: f64) {
     let (tables, last) = key.rsplit_once('.').unwrap_or(("", key));
     let mut table = table;
     for part in tables.split('.') {
         let inner = table.entry(part).or_insert_with(|| Value::Table(Table::new()));
-        // What is no table is refused by its type, when the file is read.
+        // Reading the file refuses a value of another type.
         let Value::Table(inner) = inner else { return };
         table = inner;
     }

@@ -1,24 +1,23 @@
-//! What is odd about a data sheet: told before a run, and refused only if nothing could move.
+//! Plausibility of a data sheet: warnings before a run, and an error if the joint cannot move.
 
-use super::refusal::{Cause, Refusal};
+use super::refusal::{Cause, SheetRefusal};
 use super::sheet::DataSheet;
 use super::suspect::Suspect;
 use super::tables::DrivenBy;
 use super::units::Mapping;
 use crate::error::{rounded, shown};
 
-/// K_t and the speed without load of real motors differ by this part at most: makers round both,
-/// and measure one of them warm.
+/// Largest relative deviation of the speed without load from K_t on real motors: manufacturers
+/// round both, and measure one of them warm.
 const NO_LOAD_TOLERANCE: f64 = 0.2;
 
-/// A rotor's inertia at the joint and its load's differ by less than this on any joint that
-/// somebody chose a motor for.
+/// Largest usual ratio between the inertias of rotor and load at the joint.
 const INERTIA_RATIO: f64 = 1000.0;
 
-/// Measured joints have a stick friction of up to four times their slip friction.
+/// Largest ratio of stick to slip friction on measured joints.
 const STICK_TO_SLIP: f64 = 4.0;
 
-/// Keys that the stall torque at the joint is made of.
+/// Keys that determine the stall torque at the joint.
 const STALL_TORQUE: [&str; 7] = [
     "supply.voltage_v",
     "motor.resistance_ohm",
@@ -30,13 +29,13 @@ const STALL_TORQUE: [&str; 7] = [
 ];
 
 impl DataSheet {
-    /// Says if nothing could move, whatever the controller does.
+    /// Checks that the motor is strong enough to move the joint.
     ///
     /// # Errors
-    /// Names the friction or the load, and the motor's stall torque.
-    pub fn can_move(&self, mapping: &Mapping) -> Result<(), Refusal> {
+    /// Returns an error with the friction or load, and the motor's stall torque.
+    pub fn can_move(&self, mapping: &Mapping) -> Result<(), SheetRefusal> {
         let (stall, constant) = (mapping.stall(), self.load.constant_nm);
-        // The way that is easier: with the load.
+        // The easier way, in the sense of the load.
         let [forward, backward] = [self.stick()[0] - constant, self.stick()[1] + constant];
         let (key, needed) = if forward <= backward || self.friction.stick_reverse_nm.is_none() {
             ("friction.stick_nm", forward.min(backward))
@@ -55,7 +54,7 @@ impl DataSheet {
             shown(found),
         );
         if let Some(suspect) = self.suspects().find(of_the_stall) {
-            return Err(Refusal::of(suspect.key, format!("{suspect}: {follows}")));
+            return Err(SheetRefusal::of(suspect.key, format!("{suspect}: {follows}")));
         }
         let allowed = format!(
             "a number below {}, since the motor's stall torque at the joint is {} N m and nothing \
@@ -65,10 +64,10 @@ impl DataSheet {
             self.listed(&STALL_TORQUE),
         );
         let cause = Some(Cause { keys: &STALL_TORQUE, sentence: follows });
-        Err(Refusal { cause, ..Refusal::number(key, found, &allowed) })
+        Err(SheetRefusal { cause, ..SheetRefusal::number(key, found, &allowed) })
     }
 
-    /// What is implausible, a sentence each.
+    /// Returns the implausible values, one sentence each.
     pub fn doubts(&self, mapping: &Mapping) -> Vec<String> {
         [
             self.unit_is_doubtful(),
@@ -84,7 +83,8 @@ impl DataSheet {
         .collect()
     }
 
-    /// Without load the motor turns at (V - R i) / K_t, with the current i for its friction.
+    /// Compares the speed without load with (V - R i) / K_t, where i is the current for the
+    /// friction.
     fn no_load_contradicts(&self, mapping: &Mapping) -> Option<String> {
         let (said, supply) = (self.no_load()?, self.supply.as_ref()?);
         let at_most = supply.voltage_v / self.motor.kt_nm_per_a;
@@ -93,7 +93,7 @@ impl DataSheet {
         } else {
             0.0
         };
-        // A sheet's speed without load is often that of the motor without its gear.
+        // The speed without load is often that of the motor without its gear.
         let range = (at_most * (1.0 - lost).max(0.0) * (1.0 - NO_LOAD_TOLERANCE))
             ..=(at_most * (1.0 + NO_LOAD_TOLERANCE));
         if range.contains(&said) {
@@ -169,7 +169,7 @@ impl DataSheet {
         (pull > least && pull < mapping.stall()).then(|| {
             format!(
                 "the load's torque ({} N m) is more than the static friction ({} N m): the joint \
-                 moves by itself when the motor is off",
+                 moves when the motor is off",
                 rounded(pull),
                 rounded(least)
             )

@@ -1,8 +1,8 @@
-//! The drive of a data sheet: what effort a motor gets of a controller's output.
+//! Drive of a data sheet: the motor's effort as a function of the controller's output.
 //!
-//! A bridge with the duty `d = u / V` on a supply with the internal resistance R_s loses R_s d i of
-//! its voltage, and `V_t = 2 t_d f V` by its dead time t_d, always against the current. With PWM as
-//! its mean and the current settled,
+//! A bridge with the duty `d = u / V` on a supply with the internal resistance R_s loses the
+//! voltage R_s d i, and `V_t = 2 t_d f V` by its dead time t_d, always against the current. With
+//! the mean of the PWM and the settled current,
 //!
 //! ```text
 //! i (R + d^2 R_s) = shrink(u - n K_t q', V_t)      shrink(x, a) = sgn(x) max(|x| - a, 0)
@@ -13,16 +13,16 @@
 //! rigid mapping ([`super::units`]) knows `u = R i + n K_t q'`, so the drive answers with that.
 //!
 //! Guarantees: with R_s = 0, t_d = 0 and a supply that takes current back, the effort of a bridge
-//! is its output, but for rounding. Does badly: the back-EMF in the formulas is that at the
-//! sample's begin; in a locked antiphase whose current ripples through zero, a real dead time costs
+//! equals its output except for rounding. Limits: the formulas use the back-EMF at the start of the
+//! sample; in locked antiphase with a current that ripples through zero, a real dead time costs
 //! less.
 
 use super::sheet::DataSheet;
 use super::tables::DrivenBy;
 
-/// A drive, ready to be asked.
+/// Model of a drive.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Drive {
+pub enum DriveModel {
     /// The effort is the output.
     Ideal,
     /// A bridge.
@@ -58,8 +58,8 @@ fn shrink(x: f64, a: f64) -> f64 {
     (x.abs() - a).max(0.0).copysign(x)
 }
 
-impl Drive {
-    /// The drive of a data sheet with a PWM of `pwm_hz`.
+impl DriveModel {
+    /// Creates the drive of a data sheet with a PWM of `pwm_hz`.
     pub fn of(sheet: &DataSheet, pwm_hz: f64) -> Self {
         let (motor, Some(supply)) = (&sheet.motor, &sheet.supply) else { return Self::Ideal };
         let Some(resistance) = motor.resistance_ohm else { return Self::Ideal };
@@ -80,7 +80,7 @@ impl Drive {
         }
     }
 
-    /// The effort (V) of an output (V) at a speed of the joint (rad/s).
+    /// Returns the effort (V) for an output (V) at a speed of the joint (rad/s).
     pub fn effort(&self, output_v: f64, speed: f64) -> f64 {
         match *self {
             Self::Ideal => output_v,
@@ -108,7 +108,7 @@ impl Drive {
 }
 
 impl DataSheet {
-    /// Whether the bridge or its supply differs from an ideal one.
+    /// Returns whether the bridge or its supply differs from an ideal one.
     pub fn bridge_is_real(&self) -> bool {
         let supply = self.supply.as_ref();
         let of_supply = supply.is_some_and(|supply| {
@@ -122,7 +122,7 @@ impl DataSheet {
 mod tests {
     use super::*;
 
-    const BRIDGE: Drive = Drive::Bridge {
+    const BRIDGE: DriveModel = DriveModel::Bridge {
         resistance: 2.0,
         supply_resistance: 0.0,
         supply: 24.0,
@@ -131,9 +131,9 @@ mod tests {
         back_emf: 4.0,
     };
 
-    fn bridge(supply_resistance: f64, dead_time: f64, takes_current_back: bool) -> Drive {
-        let Drive::Bridge { resistance, supply, back_emf, .. } = BRIDGE else { return BRIDGE };
-        Drive::Bridge {
+    fn bridge(supply_resistance: f64, dead_time: f64, takes_current_back: bool) -> DriveModel {
+        let DriveModel::Bridge { resistance, supply, back_emf, .. } = BRIDGE else { return BRIDGE };
+        DriveModel::Bridge {
             resistance,
             supply_resistance,
             supply,
@@ -183,7 +183,7 @@ mod tests {
 
     #[test]
     fn an_amplifier_gives_what_its_supply_can() {
-        let drive = Drive::Amplifier {
+        let drive = DriveModel::Amplifier {
             amperes_per_volt: 2.0,
             resistance: 2.0,
             supply: 24.0,

@@ -1,32 +1,33 @@
-//! A joint as its data sheets describe it, in SI: motor, gear, load, friction, supply, encoder.
+//! Data sheet of a joint, in SI: motor, gear, load, friction, supply, encoder.
 //!
 //! ```text
 //! [motor], [gear], .. -> Tables -> DataSheet (checked) -> Mapping -> [joint], [drive], [encoder]
 //! ```
 //!
-//! [`units`] has the mapping, [`derive()`] writes its numbers where the core looks for them. What
-//! is derived may not be written as well, so that no file says two things. [`tables`] are the keys.
+//! [`units`] has the mapping, and [`derive()`] writes its numbers into the tables that the core
+//! reads. A file that sets a derived key is refused, so that a file cannot contradict itself.
+//! [`tables`] has the keys.
 
 mod axis;
 mod check;
 mod derived;
 mod doubts;
 mod drive;
+pub mod overview;
 mod refusal;
 mod resting_torque;
 mod sheet;
 mod simulated;
 mod suspect;
 pub mod tables;
-pub mod told;
 pub mod units;
 mod unseen_slack;
 
-pub use axis::{SheetAxis, Times};
+pub use axis::{SheetAxis, SheetFactors};
 pub use derived::{OF_A_SHEET, derive, mapping};
-pub use refusal::Refusal;
+pub use refusal::SheetRefusal;
 pub use resting_torque::resting_torque;
-pub use sheet::{DataSheet, Mount, Tables};
+pub use sheet::{DataSheet, Mount, SheetTables};
 pub use suspect::Suspect;
 pub use units::{Mapping, WrittenDrive};
 pub use unseen_slack::UnseenSlack;

@@ -1,15 +1,15 @@
-//! Why a data sheet is refused: the key and one sentence.
+//! Error of a data sheet: the key and one sentence.
 
 use std::fmt;
 
 use crate::error::shown;
 
-/// A data sheet that cannot be simulated. Whoever read the file says where it came from.
+/// Error of a data sheet that cannot be simulated. The document adds the name of the file.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Refusal {
-    /// The key or table that it is about.
+pub struct SheetRefusal {
+    /// Key or table of the error.
     pub key: String,
-    /// What was found and what is allowed.
+    /// Sentence with the value found and the allowed values.
     pub sentence: String,
     /// What made the key's range, if it follows from other keys.
     pub cause: Option<Cause>,
@@ -24,24 +24,24 @@ pub struct Cause {
     pub sentence: String,
 }
 
-impl Refusal {
-    /// Of a key, in words of its own.
+impl SheetRefusal {
+    /// Creates the error of a key with a sentence of its own.
     pub fn of(key: &str, sentence: String) -> Self {
         Self { key: key.into(), sentence, cause: None }
     }
 
-    /// A number that is not allowed.
+    /// Creates the error of an invalid number.
     pub fn number(key: &str, found: f64, allowed: &str) -> Self {
         Self::of(key, format!("`{key}` is {}; allowed is {allowed}", shown(found)))
     }
 
-    /// A key that has to be there.
+    /// Creates the error of a missing key.
     pub fn missing(key: &str, why: &str) -> Self {
         Self::of(key, format!("`{key}` is missing; {why}"))
     }
 }
 
-impl fmt::Display for Refusal {
+impl fmt::Display for SheetRefusal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.sentence)
     }

@@ -1,17 +1,16 @@
-//! The largest torque against which a joint can rest: the rule from which the limits of its
-//! monitors are derived (`limits.breakaway_v`, and with it `stall_v`, `stall_impulse_vs`,
-//! `wind_up_v` and the bounds of `[jog]`).
+//! The largest torque against which a joint can rest. The limits of its monitors are derived from
+//! it: `limits.breakaway_v`, `stall_v`, `stall_impulse_vs`, `wind_up_v` and the limits of `[jog]`.
 //!
 //! ```text
 //! T = max(F_s+, F_s-) + |d| + U      V = T / G
 //! ```
 //!
 //! F_s is the static friction of either direction, d the constant load, U the unbalance (its torque
-//! where it lies level), G the effort gain. A joint that is held against its load rests under any
-//! effort up to V, wherever it stands; more than V moves it, whichever way that is.
+//! in the horizontal position), G the effort gain. An effort above V moves the joint from any
+//! position, in either direction.
 //!
-//! Does badly: where the load helps, V is more than the joint needs. A dead encoder is then detected
-//! later, after at most (F_s + |d| + U) / F_s of the time.
+//! Limits: where the load helps, V is more than the joint needs. A dead encoder is then detected
+//! later, by a factor of at most (F_s + |d| + U) / F_s.
 
 use super::sheet::DataSheet;
 

@@ -1,35 +1,35 @@
-//! A data sheet as a whole: its tables, with every angle in radians.
+//! A whole data sheet: its tables, with every angle in radians.
 
 use serde::Deserialize;
 
-use super::refusal::Refusal;
-use super::tables::{DrivenBy, Gear, JointFriction, Load, Motor, Side, Supply};
+use super::refusal::SheetRefusal;
+use super::tables::{DrivenBy, EncoderPlace, Gear, JointFriction, LoadTable, Motor, SupplyTable};
 
-/// What a file says of the encoder beside the core's declarations.
+/// Keys of `[encoder]` that only the simulator has.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 pub struct Mount {
     /// Lines of the disc.
     pub lines: Option<u32>,
-    /// Where it sits.
-    pub at: Option<Side>,
+    /// Place of the disc.
+    pub at: Option<EncoderPlace>,
     /// Noise of a reading, counts.
     #[serde(default)]
     pub noise_counts: u32,
 }
 
-/// The tables that may be in a file; all else in it is left to others.
+/// Tables of a data sheet in a file; other tables are ignored.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
-pub struct Tables {
+pub struct SheetTables {
     /// `[motor]`.
     pub motor: Option<Motor>,
     /// `[gear]`.
     pub gear: Option<Gear>,
     /// `[load]`.
-    pub load: Option<Load>,
+    pub load: Option<LoadTable>,
     /// `[friction]`.
     pub friction: Option<JointFriction>,
     /// `[supply]`.
-    pub supply: Option<Supply>,
+    pub supply: Option<SupplyTable>,
     /// Of `[encoder]`.
     #[serde(default)]
     pub encoder: Mount,
@@ -43,21 +43,22 @@ pub struct DataSheet {
     /// `[gear]`.
     pub gear: Gear,
     /// `[load]`.
-    pub load: Load,
+    pub load: LoadTable,
     /// `[friction]`.
     pub friction: JointFriction,
     /// `[supply]`.
-    pub supply: Option<Supply>,
+    pub supply: Option<SupplyTable>,
     /// Of `[encoder]`.
     pub encoder: Mount,
 }
 
-impl Tables {
-    /// Makes the data sheet; none if the file has none of its tables.
+impl SheetTables {
+    /// Returns the checked data sheet; `None` if the file has none of its tables.
     ///
     /// # Errors
-    /// Names the table that is missing, or the key, what was found and what is allowed.
-    pub fn sheet(self) -> Result<Option<DataSheet>, Refusal> {
+    /// Returns an error with the missing table, or with the key, the value found and the allowed
+    /// values.
+    pub fn sheet(self) -> Result<Option<DataSheet>, SheetRefusal> {
         let Self { motor, gear, load, friction, supply, encoder } = self;
         let others = [
             ("gear", gear.is_some()),
@@ -77,20 +78,20 @@ impl Tables {
                 None if stray.is_none() => Ok(None),
                 None => {
                     let key = stray.map_or("", |(key, _)| *key);
-                    let why = "which begins with the table `[motor]`";
-                    Err(Refusal::of(key, format!("`{key}` is a part of a data sheet, {why}")))
+                    let why = "but the table `[motor]` is missing";
+                    Err(SheetRefusal::of(key, format!("`{key}` belongs to a data sheet, {why}")))
                 }
-                Some((table, _)) => Err(Refusal::of(
+                Some((table, _)) => Err(SheetRefusal::of(
                     "motor",
                     format!(
-                        "the table `[motor]` is missing; `[{table}]` is a part of a data sheet, \
-                         which begins with it"
+                        "the table `[motor]` is missing; `[{table}]` belongs to a data sheet, \
+                         which needs it"
                     ),
                 )),
             };
         };
         let missing = |table: &'static str| {
-            Refusal::of(table, format!("the table `[{table}]` is missing in the data sheet"))
+            SheetRefusal::of(table, format!("the table `[{table}]` is missing in the data sheet"))
         };
         if supply.is_none() && motor.driven_by == DrivenBy::Voltage {
             return Err(missing("supply"));
@@ -108,18 +109,18 @@ impl Tables {
     }
 }
 
-/// An angle or a speed that is written in one of two units, in rad.
+/// Returns an angle or a speed, set in one of two units, in rad.
 fn angle(in_deg: Option<f64>, in_rad: Option<f64>) -> Option<f64> {
     in_rad.or(in_deg.map(f64::to_radians))
 }
 
-/// A coefficient per angle that is written in one of two units, per rad.
+/// Returns a coefficient per angle, set in one of two units, per rad.
 fn per_angle(per_deg: Option<f64>, per_rad: Option<f64>) -> Option<f64> {
     per_rad.or(per_deg.map(f64::to_degrees))
 }
 
 impl DataSheet {
-    /// Speed of the motor without load as the sheet says it, rad/s.
+    /// Speed of the motor without load, rad/s.
     pub fn no_load(&self) -> Option<f64> {
         let rpm = self.motor.no_load_rpm.map(|rpm| rpm * std::f64::consts::TAU / 60.0);
         self.motor.no_load_rad_per_s.or(rpm)
@@ -180,7 +181,7 @@ impl DataSheet {
         [friction.slip_nm, friction.slip_reverse_nm.unwrap_or(friction.slip_nm)]
     }
 
-    /// Keys that say the same in two units, as far as both are written.
+    /// Returns keys of one quantity that are both set, in two units.
     pub(super) fn doubled(&self) -> Option<[&'static str; 2]> {
         let (motor, gear, load, friction) = (&self.motor, &self.gear, &self.load, &self.friction);
         [

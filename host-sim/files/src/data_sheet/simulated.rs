@@ -1,17 +1,17 @@
-//! What of a data sheet cannot be simulated: refused, never ignored.
+//! Refuses effects of a data sheet that cannot be simulated.
 
-use super::refusal::Refusal;
+use super::refusal::SheetRefusal;
 use super::sheet::DataSheet;
 
-/// Two levels of friction differ by the same amount if they do so to this part.
+/// Relative tolerance for equal differences of two friction levels.
 const SAME: f64 = 1e-9;
 
 impl DataSheet {
-    /// Refuses what no plant of the simulator has.
+    /// Checks that a plant of the simulator has all effects of the data sheet.
     ///
     /// # Errors
-    /// Names the key, what was found and what is allowed.
-    pub fn can_be_simulated(&self) -> Result<(), Refusal> {
+    /// Returns an error with the key, the value found and the allowed values.
+    pub fn can_be_simulated(&self) -> Result<(), SheetRefusal> {
         let friction = &self.friction;
         if self.bristle_stiffness().is_some() {
             let key = "friction.bristle_stiffness_nm_per_rad";
@@ -23,15 +23,15 @@ impl DataSheet {
                 let sentence = format!(
                     "`{key}` and `{other}` cannot be simulated together; allowed is one of them"
                 );
-                return Err(Refusal::of(key, sentence));
+                return Err(SheetRefusal::of(key, sentence));
             }
             if self.slip()[0].min(self.slip()[1]) == 0.0 {
-                let why = "a number above 0, since a bristle has something to slide on";
-                return Err(Refusal::number("friction.slip_nm", 0.0, why));
+                let why = "a number above 0, since a bristle needs it";
+                return Err(SheetRefusal::number("friction.slip_nm", 0.0, why));
             }
             if self.stribeck().unwrap_or(0.0) == 0.0 {
-                let why = "the friction of a bristle falls over a speed, and not at once";
-                return Err(Refusal::missing("friction.stribeck_rad_per_s", why));
+                let why = "the friction of a bristle cannot fall at once";
+                return Err(SheetRefusal::missing("friction.stribeck_rad_per_s", why));
             }
         }
         let differ = |[forward, backward]: [f64; 2]| forward - backward;
@@ -40,7 +40,7 @@ impl DataSheet {
             let key = "friction.stick_reverse_nm";
             let allowed = "as much below or above `stick_nm` as `slip_reverse_nm` is of `slip_nm`: \
                            friction that differs otherwise cannot be simulated";
-            return Err(Refusal::number(key, self.stick()[1], allowed));
+            return Err(SheetRefusal::number(key, self.stick()[1], allowed));
         }
         Ok(())
     }

@@ -1,7 +1,7 @@
-//! Keys of a data sheet that are probably in another unit: the ranges of real joints, generously.
+//! Detects keys of a data sheet that are probably in another unit, by wide ranges of real joints.
 //!
-//! A key outside of its range is doubted. If something that follows from the data sheet is refused, the
-//! message names this key first: 0.001 V of supply shall not be blamed on the friction.
+//! A key outside its range causes a warning. If the data sheet is refused for a consequence of it,
+//! the error names this key first: a supply of 0.001 V must not be reported as too much friction.
 
 use std::fmt;
 
@@ -13,7 +13,7 @@ use crate::error::shown;
 pub struct Suspect {
     /// The key.
     pub key: &'static str,
-    /// What the data sheet has.
+    /// Value in the data sheet.
     pub found: f64,
     /// Lowest and highest usual value.
     pub usual: [f64; 2],
@@ -22,7 +22,7 @@ pub struct Suspect {
 }
 
 impl Suspect {
-    /// Returns the question that a mistaken unit suggests, for a doubt.
+    /// Returns the question about the unit, for a warning.
     fn question(&self) -> String {
         let [_, most] = self.usual;
         match self.key {
@@ -48,13 +48,13 @@ impl fmt::Display for Suspect {
 }
 
 impl DataSheet {
-    /// Returns the first key outside of the range of real joints; none if all are inside. Zero is
-    /// no mistaken unit, and is left to the other checks.
+    /// Returns the first key outside the range of real joints; `None` if all are inside. Zero does
+    /// not count; other checks refuse it.
     pub fn suspect(&self) -> Option<Suspect> {
         self.suspects().next()
     }
 
-    /// Returns all keys outside of the ranges of real joints.
+    /// Returns all keys outside the ranges of real joints.
     pub(super) fn suspects(&self) -> impl Iterator<Item = Suspect> {
         self.numbers().into_iter().filter_map(|(key, found, usual, unit)| {
             let found = found.filter(|found| *found != 0.0)?;
@@ -97,7 +97,7 @@ impl DataSheet {
         ]
     }
 
-    /// Returns the doubt about a key that is probably in another unit.
+    /// Returns the warning about a key that is probably in another unit.
     pub(super) fn unit_is_doubtful(&self) -> Option<String> {
         self.suspect().map(|suspect| format!("{suspect}. {}", suspect.question()))
     }

@@ -1,7 +1,7 @@
 //! The tables of a data sheet, as a file has them.
 //!
-//! Angles, speeds, stiffnesses and viscous coefficients may be written in degrees or in radians;
-//! the key's name says which. [`super::DataSheet`] brings both to SI.
+//! Angles, speeds, stiffnesses and viscous coefficients are in degrees or in radians, as the name
+//! of the key says. [`super::DataSheet`] converts both to SI.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -104,7 +104,7 @@ impl Default for Gear {
 /// `[load]`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Load {
+pub struct LoadTable {
     /// Inertia at the joint without the rotor's, kg m^2.
     pub inertia_kg_m2: f64,
     /// Constant torque on the joint, N m; positive drives it the positive way.
@@ -182,7 +182,7 @@ pub struct JointFriction {
 /// `[supply]`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Supply {
+pub struct SupplyTable {
     /// Voltage without load, V.
     pub voltage_v: f64,
     /// Internal resistance, ohm.
@@ -202,7 +202,7 @@ const fn yes() -> bool {
     Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema, clap::ValueEnum,
 )]
 #[serde(rename_all = "lowercase")]
-pub enum Side {
+pub enum EncoderPlace {
     /// On the motor's shaft: the gear divides its counts.
     Motor,
     /// On the joint.

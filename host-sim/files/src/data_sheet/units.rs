@@ -1,8 +1,8 @@
-//! From a data sheet to what the core's axis is: effort gain, inertia, friction, limits. What a
-//! torque or an inertia is in volts and degrees, given the effort gain, is [`CoreUnits`].
-//! `docs/units.md` says both for a reader without the source.
+//! Maps a data sheet to the core's units: effort gain, inertia, friction, limits. [`CoreUnits`]
+//! converts torques and inertias to volts and degrees, given the effort gain. `docs/units.md`
+//! describes both.
 //!
-//! The core's effort u is a voltage at its output. What it moves is, at the joint,
+//! The core's effort u is a voltage at its output. At the joint it moves
 //!
 //! ```text
 //! J q'' = G u - B q' - F - T        q in rad, J in kg m^2, B in N m s/rad, F and T in N m
@@ -18,23 +18,23 @@
 //! current:  G = n eta K_t A        B = B_f
 //! ```
 //!
-//! The back-EMF is a viscous friction to the core. Divided by G, and with angles in degrees,
+//! The back-EMF acts as a viscous friction. Divided by G, and with angles in degrees,
 //!
 //! ```text
 //! q'' = kappa (u - b q' - F_v)      kappa = (180/pi) G / J,  b = (pi/180) B / G,  F_v = F / G
 //! ```
 //!
-//! Guarantees: [`Mapping::of`] is exact but for rounding. Its numbers give the stall torque
-//! G u_max and, without friction, the motor's speed without load V / K_t. Does badly: eta is that
-//! of a motor that drives, also where the load drives it.
+//! Guarantees: [`Mapping::of`] is exact except for rounding. Its numbers give the stall torque
+//! G u_max and, without friction, the motor's speed without load V / K_t. Limits: eta is that of a
+//! driving motor, also while the load drives the motor.
 
 use std::f64::consts::TAU;
 
 use super::sheet::DataSheet;
-use super::tables::{DrivenBy, Side};
+use super::tables::{DrivenBy, EncoderPlace};
 use crate::joint::CoreUnits;
 
-/// What of the drive is written in `[drive]`, and is not derived.
+/// Keys of `[drive]` that the file sets.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct WrittenDrive {
     /// `full_scale_v`.
@@ -43,32 +43,32 @@ pub struct WrittenDrive {
     pub duty_max: Option<f64>,
 }
 
-/// A data sheet in the core's units, and what they are made of.
+/// A data sheet mapped to the core's units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mapping {
-    /// G, and what follows from it alone.
+    /// Effort gain G, with its conversions.
     pub units: CoreUnits,
     /// J, kg m^2.
     pub inertia: f64,
-    /// What the back-EMF adds to B, N m s/rad.
+    /// Share of the back-EMF in B, N m s/rad.
     pub back_emf: f64,
     /// B, N m s/rad.
     pub viscous: f64,
     /// Output of the controller at full duty, V.
     pub full_scale_v: f64,
-    /// Part of it that the motor's current limit bears at standstill.
+    /// Largest duty that the motor's current limit allows at standstill.
     pub duty_max: f64,
-    /// Angle of one count at the joint, rad, if the encoder's lines are written.
+    /// Angle of one count at the joint, rad, if the file sets the encoder's lines.
     pub count: Option<f64>,
 }
 
 impl Mapping {
-    /// Maps a data sheet; none if a motor that is driven by a current has neither a current limit
-    /// nor a written full scale.
+    /// Maps a data sheet; `None` if a motor driven by a current has neither a current limit nor a
+    /// full scale.
     pub fn of(sheet: &DataSheet, written: WrittenDrive) -> Option<Self> {
         let (motor, gear) = (&sheet.motor, &sheet.gear);
         let torque_per_ampere = gear.ratio * gear.efficiency * motor.kt_nm_per_a;
-        // Amperes at standstill for a volt of the controller's output.
+        // Current at standstill per volt of the controller's output, A/V.
         let amperes_per_volt = match motor.driven_by {
             DrivenBy::Voltage => 1.0 / motor.resistance_ohm?,
             DrivenBy::Current => motor.amplifier_a_per_v?,
@@ -94,16 +94,16 @@ impl Mapping {
             duty_max: written.duty_max.unwrap_or(borne),
             count: sheet.encoder.lines.map(|lines| {
                 let turns = match sheet.encoder.at {
-                    Some(Side::Motor) => gear.ratio,
-                    Some(Side::Load) | None => 1.0,
+                    Some(EncoderPlace::Motor) => gear.ratio,
+                    Some(EncoderPlace::Load) | None => 1.0,
                 };
-                // Four edges a line.
+                // Four edges per line.
                 TAU / (4.0 * f64::from(lines) * turns)
             }),
         })
     }
 
-    /// The volts of a torque at the joint (N m).
+    /// Converts a torque at the joint (N m) to volts.
     pub fn volts(&self, torque: f64) -> f64 {
         self.units.volts(torque)
     }

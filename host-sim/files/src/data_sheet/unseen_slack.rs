@@ -15,7 +15,7 @@ use std::fmt;
 
 use super::axis::MOTOR_SHARE;
 use super::sheet::DataSheet;
-use super::tables::Side;
+use super::tables::EncoderPlace;
 use crate::error::rounded;
 
 /// Slack of a gear that the encoder cannot measure.
@@ -33,7 +33,8 @@ impl UnseenSlack {
     /// Returns the slack of a data sheet's gear; none if the encoder is on the load or the gear is
     /// rigid. One count is `count_deg`, deg.
     pub fn of(sheet: &DataSheet, count_deg: f64) -> Option<Self> {
-        let stiffness = sheet.stiffness().filter(|_| sheet.encoder.at == Some(Side::Motor))?;
+        let stiffness =
+            sheet.stiffness().filter(|_| sheet.encoder.at == Some(EncoderPlace::Motor))?;
         let backlash_deg = sheet.backlash().unwrap_or(0.0).to_degrees();
         let [forward, backward] = sheet.stick();
         let load_share = 1.0 - sheet.friction.motor_share.unwrap_or(MOTOR_SHARE);
@@ -55,14 +56,14 @@ impl fmt::Display for UnseenSlack {
         if backlash_deg == 0.0 {
             return write!(
                 f,
-                "this encoder cannot see the wind-up of the gear; the load can be up to {wind_up} \
-                 deg off at rest"
+                "this encoder cannot see the wind-up of the gear; the load can be up to \
+                 {wind_up} deg off at rest"
             );
         }
         write!(
             f,
-            "this encoder cannot see {backlash_counts:.0} counts of backlash; the load can be up \
-             to {} deg off, plus the wind-up of the gear (up to {wind_up} deg at rest)",
+            "this encoder cannot see {backlash_counts:.0} counts of backlash; the load can be \
+             up to {} deg off, plus the wind-up of the gear (up to {wind_up} deg at rest)",
             rounded(backlash_deg)
         )
     }

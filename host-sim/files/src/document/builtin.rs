@@ -1,4 +1,4 @@
-//! The experiments of the thesis, and one beyond it, as data inside the program.
+//! Built-in experiments: those of the thesis, and one more.
 
 use crate::error::{Error, suggestion};
 
@@ -20,7 +20,7 @@ macro_rules! builtin {
     };
 }
 
-/// Lists every built-in experiment, in the thesis's order; what goes beyond it comes last.
+/// Lists the built-in experiments, in the thesis's order; the one beyond it comes last.
 pub const fn builtins() -> &'static [Builtin] {
     &[
         builtin!("spring-mass"),
@@ -45,7 +45,7 @@ pub const fn builtins() -> &'static [Builtin] {
 /// Finds a built-in experiment by its name.
 ///
 /// # Errors
-/// Names the nearest one, and all there are.
+/// Returns an error with the most similar name and the list of all.
 pub fn find(name: &str) -> Result<Builtin, Error> {
     builtins().iter().copied().find(|builtin| builtin.name == name).ok_or_else(|| {
         let near = suggestion(name, builtins().iter().map(|builtin| builtin.name));

@@ -5,12 +5,12 @@ use super::wording::brief;
 use crate::error::Error;
 
 impl Document {
-    /// Sets keys that were drawn within a spread. Slip friction that was drawn above stick friction
-    /// is lowered to it: no joint slips with more than it sticks with. Friction that differs the
-    /// negative way stays as much above or below that of the positive way.
+    /// Sets keys that were drawn within a spread. Slip friction drawn above the stick friction is
+    /// lowered to it, since no joint has more. The difference between the friction of the negative
+    /// and the positive way stays.
     ///
     /// # Errors
-    /// Names the spread.
+    /// Returns an error that names the spread.
     pub fn draw(&mut self, assignments: &[String]) -> Result<(), Error> {
         let assignments = &*self.with_slip_below_stick(assignments);
         let assignments = &*self.with_both_ways(assignments);
@@ -24,8 +24,8 @@ impl Document {
         self.check()
     }
 
-    /// Lowers the slip friction of what was drawn to the stick friction. A level that was not drawn
-    /// is that of the file.
+    /// Lowers a drawn slip friction to the stick friction. A level that was not drawn is that of
+    /// the file.
     fn with_slip_below_stick(&self, drawn: &[String]) -> Vec<String> {
         const LEVELS: [[&str; 2]; 3] = [
             ["joint.friction.slip_v", "joint.friction.stick_v"],
@@ -58,8 +58,8 @@ impl Document {
         all
     }
 
-    /// Adds the levels of friction the negative way to those that were drawn: both levels have to
-    /// differ by the same from those of the positive way.
+    /// Adds the friction levels of the negative way to the drawn ones. Both must differ from those
+    /// of the positive way by the same amount.
     fn with_both_ways(&self, drawn: &[String]) -> Vec<String> {
         const WAYS: [[&str; 2]; 2] = [
             ["friction.slip_nm", "friction.slip_reverse_nm"],

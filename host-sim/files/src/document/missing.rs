@@ -1,20 +1,20 @@
-//! Every key that a file lacks, and not only the first.
+//! Lists all missing keys of a file.
 //!
-//! serde stops at the first missing field. So it is given a stand-in and asked again, until it
-//! misses nothing more. What it says about the stand-ins' values is nobody's concern.
+//! serde stops at the first missing field. So the file is read again with a placeholder for it,
+//! until no field is missing. Errors about the values of placeholders are ignored.
 
 use serde::de::DeserializeOwned;
 use toml::{Table, Value};
 
-/// A file that lacks more than this is not a machine's.
+/// Largest number of missing keys; a file that lacks more is not a machine's.
 const MOST: usize = 64;
 
-/// The keys that are missing beside the first, each with the path of its table; `.` is the file
+/// Returns the missing keys after the first one, each with the path of its table; `.` is the file
 /// itself.
 pub fn others<T: DeserializeOwned>(mut table: Table, first: (String, String)) -> Vec<String> {
     let mut missing: Vec<(String, String)> = vec![first];
     let mut kind = 0;
-    // Each key costs one pass for each kind that its value may not be of.
+    // Each key costs one pass for each type that its value does not have.
     for _ in 0..MOST * stand_ins().len() {
         let Some((path, key)) = missing.last() else { break };
         let Some(inside) = table_at(&mut table, path) else { break };
@@ -29,25 +29,25 @@ pub fn others<T: DeserializeOwned>(mut table: Table, first: (String, String)) ->
                 missing.push(next);
                 kind = 0;
             }
-            // The stand-in has another type than the key, or lacks keys itself.
+            // The placeholder has another type than the key, or lacks keys itself.
             _ => kind += 1,
         }
     }
     missing.iter().skip(1).map(|(path, key)| inside(path, key)).collect()
 }
 
-/// The table and the key of a missing field, if that is what serde says.
+/// Returns the table and the key of a missing field, if serde's message is about one.
 pub fn field(path: &str, message: &str) -> Option<(String, String)> {
     let key = message.strip_prefix("missing field `")?.split('`').next()?;
     Some((path.into(), key.into()))
 }
 
-/// A key with the path of its table.
+/// Returns a key with the path of its table.
 fn inside(path: &str, key: &str) -> String {
     if path == "." { key.into() } else { format!("{path}.{key}") }
 }
 
-/// A value of each type that a key may have.
+/// Returns a value of each type that a key can have.
 fn stand_ins() -> [Value; 5] {
     let pair = vec![Value::Float(1.0), Value::Float(2.0)];
     [
@@ -59,7 +59,7 @@ fn stand_ins() -> [Value; 5] {
     ]
 }
 
-/// The table at a path with indices, such as `reference.trajectories[0]`.
+/// Returns the table at a path with indices, such as `reference.trajectories[0]`.
 fn table_at<'a>(table: &'a mut Table, path: &str) -> Option<&'a mut Table> {
     if path == "." {
         return Some(table);

@@ -1,8 +1,7 @@
-//! A machine's or friction experiment's TOML as text: reading it, setting keys in it, and saying
-//! what is wrong with it.
+//! TOML of a machine or a friction experiment: reads it, sets keys, and reports its errors.
 //!
-//! What its tables mean stands in [`crate::machine`] and [`crate::setup`]; what is run of them, in
-//! `simulator::experiment` and `studies::lab`.
+//! [`crate::machine`] and [`crate::setup`] define its tables; `simulator::experiment` and
+//! `studies::lab` run them.
 
 mod builtin;
 mod drawn;
@@ -26,33 +25,33 @@ use self::wording::{brief, refused, syntax};
 use crate::data_sheet::{self, DataSheet, Mapping, UnseenSlack};
 use crate::error::{Error, suggestion};
 use crate::hardware::STM32F405;
-use crate::machine::{Identified, Machine};
+use crate::machine::{IdentifiedTable, MachineFile};
 use crate::setup::Setup;
 
-/// A machine's file has a few kilobytes; a device or a recording that was given by mistake may have
-/// no end.
+/// Largest size of a file, bytes. A machine's file has a few kilobytes; a device or a recording
+/// given by mistake can be endless.
 const MAX_BYTES: u64 = 1 << 20;
 
-/// Longer names leave a table of 80 columns no room for its numbers.
+/// Longest name of a controller or variant, so that a table of 80 columns has room for its numbers.
 const LONGEST_NAME: usize = 20;
 
-/// How a key is written, for those who wrote it otherwise.
+/// Advice on how to write an assignment.
 const HOW_TO_SET: &str = "write it as table.key=value, as in run.duration_s=120";
 
-/// A parsed file, and where it came from.
+/// A parsed file, and its origin.
 #[derive(Clone, Debug)]
 pub struct Document {
-    /// Where it came from, for messages.
+    /// Origin of the file, for messages.
     pub origin: Origin,
     table: Table,
 }
 
 impl Document {
-    /// Opens a built-in experiment by its name, or a file by its path (ending in `.toml` or holding
-    /// a separator, or any that exists and has no built-in's name).
+    /// Opens a built-in experiment by its name, or a file by its path. A path ends in `.toml`, has
+    /// a separator, or exists and is not the name of a built-in experiment.
     ///
     /// # Errors
-    /// Says what is wrong with the name, the file or the TOML.
+    /// Returns an error about the name, the file or the TOML.
     pub fn open(name: &str) -> Result<Self, Error> {
         let document = Self::parse(name, &Self::text(name)?)?;
         document.check()?;
@@ -63,7 +62,7 @@ impl Document {
     /// Reads the text that [`open`](Self::open) opens.
     ///
     /// # Errors
-    /// Says what is wrong with the name or the file.
+    /// Returns an error about the name or the file.
     pub fn text(name: &str) -> Result<String, Error> {
         let looks_like_a_file = name.ends_with(".toml") || name.contains(std::path::MAIN_SEPARATOR);
         match builtin::find(name) {
@@ -76,7 +75,7 @@ impl Document {
     /// Parses a text.
     ///
     /// # Errors
-    /// Names the line.
+    /// Returns an error that names the line.
     pub fn parse(name: &str, text: &str) -> Result<Self, Error> {
         let table = text.parse::<Table>().map_err(|error| {
             let (line, what) = syntax(text, &error);
@@ -88,10 +87,10 @@ impl Document {
         })
     }
 
-    /// Sets keys as on the command line, `table.key=value` each, and checks the result.
+    /// Sets keys by assignments such as `table.key=value`, and checks the result.
     ///
     /// # Errors
-    /// Names the assignment.
+    /// Returns an error that names the assignment.
     pub fn set(&mut self, assignments: &[String]) -> Result<(), Error> {
         for assignment in assignments {
             self.assign(assignment)
@@ -106,7 +105,7 @@ impl Document {
         self.put(key.trim(), parse_value(value.trim())?, HOW_TO_SET)
     }
 
-    /// Refuses a `[spread]` from which no joint can be drawn, before anything is.
+    /// Checks that joints can be drawn from `[spread]`.
     fn check_spread(&self) -> Result<(), Error> {
         if self.is_lab() {
             return Ok(());
@@ -122,7 +121,7 @@ impl Document {
             if self.get(key).is_some_and(|value| value.is_float() || value.is_integer()) {
                 continue;
             }
-            // A key that the file does not have may be none.
+            // Checks keys that the file does not set.
             let mut joint = self.clone();
             let drawn = joint.put(key, Value::Float(range[0]), HOW_TO_SET);
             if let Err(why) = drawn.map_err(Error::Input).and_then(|()| joint.check()) {
@@ -134,20 +133,20 @@ impl Document {
         Ok(())
     }
 
-    /// Whether it is a friction experiment, and not a machine.
+    /// Returns whether the document is a friction experiment instead of a machine.
     pub fn is_lab(&self) -> bool {
         self.table.contains_key("mechanism")
     }
 
-    /// Whether every key is known and has a value of its type.
+    /// Checks that every key is known and has a value of its type.
     fn check(&self) -> Result<(), Error> {
         if self.is_lab() { self.setup().map(|_| ()) } else { self.machine().map(|_| ()) }
     }
 
-    /// Makes a copy of the document with the keys of a variant set.
+    /// Returns a copy of the document with the keys of a variant.
     ///
     /// # Errors
-    /// Names the variant.
+    /// Returns an error that names the variant.
     pub fn with(&self, variant: &str, keys: &Table) -> Result<Self, Error> {
         let mut copy = self.clone();
         copy.origin.variant = Some(variant.into());
@@ -159,7 +158,7 @@ impl Document {
         Ok(copy)
     }
 
-    /// Finds the value of a key.
+    /// Returns the value of a key.
     pub fn get(&self, key: &str) -> Option<&Value> {
         let mut path = key.split('.');
         let first = self.table.get(path.next()?)?;
@@ -169,14 +168,14 @@ impl Document {
     /// Reads the machine that the document describes.
     ///
     /// # Errors
-    /// Names the key, what was found and what is allowed.
-    pub fn machine(&self) -> Result<Machine, Error> {
+    /// Returns an error with the key, the value found and the allowed values.
+    pub fn machine(&self) -> Result<MachineFile, Error> {
         let mut table = self.table.clone();
         if let Some(sheet) = self.data_sheet()? {
             data_sheet::derive(&mut table, &sheet, &STM32F405).map_err(|why| self.refuse(&why))?;
         }
         stand_alone::fill(&mut table);
-        let machine: Machine = self.read_of(&table)?;
+        let machine: MachineFile = self.read_of(&table)?;
         self.check_names(&machine)?;
         Ok(machine)
     }
@@ -184,12 +183,12 @@ impl Document {
     /// Reads the data sheet that the document has, if it has one.
     ///
     /// # Errors
-    /// Names the key, what was found and what is allowed.
+    /// Returns an error with the key, the value found and the allowed values.
     pub fn data_sheet(&self) -> Result<Option<DataSheet>, Error> {
         if self.is_lab() {
             return Ok(None);
         }
-        let tables: data_sheet::Tables = self.read_of(&self.table)?;
+        let tables: data_sheet::SheetTables = self.read_of(&self.table)?;
         tables.sheet().map_err(|why| self.refuse(&why))
     }
 
@@ -203,8 +202,7 @@ impl Document {
         Ok(Some((sheet, mapping)))
     }
 
-    /// Returns the slack of the gear that the encoder of the document's data sheet cannot measure;
-    /// none without a data sheet.
+    /// Returns the slack of the gear that the encoder cannot measure; `None` without a data sheet.
     ///
     /// # Errors
     /// As [`machine`](Self::machine).
@@ -213,8 +211,8 @@ impl Document {
         Ok(UnseenSlack::of(&sheet, self.machine()?.encoder.resolution_deg()))
     }
 
-    /// Tells what is implausible about the document's data sheet, and what was doubted when its
-    /// joint was identified, a sentence each.
+    /// Returns warnings, one sentence each: implausible values of the data sheet, and doubts of the
+    /// identification.
     ///
     /// # Errors
     /// As [`machine`](Self::machine).
@@ -224,21 +222,21 @@ impl Document {
         }
         let mut doubts =
             self.mapping()?.map_or_else(Vec::new, |(sheet, mapping)| sheet.doubts(&mapping));
-        if let Some(Identified { verdict, doubts: of_joint }) = self.machine()?.identified {
+        if let Some(IdentifiedTable { verdict, doubts: of_joint }) = self.machine()?.identified {
             let said = |doubt| format!("the identification of its joint was {verdict}: {doubt}");
             doubts.extend(of_joint.into_iter().map(said));
         }
         Ok(doubts.into_iter().map(|doubt| format!("{}: {doubt}", self.origin)).collect())
     }
 
-    fn refuse(&self, why: &data_sheet::Refusal) -> Error {
+    fn refuse(&self, why: &data_sheet::SheetRefusal) -> Error {
         Error::Input(self.origin.refusal(why))
     }
 
     /// Reads the friction experiment that the document describes.
     ///
     /// # Errors
-    /// Names the key, what was found and what is allowed.
+    /// Returns an error with the key, the value found and the allowed values.
     pub fn setup(&self) -> Result<Setup, Error> {
         self.read_of(&self.table)
     }
@@ -255,22 +253,22 @@ impl Document {
         })
     }
 
-    /// Names of controllers and variants become labels, parts of file names and the first column of
-    /// tables.
-    fn check_names(&self, machine: &Machine) -> Result<(), Error> {
+    /// Checks the names of controllers and variants, which become labels, parts of file names and
+    /// the first column of tables.
+    fn check_names(&self, machine: &MachineFile) -> Result<(), Error> {
         let allowed = |name: &str, also: &str| {
             let plain = |c: char| c.is_ascii_alphanumeric() || "-_".contains(c) || also.contains(c);
             name.len() <= LONGEST_NAME && name.chars().all(plain)
         };
         let refuse = |what: &str, name: &str, allowed: &str| {
             let (origin, name) = (&self.origin, brief(name));
-            let allowed = format!("allowed are up to {LONGEST_NAME} letters, digits, {allowed}");
+            let allowed = format!("allowed are 1 to {LONGEST_NAME} letters, digits, {allowed}");
             Err(Error::Input(format!("{origin}: {what} is {name:?}; {allowed}")))
         };
         if let Some(name) =
             machine.controller.keys().find(|name| name.is_empty() || !allowed(name, ""))
         {
-            return refuse("the name of a controller", name, "`-` and `_`, and at least one");
+            return refuse("the name of a controller", name, "`-` and `_`");
         }
         match machine.variant.iter().find(|variant| !allowed(&variant.slug, ".")) {
             Some(variant) => refuse("the `slug` of a variant", &variant.slug, "`-`, `_` and `.`"),
@@ -311,17 +309,17 @@ impl Document {
 /// Tables of the joint: the core's, and those of a data sheet.
 const OF_THE_JOINT: [&str; 5] = ["joint", "motor", "gear", "load", "friction"];
 
-/// Says why a key does not vary over a range, if it does not.
+/// Returns why a key cannot vary over a range; `None` if it can.
 pub fn refused_spread(key: &str, [low, high]: [f64; 2]) -> Option<&'static str> {
     let table = key.split('.').next().unwrap_or_default();
     if !OF_THE_JOINT.contains(&table) {
-        return Some("only keys of the joint vary; the controller is what is judged");
+        return Some("only keys of the joint can vary");
     }
     let is_range = low.is_finite() && high.is_finite() && low <= high;
-    (!is_range).then_some("the range is LOW..HIGH of two numbers, the lower one first")
+    (!is_range).then_some("the range must be LOW..HIGH: two numbers, the lower one first")
 }
 
-/// The value at a path with indices, such as `figures[0].of`.
+/// Returns the value at a path with indices, such as `figures[0].of`.
 fn at<'a>(table: &'a Table, path: &str) -> Option<&'a Value> {
     let mut steps = path.split(['.', '[']).map(|step| step.trim_end_matches(']'));
     let first = table.get(steps.next()?)?;
@@ -331,7 +329,7 @@ fn at<'a>(table: &'a Table, path: &str) -> Option<&'a Value> {
     })
 }
 
-/// What is missing as well.
+/// Returns the rest of a sentence: the other missing keys.
 fn also(more: &[String]) -> String {
     let named: Vec<String> = more.iter().map(|key| format!("`{key}`")).collect();
     match &named[..] {
@@ -347,12 +345,12 @@ fn read(path: &Path) -> Result<String, Error> {
     let read = File::open(path).and_then(|file| file.take(MAX_BYTES + 1).read_to_end(&mut bytes));
     read.map_err(fail)?;
     if bytes.len() as u64 > MAX_BYTES {
-        return Err(fail(io::Error::other("it is larger than 1 MiB, which no machine's file is")));
+        return Err(fail(io::Error::other("it is larger than 1 MiB, so it is no machine's file")));
     }
     String::from_utf8(bytes).map_err(|_| fail(io::Error::other("it is not text (UTF-8)")))
 }
 
-/// A TOML value; a bare word is a string, so that `run.solver=rk4` needs no quotes inside quotes.
+/// Parses a TOML value. A bare word is a string, so that `run.solver=rk4` needs no quotes.
 fn parse_value(text: &str) -> Result<Value, String> {
     if text.is_empty() {
         return Err("there is no value after the `=`".into());

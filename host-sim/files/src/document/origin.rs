@@ -1,27 +1,27 @@
-//! Who gave a value: the file, a variant of it, or a hand on the command line.
+//! Origin of a value: the file, a variant, the command line, or a draw.
 
 use std::fmt;
 
 use super::wording::brief;
-use crate::data_sheet::Refusal;
+use crate::data_sheet::SheetRefusal;
 
-/// Where the values of a document came from, for messages.
+/// Origin of the values of a document, for messages.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Origin {
-    /// The name of a built-in experiment, or the path of a file.
+    /// Name of a built-in experiment, or path of a file.
     pub name: String,
-    /// The variant of it, if any.
+    /// Variant, if any.
     pub(super) variant: Option<String>,
-    /// What was set by hand, as typed.
+    /// Assignments of the command line, as typed.
     pub(super) set: Vec<String>,
-    /// What was drawn within a spread, as `KEY=VALUE`.
+    /// Values drawn within a spread, as `KEY=VALUE`.
     pub(super) drawn: Vec<String>,
 }
 
 impl Origin {
     /// Returns the message of a refused data sheet. If a key was set by hand from which the allowed
     /// range follows, it is blamed, and not the key of the file.
-    pub fn refusal(&self, why: &Refusal) -> String {
+    pub fn refusal(&self, why: &SheetRefusal) -> String {
         let cause = why.cause.as_ref().filter(|_| !self.has_set(&why.key));
         let set = cause.and_then(|cause| {
             let key = cause.keys.iter().find(|key| self.has_set(key))?;
@@ -47,13 +47,13 @@ impl Origin {
         }
         match self.set.iter().rfind(set) {
             Some(assignment) => format!("--set {}", brief(assignment)),
-            // What was drawn may be what the key no longer goes with.
+            // A drawn value may contradict the key.
             None if !self.drawn.is_empty() => {
                 let drawn: Vec<String> = self.drawn.iter().map(|drawn| brief(drawn)).collect();
                 format!("{self}: its spread gives {}", drawn.join(", "))
             }
             None => {
-                // A key of the file that no longer goes with one that was set.
+                // An assignment may contradict a key of the file.
                 let with = if self.set.is_empty() { "" } else { " with" };
                 let set: String =
                     self.set.iter().map(|set| format!(" --set {}", brief(set))).collect();
@@ -73,7 +73,7 @@ impl fmt::Display for Origin {
     }
 }
 
-/// Whether a key is a table or a list itself or something in it.
+/// Returns whether a key is the given table or list, or inside it.
 pub fn within(key: &str, table: &str) -> bool {
     key.strip_prefix(table).is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '[']))
 }

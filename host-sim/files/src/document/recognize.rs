@@ -1,4 +1,4 @@
-//! Recognizes a file of a machine or of an experiment, to protect it from being written over.
+//! Recognizes files of machines and experiments, to protect them from being overwritten.
 
 use std::path::Path;
 
@@ -6,7 +6,7 @@ use toml::Table;
 
 use super::read;
 
-/// Tables of which a machine's file or an experiment's has at least one.
+/// Tables; a machine's file or an experiment's has at least one of them.
 const TABLES: [&str; 22] = [
     "controller",
     "device",
@@ -32,9 +32,9 @@ const TABLES: [&str; 22] = [
     "variant",
 ];
 
-/// Returns whether an existing file holds a machine or an experiment. That is every TOML with one of
-/// their tables, and every file that is called `.toml`: one with a mistake in it is as dear to its
-/// owner. An empty file holds nothing.
+/// Returns whether an existing file is that of a machine or an experiment: a TOML file with one of
+/// their tables, or any file named `.toml` that is not empty. A file with an error in it is
+/// protected as well.
 pub fn is_machine_file(path: &Path) -> bool {
     if !path.is_file() {
         return false;

@@ -1,4 +1,4 @@
-//! A law that takes the place of PD has no use for PD's gains, so a file may leave them out there.
+//! Fills in the gains of PD for a law that replaces PD: a file can leave them out there.
 
 use stiction::control::laws::Gains;
 use stiction::control::pd::PdGains;
@@ -7,8 +7,8 @@ use toml::{Table, Value};
 
 use crate::machine::LawName;
 
-/// Gives zero to the gains of PD that the table of such a controller leaves out; the core has a
-/// place for them, and ignores them there.
+/// Sets missing PD gains of such a controller to zero. The core stores them, and ignores them
+/// there.
 pub fn fill(file: &mut Table) {
     let Some(controllers) = file.get_mut("controller").and_then(Value::as_table_mut) else {
         return;
@@ -23,8 +23,8 @@ pub fn fill(file: &mut Table) {
     }
 }
 
-/// Whether the only law of a controller takes the place of PD: the one that it lists, or else the
-/// one of its name.
+/// Returns whether the only law of a controller replaces PD: the law that it lists, or else that of
+/// its name.
 fn stands_alone(name: &str, table: &Table) -> bool {
     let listed = table.get("laws").map(Value::as_array);
     let law = match listed {

@@ -1,10 +1,10 @@
-//! What is wrong with a file, in words: what the parser and serde say, said to a person.
+//! Translates errors of the TOML parser and of serde into sentences for the user.
 
 use toml::Value;
 
 use crate::error::suggestion;
 
-/// What serde found wrong with the value at a path, in one sentence.
+/// Returns a sentence about serde's error at a path.
 pub fn refused(path: &str, at: Option<&Value>, message: &str) -> String {
     let message = one_line(message);
     let parent = path.rsplit_once('.').map_or("", |(parent, _)| parent);
@@ -12,7 +12,7 @@ pub fn refused(path: &str, at: Option<&Value>, message: &str) -> String {
         "" => key.to_owned(),
         table => format!("{table}.{key}"),
     };
-    // Names between back quotes: the one that was typed, then those that serde would have taken.
+    // Names between back quotes: the typed one, then the valid ones.
     let mut quoted = message.split('`').skip(1).step_by(2);
     if message.starts_with("unknown field") {
         let typed = quoted.next().unwrap_or_default();
@@ -20,7 +20,7 @@ pub fn refused(path: &str, at: Option<&Value>, message: &str) -> String {
     }
     if message.starts_with("duplicate field") {
         let twice = inside(if path == "." { "" } else { path }, quoted.next().unwrap_or_default());
-        return format!("`{twice}` is there in two units");
+        return format!("`{twice}` is set in two units");
     }
     if message.starts_with("missing field") {
         let key = inside(if path == "." { "" } else { path }, quoted.next().unwrap_or_default());
@@ -41,7 +41,7 @@ pub fn refused(path: &str, at: Option<&Value>, message: &str) -> String {
             format!("`{key}` is missing")
         };
     }
-    let found = at.map_or_else(|| "not what it should be".into(), describe);
+    let found = at.map_or_else(|| "invalid".into(), describe);
     if message.starts_with("unknown variant") {
         let typed = quoted.next().unwrap_or_default();
         format!("`{path}` is {found}{}", suggestion(typed, quoted))
@@ -54,14 +54,14 @@ pub fn refused(path: &str, at: Option<&Value>, message: &str) -> String {
     }
 }
 
-/// The line at which the parser stopped, and what is wrong there.
+/// Returns the line at which the parser stopped, and the error.
 pub fn syntax(text: &str, error: &toml::de::Error) -> (usize, String) {
     let span = error.span().unwrap_or_default();
     let line = 1 + text.bytes().take(span.start).filter(|byte| *byte == b'\n').count();
     let message = one_line(error.message());
     let (head, expected) = message.split_once(", expected ").unwrap_or((&message, ""));
     let what = match head {
-        "duplicate key" => format!("`{}` is there twice", text.get(span).unwrap_or_default()),
+        "duplicate key" => format!("`{}` is set twice", text.get(span).unwrap_or_default()),
         "string values must be quoted" => "a value is missing or lacks its quotes".into(),
         "invalid basic string" if expected == "`\"`" => "a text lacks its closing quote".into(),
         "invalid float" => "a number is malformed".into(),
@@ -70,18 +70,18 @@ pub fn syntax(text: &str, error: &toml::de::Error) -> (usize, String) {
         _ if head.starts_with("invalid type: integer") => {
             "a whole number has too many digits".into()
         }
-        // What the parser would have taken is a term of its grammar, unless it is a character.
+        // The expected token is a term of the grammar, unless it is a character.
         _ if expected.starts_with('`') => message,
         _ => head.into(),
     };
     (line, what)
 }
 
-/// A value as a person would write it, in brief.
+/// Returns a value as in a file, shortened.
 fn describe(value: &Value) -> String {
     match value {
         Value::String(text) => format!("{:?}", brief(text)),
-        // With its point, which sets it apart from a whole number.
+        // With its decimal point, which distinguishes it from a whole number.
         Value::Float(number) => format!("{number:?}"),
         Value::Array(_) => brief(&value.to_string()),
         Value::Table(_) => "a table".into(),
@@ -89,7 +89,7 @@ fn describe(value: &Value) -> String {
     }
 }
 
-/// What serde expected, in words.
+/// Returns the type that serde expected, in words.
 fn in_words(expected: &str) -> &str {
     match expected {
         "f64" => "a number",
@@ -102,7 +102,7 @@ fn in_words(expected: &str) -> &str {
     }
 }
 
-/// A text in one line and not at length, since a list may be a page.
+/// Returns a text as one line, shortened to 60 characters.
 pub fn brief(text: &str) -> String {
     const LONGEST: usize = 60;
     let text = one_line(text);

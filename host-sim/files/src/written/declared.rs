@@ -1,4 +1,4 @@
-//! What the core declares of the tables of a file.
+//! Declarations of the core for the tables of a file.
 
 use stiction::control::drive::DriveConfig;
 use stiction::control::encoder::Encoder;
@@ -9,30 +9,31 @@ use stiction::parameters::DeviceConfig;
 use stiction::units::value::{About, Absent, Table, Values};
 use stiction::{Allowed, ControllerConfig, Limits, ProfileLimits};
 
-use super::{Scalar, scalar};
+use super::{FileScalar, scalar};
 
 /// The declarations of a table of the file.
 pub trait Declared {
-    /// Lists every value that the table may have.
+    /// Returns the declarations of all values of the table.
     fn about() -> Vec<&'static About>;
 
-    /// Tells whether a value has to be there.
+    /// Returns whether a value is required.
     fn needs(about: &About) -> bool {
         about.absent == Absent::Needed
     }
 
-    /// Tells what a value is that is left out, if that does not depend on others.
-    fn otherwise(about: &About) -> Option<Scalar>;
+    /// Returns the default of a value, if it does not depend on other values.
+    fn otherwise(about: &About) -> Option<FileScalar>;
 
-    /// Returns whether a value that is left out belongs into a table that has other ones.
+    /// Returns whether a missing value is written with its default, given the other values of the
+    /// table.
     fn belongs(_: &About, _has: &dyn Fn(&str) -> bool) -> bool {
         true
     }
 
-    /// Tells what a value may be beside the other values of the example.
+    /// Returns the allowed values, given the other values of the example.
     fn allowed(about: &About) -> Option<Allowed>;
 
-    /// Names the laws that need a value, and says which of them live on the host.
+    /// Returns the laws that need a value; laws of the host are marked.
     fn laws(_: &About) -> Vec<String> {
         vec![]
     }
@@ -49,7 +50,7 @@ macro_rules! declared {
                 <$table as Table>::EXAMPLE.allowed(about.key)
             }
 
-            fn otherwise(about: &About) -> Option<Scalar> {
+            fn otherwise(about: &About) -> Option<FileScalar> {
                 let bits = <$table as Table>::EXAMPLE.get(about.key)?;
                 (about.absent == Absent::Default).then(|| scalar(about.kind, bits))
             }
@@ -59,14 +60,14 @@ macro_rules! declared {
 
 declared!(ControllerConfig, Encoder, DriveConfig, DeviceConfig, Limits, ProfileLimits, JogBounds);
 
-/// The name of a law, and that it lives on the host if it does.
+/// Returns the name of a law, with a mark if it runs on the host only.
 pub(crate) fn shown(law: &Gains) -> String {
     let name = law.name();
     if law.on_the_device() { name.into() } else { format!("{name} (on the host only)") }
 }
 
-/// `[controller.NAME]`: the gains of PD and of every law. Those of PD have to be there; what else
-/// has to be depends on the laws that are listed.
+/// `[controller.NAME]`: the gains of PD and of every law. Those of PD are required; the listed laws
+/// determine which others are.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AllGains;
 
@@ -74,7 +75,7 @@ impl Declared for AllGains {
     fn about() -> Vec<&'static About> {
         let mut all: Vec<&About> = PdGains::ABOUT.iter().collect();
         for about in Gains::ABOUT.iter().flat_map(|law| law.iter()) {
-            // RI and RVI share a name, and so a key.
+            // RI and RVI share a name, and therefore a key.
             if all.iter().all(|other| other.name != about.name) {
                 all.push(about);
             }
@@ -91,12 +92,12 @@ impl Declared for AllGains {
         PdGains::EXAMPLE.allowed(about.key).or_else(of_laws)
     }
 
-    fn otherwise(about: &About) -> Option<Scalar> {
+    fn otherwise(about: &About) -> Option<FileScalar> {
         let bits = Gains::EXAMPLES.iter().find_map(|law| law.get(about.key))?;
         (about.absent == Absent::Default).then(|| scalar(about.kind, bits))
     }
 
-    /// A default belongs to a law whose needed gains are there.
+    /// A default belongs to a law whose required gains are present.
     fn belongs(about: &About, has: &dyn Fn(&str) -> bool) -> bool {
         Gains::ABOUT.iter().any(|law| {
             let mut needed = law.iter().filter(|gain| gain.absent == Absent::Needed);

@@ -1,10 +1,8 @@
-//! A table of a machine's file as it was written: values in double precision under the declarations
-//! of the core.
+//! A table of a machine's file: values in double precision, declared by the core.
 //!
-//! The core declares each value once (`stiction::units::value`). Here a table of a TOML file is read by
-//! these declarations, and written by them: names, types, which values have to be there, and what
-//! the others are if they are left out. Bounds are the core's own, and checked when it is
-//! configured.
+//! The core declares each value once (`stiction::units::value`). Tables of a TOML file are read and
+//! written by these declarations: names, types, required values and defaults. The core checks the
+//! ranges when it is configured.
 
 mod declared;
 mod read;
@@ -28,23 +26,23 @@ pub use self::declared::{AllGains, Declared};
 /// The word for a limit that is off; it is zero.
 pub const OFF: &str = "off";
 
-/// Keys of a table that the core knows nothing of.
+/// Keys of a table that the core does not declare.
 pub trait Extras: Default {
-    /// The names of the keys.
+    /// Names of the keys.
     const NAMES: &'static [&'static str] = &[];
 
-    /// Makes the schema and the sentence of each key, in the order of the names.
+    /// Returns schema and description of each key, in the order of the names.
     fn schema(_: &mut SchemaGenerator) -> Vec<(Schema, &'static str)> {
         vec![]
     }
 
-    /// Reads the value of one of them.
+    /// Reads the value of a key.
     ///
     /// # Errors
-    /// If it is not of its type.
+    /// Returns an error if the value has another type.
     fn take<'de, A: MapAccess<'de>>(&mut self, name: &str, map: &mut A) -> Result<(), A::Error>;
 
-    /// Names a key that has to be there and is not.
+    /// Returns the name of a required key that is missing.
     fn missing(&self) -> Option<&'static str> {
         None
     }
@@ -52,7 +50,7 @@ pub trait Extras: Default {
     /// Writes the keys.
     ///
     /// # Errors
-    /// If a value cannot be written.
+    /// Returns an error if a value cannot be written.
     fn write<M: SerializeMap>(&self, map: &mut M) -> Result<(), M::Error>;
 }
 
@@ -66,76 +64,76 @@ impl Extras for () {
     }
 }
 
-/// A value as it was written.
+/// A value in a file.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Scalar {
+pub enum FileScalar {
     /// A number with a fraction.
     Number(f64),
     /// A whole number.
     Whole(i64),
     /// True or false.
     Flag(bool),
-    /// One of the words of its declaration, by its place.
+    /// Word of its declaration, by its place.
     Choice(usize),
 }
 
-/// A table of the file.
+/// A table of a machine's file.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Written<T, E = ()> {
-    values: BTreeMap<&'static str, Scalar>,
-    /// The keys that the core knows nothing of.
+pub struct ParameterTable<T, E = ()> {
+    values: BTreeMap<&'static str, FileScalar>,
+    /// Keys that the core does not declare.
     pub extras: E,
     of: PhantomData<T>,
 }
 
-impl<T, E: Default> Default for Written<T, E> {
-    /// Nothing is written.
+impl<T, E: Default> Default for ParameterTable<T, E> {
+    /// Creates an empty table.
     fn default() -> Self {
         Self::with(E::default())
     }
 }
 
-impl<T, E> Written<T, E> {
-    /// Nothing is written of what the core declares.
+impl<T, E> ParameterTable<T, E> {
+    /// Creates a table without values declared by the core.
     pub const fn with(extras: E) -> Self {
         Self { values: BTreeMap::new(), extras, of: PhantomData }
     }
 
-    /// Finds a number, if it is written.
+    /// Returns a number, if the table has it.
     pub fn number(&self, name: &str) -> Option<f64> {
         match self.values.get(name)? {
-            Scalar::Number(number) => Some(*number),
-            Scalar::Whole(whole) => Some(*whole as f64),
-            Scalar::Flag(_) | Scalar::Choice(_) => None,
+            FileScalar::Number(number) => Some(*number),
+            FileScalar::Whole(whole) => Some(*whole as f64),
+            FileScalar::Flag(_) | FileScalar::Choice(_) => None,
         }
     }
 
-    /// A number that has to be there: reading has seen to it.
+    /// Returns a required number. Reading has checked that it is present.
     fn needed(&self, name: &str) -> f64 {
         self.number(name).unwrap_or(f64::NAN)
     }
 
-    /// Lists the values that are written.
-    pub fn iter(&self) -> impl Iterator<Item = (&'static str, Scalar)> {
+    /// Returns the values of the table.
+    pub fn iter(&self) -> impl Iterator<Item = (&'static str, FileScalar)> {
         self.values.iter().map(|(name, value)| (*name, *value))
     }
 
-    /// Sets those of `values` that are written and declared in `about`.
+    /// Sets those of `values` that are in the table and declared in `about`.
     pub fn apply<'a>(&self, about: impl IntoIterator<Item = &'a About>, values: &mut impl Values) {
         for about in about {
             let Some(written) = self.values.get(about.name) else { continue };
             let bits = match *written {
-                Scalar::Number(number) => (number as f32).to_bits(),
-                Scalar::Whole(whole) => whole.clamp(0, u32::MAX.into()) as u32,
-                Scalar::Flag(flag) => flag.into(),
-                Scalar::Choice(place) => place as u32,
+                FileScalar::Number(number) => (number as f32).to_bits(),
+                FileScalar::Whole(whole) => whole.clamp(0, u32::MAX.into()) as u32,
+                FileScalar::Flag(flag) => flag.into(),
+                FileScalar::Choice(place) => place as u32,
             };
-            // Cannot fail: the declaration is that of the values, and the bits are of its type.
+            // Cannot fail: the declaration belongs to the values, and the bits have its type.
             let _ = values.set(about.key, bits);
         }
     }
 
-    /// Writes down the values of `values` that are declared in `about`.
+    /// Stores those of `values` that are declared in `about`.
     pub fn put<'a>(&mut self, about: impl IntoIterator<Item = &'a About>, values: &impl Values) {
         for about in about {
             let Some(bits) = values.get(about.key) else { continue };
@@ -144,16 +142,16 @@ impl<T, E> Written<T, E> {
     }
 }
 
-impl<T: Table, E: Default> Written<T, E> {
-    /// Writes out all values of a table.
+impl<T: Table, E: Default> ParameterTable<T, E> {
+    /// Creates a table with all given values.
     pub fn out(values: &T) -> Self {
         let mut all = Self::default();
         all.put(T::ABOUT, values);
         all
     }
 
-    /// Makes the table in single precision, as the core has it; what is left out is its default, or
-    /// as in `otherwise`.
+    /// Returns the core's values, in single precision. A missing value has its default, or else
+    /// that of `otherwise`.
     pub fn core(&self, otherwise: T) -> T {
         let mut values = otherwise;
         self.apply(T::ABOUT, &mut values);
@@ -161,51 +159,51 @@ impl<T: Table, E: Default> Written<T, E> {
     }
 }
 
-impl<E> Written<ControllerConfig, E> {
-    /// Tells the time between samples, s.
+impl<E> ParameterTable<ControllerConfig, E> {
+    /// Returns the time between samples, s.
     pub fn sample_time_s(&self) -> f64 {
         self.needed("sample_time_s")
     }
 
-    /// Tells how many positions the velocity regression takes.
+    /// Returns the number of positions in the velocity regression.
     pub fn velocity_window(&self) -> i64 {
         match self.values.get("velocity_window") {
-            Some(Scalar::Whole(whole)) => *whole,
+            Some(FileScalar::Whole(whole)) => *whole,
             _ => ControllerConfig::EXAMPLE.velocity_window.into(),
         }
     }
 }
 
-impl<E> Written<Encoder, E> {
-    /// Tells the joint angle of one count, deg.
+impl<E> ParameterTable<Encoder, E> {
+    /// Returns the joint angle of one count, deg.
     pub fn resolution_deg(&self) -> f64 {
         self.needed("resolution_deg")
     }
 }
 
-impl<E> Written<DriveConfig, E> {
-    /// Tells the largest output, V.
+impl<E> ParameterTable<DriveConfig, E> {
+    /// Returns the largest output, V.
     pub fn full_scale_v(&self) -> f64 {
         self.needed("full_scale_v")
     }
 
-    /// Tells the volts of one code.
+    /// Returns the voltage of one code, V.
     pub fn lsb_v(&self) -> f64 {
         self.needed("lsb_v")
     }
 }
 
-/// Reads the value of these bits, as a person would write it.
-pub fn scalar(kind: Kind, bits: u32) -> Scalar {
+/// Converts the bits of a value to its form in a file.
+pub fn scalar(kind: Kind, bits: u32) -> FileScalar {
     match kind {
-        Kind::Number => Scalar::Number(single(f32::from_bits(bits))),
-        Kind::Whole => Scalar::Whole(bits.into()),
-        Kind::Flag => Scalar::Flag(bits != 0),
-        Kind::Choice(_) => Scalar::Choice(bits as usize),
+        Kind::Number => FileScalar::Number(single(f32::from_bits(bits))),
+        Kind::Whole => FileScalar::Whole(bits.into()),
+        Kind::Flag => FileScalar::Flag(bits != 0),
+        Kind::Choice(_) => FileScalar::Choice(bits as usize),
     }
 }
 
-/// Finds the shortest decimal that is read as this number in single precision.
+/// Returns the shortest decimal that reads back as this number in single precision.
 pub fn single(value: f32) -> f64 {
     // Shortest by the standard library; a decimal, so that 0.02 is not 0.019999999552965164.
     value.to_string().parse().unwrap_or_else(|_| value.into())

@@ -1,4 +1,4 @@
-//! Reading a table by its declarations, in serde's own words where it is refused.
+//! Reads a table by its declarations. Errors have serde's form.
 
 use std::fmt;
 use std::marker::PhantomData;
@@ -8,9 +8,9 @@ use serde::{Deserialize, Deserializer};
 use stiction::Allowed;
 use stiction::units::value::{About, Kind};
 
-use super::{Declared, Extras, OFF, Scalar, Written};
+use super::{Declared, Extras, FileScalar, OFF, ParameterTable};
 
-/// Reads the key of a table, and refuses one that is not known.
+/// Reads the key of a table, and refuses an unknown one.
 struct Name<'a>(&'a [&'static str]);
 
 impl<'de> DeserializeSeed<'de> for Name<'_> {
@@ -31,56 +31,56 @@ impl Visitor<'_> for Name<'_> {
     fn visit_str<E: de::Error>(self, typed: &str) -> Result<&'static str, E> {
         self.0.iter().find(|name| **name == typed).copied().ok_or_else(|| {
             let known: Vec<String> = self.0.iter().map(|name| format!("`{name}`")).collect();
-            // In serde's own words, which the reader of a file understands.
+            // In serde's form, which the document parses.
             E::custom(format!("unknown field `{typed}`, expected one of {}", known.join(", ")))
         })
     }
 }
 
-/// Reads a value as it is declared, which may be what is allowed.
+/// Reads a value by its declaration and its allowed values.
 struct Value<'a>(&'a About, Option<Allowed>);
 
 impl<'de> DeserializeSeed<'de> for Value<'_> {
-    type Value = Scalar;
+    type Value = FileScalar;
 
-    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<Scalar, D::Error> {
+    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<FileScalar, D::Error> {
         match self.0.kind {
             Kind::Number if self.0.may_be_off() => deserializer.deserialize_any(NumberOrOff),
-            Kind::Number => f64::deserialize(deserializer).map(Scalar::Number),
-            Kind::Whole => deserializer.deserialize_i64(WholeNumber(self.1)).map(Scalar::Whole),
-            Kind::Flag => bool::deserialize(deserializer).map(Scalar::Flag),
+            Kind::Number => f64::deserialize(deserializer).map(FileScalar::Number),
+            Kind::Whole => deserializer.deserialize_i64(WholeNumber(self.1)).map(FileScalar::Whole),
+            Kind::Flag => bool::deserialize(deserializer).map(FileScalar::Flag),
             Kind::Choice(words) => deserializer.deserialize_any(Choice(words)),
         }
     }
 }
 
-/// A number, or the word that turns off what has it.
+/// Reads a number, or the word that turns a limit off.
 struct NumberOrOff;
 
 impl Visitor<'_> for NumberOrOff {
-    type Value = Scalar;
+    type Value = FileScalar;
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "a number or \"{OFF}\"")
     }
 
-    fn visit_f64<E: de::Error>(self, number: f64) -> Result<Scalar, E> {
-        Ok(Scalar::Number(number))
+    fn visit_f64<E: de::Error>(self, number: f64) -> Result<FileScalar, E> {
+        Ok(FileScalar::Number(number))
     }
 
-    fn visit_i64<E: de::Error>(self, whole: i64) -> Result<Scalar, E> {
-        Ok(Scalar::Number(whole as f64))
+    fn visit_i64<E: de::Error>(self, whole: i64) -> Result<FileScalar, E> {
+        Ok(FileScalar::Number(whole as f64))
     }
 
-    fn visit_str<E: de::Error>(self, typed: &str) -> Result<Scalar, E> {
+    fn visit_str<E: de::Error>(self, typed: &str) -> Result<FileScalar, E> {
         if typed == OFF {
-            return Ok(Scalar::Number(0.0));
+            return Ok(FileScalar::Number(0.0));
         }
         Err(E::invalid_type(de::Unexpected::Str(typed), &self))
     }
 }
 
-/// A float is not whole, even if it has no fraction: that is a slip of the hand.
+/// Reads a whole number. A float is refused, even without a fraction.
 struct WholeNumber(Option<Allowed>);
 
 impl Visitor<'_> for WholeNumber {
@@ -102,18 +102,18 @@ impl Visitor<'_> for WholeNumber {
     }
 }
 
-/// One of a few words; those that are numbers are written as such.
+/// Reads one of a few words. A word that is a number is written as a number.
 struct Choice(&'static [&'static str]);
 
 impl Choice {
-    fn find<E: de::Error>(&self, typed: &str) -> Result<Scalar, E> {
+    fn find<E: de::Error>(&self, typed: &str) -> Result<FileScalar, E> {
         let place = self.0.iter().position(|word| *word == typed);
-        place.map(Scalar::Choice).ok_or_else(|| E::unknown_variant(typed, self.0))
+        place.map(FileScalar::Choice).ok_or_else(|| E::unknown_variant(typed, self.0))
     }
 }
 
 impl Visitor<'_> for Choice {
-    type Value = Scalar;
+    type Value = FileScalar;
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let are_numbers = self.0.iter().all(|word| word.parse::<i64>().is_ok());
@@ -121,16 +121,16 @@ impl Visitor<'_> for Choice {
         write!(f, "{what} {}", self.0.join(" or "))
     }
 
-    fn visit_str<E: de::Error>(self, typed: &str) -> Result<Scalar, E> {
+    fn visit_str<E: de::Error>(self, typed: &str) -> Result<FileScalar, E> {
         self.find(typed)
     }
 
-    fn visit_i64<E: de::Error>(self, typed: i64) -> Result<Scalar, E> {
+    fn visit_i64<E: de::Error>(self, typed: i64) -> Result<FileScalar, E> {
         self.find(&typed.to_string())
     }
 }
 
-impl<'de, T: Declared, E: Extras> Deserialize<'de> for Written<T, E> {
+impl<'de, T: Declared, E: Extras> Deserialize<'de> for ParameterTable<T, E> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         deserializer.deserialize_map(TableVisitor(PhantomData))
     }
@@ -139,17 +139,17 @@ impl<'de, T: Declared, E: Extras> Deserialize<'de> for Written<T, E> {
 struct TableVisitor<T, E>(PhantomData<(T, E)>);
 
 impl<'de, T: Declared, E: Extras> Visitor<'de> for TableVisitor<T, E> {
-    type Value = Written<T, E>;
+    type Value = ParameterTable<T, E>;
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str("a map")
     }
 
-    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Written<T, E>, A::Error> {
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<ParameterTable<T, E>, A::Error> {
         let declared = T::about();
         let names: Vec<&'static str> =
             declared.iter().map(|about| about.name).chain(E::NAMES.iter().copied()).collect();
-        let mut table = Written::<T, E>::default();
+        let mut table = ParameterTable::<T, E>::default();
         while let Some(name) = map.next_key_seed(Name(&names))? {
             match declared.iter().find(|about| about.name == name) {
                 Some(about) => {

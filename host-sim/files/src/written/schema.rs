@@ -1,4 +1,4 @@
-//! The schema of a table: of each value its type, bounds, default and sentence.
+//! Schema of a table: type, range, default and description of each value.
 
 use std::borrow::Cow;
 
@@ -6,10 +6,10 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use stiction::Allowed;
 use stiction::units::value::{About, Absent, Kind};
 
-use super::{Declared, Extras, OFF, Scalar, Written, single};
+use super::{Declared, Extras, FileScalar, OFF, ParameterTable, single};
 use crate::error::shown;
 
-impl<T: Declared, E: Extras> JsonSchema for Written<T, E> {
+impl<T: Declared, E: Extras> JsonSchema for ParameterTable<T, E> {
     fn inline_schema() -> bool {
         true
     }
@@ -45,9 +45,9 @@ impl<T: Declared, E: Extras> JsonSchema for Written<T, E> {
     }
 }
 
-/// A value's type, bounds, default and sentence. Its number in records stands beside them under
-/// `x-number`, and bounds that depend on other values under `x-bounds`.
-fn schema_of(about: &About, allowed: Option<Allowed>, otherwise: Option<Scalar>) -> Schema {
+/// Returns type, range, default and description of a value. `x-number` is its number in records,
+/// and `x-bounds` a range that depends on other values.
+fn schema_of(about: &About, allowed: Option<Allowed>, otherwise: Option<FileScalar>) -> Schema {
     let mut schema = match about.kind {
         Kind::Number => json_schema!({ "type": "number" }),
         Kind::Whole => json_schema!({ "type": "integer" }),
@@ -75,12 +75,12 @@ fn schema_of(about: &About, allowed: Option<Allowed>, otherwise: Option<Scalar>)
         schema = json_schema!({ "anyOf": [schema, { "const": OFF }] });
     }
     let default = otherwise.map(|value| match (value, about.kind) {
-        (Scalar::Number(0.0), _) if about.may_be_off() => OFF.into(),
-        (Scalar::Choice(place), Kind::Choice(words)) => choice(words.get(place).unwrap_or(&"")),
-        (Scalar::Flag(flag), _) => flag.into(),
-        (Scalar::Whole(whole), _) => whole.into(),
-        (Scalar::Number(number), _) => number.into(),
-        (Scalar::Choice(_), _) => serde_json::Value::Null,
+        (FileScalar::Number(0.0), _) if about.may_be_off() => OFF.into(),
+        (FileScalar::Choice(place), Kind::Choice(words)) => choice(words.get(place).unwrap_or(&"")),
+        (FileScalar::Flag(flag), _) => flag.into(),
+        (FileScalar::Whole(whole), _) => whole.into(),
+        (FileScalar::Number(number), _) => number.into(),
+        (FileScalar::Choice(_), _) => serde_json::Value::Null,
     });
     if let Some(default) = default {
         schema.insert("default".into(), default);
@@ -93,12 +93,12 @@ fn schema_of(about: &About, allowed: Option<Allowed>, otherwise: Option<Scalar>)
     schema
 }
 
-/// A word that is a number is written as one.
+/// Returns the JSON value of a word; a word that is a number becomes a number.
 fn choice(word: &str) -> serde_json::Value {
     word.parse::<i64>().map_or_else(|_| word.into(), Into::into)
 }
 
-/// What a value may be.
+/// Range of a value.
 enum Bounds {
     None,
     Between(f32, f32),
@@ -107,8 +107,8 @@ enum Bounds {
     Words(String),
 }
 
-/// The bounds of a declaration: the core's figures, but for an end that depends on another value.
-/// That one is the expression of the source in the names of the file.
+/// Returns the range of a declaration. An end that depends on another value is the expression of
+/// the source, in the names of the file.
 fn bounds(about: &About, allowed: Option<Allowed>) -> Bounds {
     let (low, high, is_above) = match allowed {
         Some(Allowed::Between(low, high) | Allowed::OrOff(low, high)) => (low, high, false),
@@ -131,14 +131,16 @@ fn bounds(about: &About, allowed: Option<Allowed>) -> Bounds {
     })
 }
 
-/// The expressions of the two ends, as in `Above(drive.full_scale / 32_768.0, drive.full_scale)`.
+/// Returns the expressions of both ends, as in `Above(drive.full_scale / 32_768.0,
+/// drive.full_scale)`.
 fn ends(bounds: &str) -> [Option<&str>; 2] {
     let inside = bounds.split_once('(').map(|(_, inside)| inside.trim_end_matches(')'));
     let ends = inside.and_then(|inside| inside.split_once(", "));
     [ends.map(|(low, _)| low), ends.map(|(_, high)| high)]
 }
 
-/// `drive.full_scale / 32_768.0` as `full_scale_v / 32768`; none if no other value is in it.
+/// Returns `drive.full_scale / 32_768.0` as `full_scale_v / 32768`; `None` if it has no other
+/// value.
 fn in_names(expression: &str) -> Option<String> {
     let name = |word: &str| {
         let (_, field) = word.split_once('.')?;

@@ -1,12 +1,12 @@
-//! Writing a table by its declarations, with what is left out as its default.
+//! Writes a table by its declarations; missing values are written as their defaults.
 
 use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
 use stiction::units::value::Kind;
 
-use super::{Declared, Extras, OFF, Scalar, Written};
+use super::{Declared, Extras, FileScalar, OFF, ParameterTable};
 
-impl<T: Declared, E: Extras> Serialize for Written<T, E> {
+impl<T: Declared, E: Extras> Serialize for ParameterTable<T, E> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let mut map = serializer.serialize_map(None)?;
         for about in T::about() {
@@ -17,13 +17,15 @@ impl<T: Declared, E: Extras> Serialize for Written<T, E> {
                 None => None,
             };
             match (value, about.kind) {
-                (Some(Scalar::Number(0.0)), _) if about.may_be_off() => {
+                (Some(FileScalar::Number(0.0)), _) if about.may_be_off() => {
                     map.serialize_entry(about.name, OFF)?;
                 }
-                (Some(Scalar::Number(number)), _) => map.serialize_entry(about.name, &number)?,
-                (Some(Scalar::Whole(whole)), _) => map.serialize_entry(about.name, &whole)?,
-                (Some(Scalar::Flag(flag)), _) => map.serialize_entry(about.name, &flag)?,
-                (Some(Scalar::Choice(place)), Kind::Choice(words)) => {
+                (Some(FileScalar::Number(number)), _) => {
+                    map.serialize_entry(about.name, &number)?
+                }
+                (Some(FileScalar::Whole(whole)), _) => map.serialize_entry(about.name, &whole)?,
+                (Some(FileScalar::Flag(flag)), _) => map.serialize_entry(about.name, &flag)?,
+                (Some(FileScalar::Choice(place)), Kind::Choice(words)) => {
                     let word = words.get(place).copied().unwrap_or_default();
                     match word.parse::<i64>() {
                         Ok(whole) => map.serialize_entry(about.name, &whole)?,

@@ -1,30 +1,30 @@
-//! What an identification has found beyond a joint in degrees and volts: a constant load, gravity,
-//! a Stribeck curve.
+//! Effects that an identification found and `[joint]` of a machine's file has no keys for: a
+//! constant load, gravity, a Stribeck curve.
 //!
-//! `[joint]` of a machine's file has none of them, and a data sheet has all. So where the machine
-//! has a data sheet, and one of them was found, the joint is written as a data sheet:
+//! A data sheet has keys for all of them. If the machine has a data sheet, and one of them was
+//! found, the joint is written as a data sheet:
 //!
 //! | in the effort | written |
 //! |---|---|
-//! | off | `load.constant_nm` = -G off: what the effort bears drives the other way |
+//! | off | `load.constant_nm` = -G off: the effort holds a load of opposite sign |
 //! | g_s sin q + g_c cos q | `load.unbalance_nm`, `load.hangs_at_rad` |
 //! | S sgn v exp(-(v / v_s)^2) | `friction.stribeck_rad_per_s` = v_s, from stick to slip friction |
 //!
-//! with g_s sin q + g_c cos q = U sin(q - q_h): U is the unbalance, and q_h where it hangs.
-//! `merged_sheet.rs` makes that data sheet. Elsewhere the file says in a comment what it cannot say, and
-//! the command repeats it.
+//! with g_s sin q + g_c cos q = U sin(q - q_h): U is the unbalance, and q_h the position in which
+//! it hangs. `merged_sheet.rs` makes that data sheet. Without one, the file lists in a comment what
+//! it leaves out, and the command prints the list.
 
-use super::identified::Identified;
+use super::identified::IdentifiedJoint;
 use super::spread::deviations;
 use crate::error;
 
-/// A constant load below this part of the slip friction is none: no error bar of a friction level
-/// is believed to be narrower.
+/// Share of the slip friction below which a constant load counts as none: the narrowest credible
+/// error bar of a friction level.
 pub(super) const LEAST: f64 = 0.02;
 
-/// What was found, each value with the width of its error bar, V.
+/// Identified effects beyond `[joint]`, each value with the width of its error bar, V.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Beyond {
+pub struct UnmodelledEffects {
     pub(super) constant: Option<[f64; 2]>,
     /// Sine and cosine of the position.
     pub(super) gravity: Option<[[f64; 2]; 2]>,
@@ -32,9 +32,9 @@ pub struct Beyond {
     pub(super) stribeck: Option<[f64; 2]>,
 }
 
-impl Beyond {
-    /// What there is in an identification.
-    pub fn of(found: &Identified) -> Self {
+impl UnmodelledEffects {
+    /// Returns the effects in an identification.
+    pub fn of(found: &IdentifiedJoint) -> Self {
         let Some(estimate) = &found.summary.estimate else { return Self::default() };
         let deviations = deviations(found);
         let bar = |[value, sd]: [f32; 2]| [f64::from(value), deviations * f64::from(sd)];
@@ -49,12 +49,12 @@ impl Beyond {
         }
     }
 
-    /// Whether there is nothing.
+    /// Returns whether no such effect was found.
     pub fn is_none(&self) -> bool {
         *self == Self::default()
     }
 
-    /// "a load of 0.1 V, gravity of 0.2 V".
+    /// Returns a list such as "a load of 0.1 V, gravity of 0.2 V".
     fn words(&self) -> String {
         let shown = error::rounded;
         let load = self.constant.map(|[load, _]| format!("a load of {} V", shown(load.abs())));
@@ -65,16 +65,16 @@ impl Beyond {
         load.into_iter().chain(gravity).chain(stribeck).collect::<Vec<_>>().join(", ")
     }
 
-    /// The sentence on what a file leaves out, and why.
+    /// Returns the sentence about effects that a file leaves out, and why.
     pub fn left_out(&self, why: &str) -> String {
         format!(
-            "{} was found. This file cannot say it, so predictions (`tune`, `device selftest`, \
+            "{} was found. This file has no key for it, so predictions (`tune`, `device selftest`, \
              `report`, the studio's) leave it out: {why}.",
             capital(&self.words())
         )
     }
 
-    /// Amplitude of gravity with its error bar, V.
+    /// Returns the amplitude of gravity with its error bar, V.
     pub(super) fn amplitude(&self) -> [f64; 2] {
         self.gravity
             .map_or([0.0; 2], |[[sine, off], [cosine, other]]| [sine.hypot(cosine), off.max(other)])

@@ -1,28 +1,28 @@
-//! A key of a machine's file whose value a measurement contradicts.
+//! Comparison of a key of a machine's file with a measurement.
 
 use crate::error::shown;
 
-/// A key of a machine's file whose value lies outside of the error bar of what was measured.
+/// A key of a machine's file whose value lies outside the error bar of the measured value.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Contradiction {
-    /// The key, in whose unit the numbers are.
+    /// Key; its unit is that of the numbers.
     pub key: String,
     /// Value in the file.
     pub in_file: f64,
     /// Value measured.
     pub measured: f64,
-    /// Width of its error bar to either side: two standard deviations or more; 0: not known.
+    /// Width of the error bar to either side: two standard deviations or more; 0 if unknown.
     pub off: f64,
 }
 
 impl Contradiction {
-    /// Makes that of a key; `measured` is the value and the width of its bar.
+    /// Creates a contradiction; the last argument is the measured value and the width of its bar.
     pub fn new(key: &str, in_file: f64, [measured, off]: [f64; 2]) -> Self {
         Self { key: key.to_owned(), in_file, measured, off }
     }
 
-    /// Compares a value of a file, or the range that the file has for it, with a measured range;
-    /// none if they have a value in common.
+    /// Compares a value of a file, or its range in the file, with a measured range; `None` if they
+    /// overlap.
     pub fn between(
         key: &str,
         (in_file, range): (f64, Option<[f64; 2]>),

@@ -1,8 +1,8 @@
-//! Load of a joint that was identified, beside the load that its machine's file has.
+//! Load of an identified joint, merged with the load of its machine's file.
 //!
 //! An identification measures one number for the constant load, `off`, and gravity only if the
-//! joint has gone through 60 deg (of a log: if the model has the term). In `off` is all that does
-//! not change with the motion:
+//! joint has moved through 60 deg (from a log: if the model has the term). `off` is the sum of all
+//! that does not change with the motion:
 //!
 //! ```text
 //! off = D/2 + mean U_f sin(q - q_h) - T_f
@@ -10,10 +10,11 @@
 //!
 //! with the difference D of the friction between both ways, the constant load T_f, and the mean
 //! over the motion of the unbalance U_f that hangs at q_h. If the right side, with the numbers of
-//! the file, is within the error bar of the left side, then the measurement agrees with the file,
-//! and the file's load stays. The bar has what the gravity changes by over the motion, too. If
-//! gravity was looked for and not found, though it would vary by more than the bar (root mean
-//! square), then the unbalance is contradicted. Otherwise the rest is the constant load.
+//! the file, is within the error bar of the left side, the measurement agrees with the file, and
+//! the file's load stays. The bar includes the change of gravity over the motion. If the
+//! identification looked for gravity and found none, though the file's gravity would vary by more
+//! than the bar (root mean square), the unbalance is contradicted. Otherwise the rest is the
+//! constant load.
 //!
 //! Limits: an unbalance and a constant load that are both wrong, and cancel out, agree.
 
@@ -21,42 +22,43 @@ use super::contradiction::Contradiction;
 use crate::data_sheet::DataSheet;
 use crate::document::Document;
 
-/// Angle from which the sequence looks for gravity, deg: `WIDE` of `src/identification/model.rs`.
+/// Least range of motion in which the sequence identifies gravity, deg: `WIDE` of
+/// `src/identification/model.rs`.
 pub(super) const WIDE_DEG: f64 = 60.0;
 
-/// Points of a motion at which gravity is looked at.
+/// Points of a motion at which gravity is evaluated.
 const POINTS: usize = 65;
 
-/// What an identification measures of the load: efforts that hold it, N m, each with its error bar.
+/// Measured load: the efforts that hold it, N m, each with its error bar.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MeasuredLoad {
     /// Effort that does not change with the motion.
     pub offset: [f64; 2],
     /// Gravity as coefficients of sine and cosine of the position, if it was found.
     pub gravity: Option<[[f64; 2]; 2]>,
-    /// Whether gravity was looked for.
+    /// Whether the model had gravity.
     pub looked: bool,
     /// Ends of the motion, rad.
     pub range: [f64; 2],
-    /// Least error bar that is believed.
+    /// Narrowest credible error bar, N m.
     pub least: f64,
 }
 
-/// Load of a joint that was found, N m and rad.
+/// Load of an identified joint, N m and rad.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct FoundLoad {
-    /// Keys of `[load]` that have another value than in the file.
+    /// Keys of `[load]` with a new value.
     pub set: Vec<(&'static str, f64)>,
-    /// Keys of `[load]` that the file loses.
+    /// Keys of `[load]` that are removed.
     pub removed: Vec<&'static str>,
-    /// Ranges of what was measured, by their key.
+    /// Measured keys with value and range.
     pub ranges: Vec<(&'static str, f64, [f64; 2])>,
     /// Keys of the file that the measurement contradicts.
     pub contradicted: Vec<Contradiction>,
 }
 
-/// Returns the load of a joint that was found, beside that of a data sheet; `difference` is the
-/// friction's between both ways, N m.
+/// Returns the load of an identified joint, merged with that of a data sheet; `difference` is that
+/// of the friction between both ways, N m.
 pub(super) fn load(
     measured: &MeasuredLoad,
     of: &Document,
@@ -89,7 +91,7 @@ pub(super) fn load(
         load.constant(constant, rest, bar);
         return load;
     }
-    // What of the file's gravity is in the offset, and by how much it changes over the motion.
+    // Mean of the file's gravity over the motion, which is in the offset, and its largest change.
     let [from, to] = measured.range;
     let at = |i: usize| from + (to - from) * i as f64 / (POINTS - 1) as f64;
     let gravity: Vec<f64> = (0..POINTS).map(|i| weight * (at(i) - hangs).sin()).collect();
@@ -113,15 +115,15 @@ pub(super) fn load(
 }
 
 impl FoundLoad {
-    /// Takes gravity as measured: amplitude with its bar, N m, and where it hangs, rad.
+    /// Sets the measured gravity: amplitude with its bar, N m, and hanging position, rad.
     fn gravity(&mut self, [weight, off]: [f64; 2], hangs: f64) {
         self.removed.extend(["hangs_at_deg"]);
         self.set.extend([("unbalance_nm", weight), ("hangs_at_rad", hangs)]);
         self.ranges.push(("load.unbalance_nm", weight, [(weight - off).max(0.0), weight + off]));
     }
 
-    /// Takes the constant load as measured: the effort that holds it, with its bar, N m. It drives
-    /// the other way. What is within its bar is none.
+    /// Sets the measured constant load from the effort that holds it, with its bar, N m. The load
+    /// has the opposite sign. A load within its bar counts as none.
     fn constant(&mut self, in_file: Option<f64>, held: f64, off: f64) {
         let pulls = -held;
         if pulls.abs() > off {

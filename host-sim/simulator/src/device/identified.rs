@@ -1,4 +1,4 @@
-//! What an identification has found, for a person, for a script and for a machine's file.
+//! Result of an identification: as text, as JSON, and as the joint of a machine's file.
 
 use serde_json::{Value, json};
 use stiction::Parameters;
@@ -7,27 +7,27 @@ use stiction::identification::{Doubts, Estimate, Levels, MapPoint, Outcome, Summ
 use super::client::Map;
 use crate::error::Error;
 use crate::joint::CoreUnits;
-use crate::machine::{Friction, Joint};
+use crate::machine::{JointFrictionLevels, JointTable};
 use crate::written::single;
 
-/// An identification and what its numbers mean.
+/// Result of an identification, and the machine that it belongs to.
 #[derive(Clone, Debug)]
-pub struct Identified {
-    /// What was found.
+pub struct IdentifiedJoint {
+    /// Estimates and doubts.
     pub summary: Summary,
-    /// The map of the friction.
+    /// Friction at each speed.
     pub map: Map,
-    /// The machine that was identified.
+    /// Parameters of the identified device.
     pub parameters: Parameters,
-    /// What a volt is in N m, if a data sheet says it.
+    /// Conversion from volts to N m; `None` without a data sheet.
     pub units: Option<CoreUnits>,
 }
 
-/// Says in half a sentence how an identification has ended.
+/// Returns half a sentence: how the identification has ended, and what to do.
 pub const fn ended(outcome: Outcome) -> &'static str {
     match outcome {
         Outcome::Running => "it has not ended",
-        Outcome::Done => "the whole sequence was run",
+        Outcome::Done => "the sequence is complete",
         Outcome::Reversed => {
             "the encoder counts AGAINST the effort: run `jog`, which says what to set"
         }
@@ -39,32 +39,25 @@ pub const fn ended(outcome: Outcome) -> &'static str {
             "nothing moved up to the largest effort: look at the wiring (`jog`), or raise --effort"
         }
         Outcome::RunsOn => {
-            "the joint goes on without effort: a load moves it; take the load off, or balance it, \
+            "the joint moves on without effort: a load moves it; take the load off, or balance it, \
              and identify again"
         }
-        Outcome::Travel => {
-            "the joint came to the bound of its travel: raise --travel, or lower --speed"
-        }
-        Outcome::Speed => {
-            "the joint came to the bound of its speed: lower --effort, or raise --speed"
-        }
-        Outcome::Time => "the time was over: raise --time",
-        Outcome::Capped => "drive or supply let less effort through than was asked for",
+        Outcome::Travel => "the joint reached its travel limit: raise --travel, or lower --speed",
+        Outcome::Speed => "the joint reached its speed limit: lower --effort, or raise --speed",
+        Outcome::Time => "the time limit was reached: raise --time",
+        Outcome::Capped => "drive or supply limited the effort below the requested value",
     }
 }
 
-/// The doubts in words, a sentence each.
+/// Returns the doubts, one sentence each.
 pub fn doubts(doubts: &Doubts) -> Vec<&'static str> {
     let all = [
-        (doubts.no_fit, "the motion does not tell the parameters: there is no fit"),
+        (doubts.no_fit, "the motion does not identify the parameters: there is no fit"),
         (
             doubts.poor_fit,
             "the fit is POOR: the model leaves more than 5 % of the effort; do not trust it",
         ),
-        (
-            doubts.few_rows,
-            "there were few stretches of even sliding: give it more --travel or time",
-        ),
+        (doubts.few_rows, "there were few stretches of even sliding: raise --travel or --time"),
         (
             doubts.uneven,
             "the breakaway differs by more than 15 % from place to place, by no gravity: friction \
@@ -83,18 +76,17 @@ pub fn doubts(doubts: &Doubts) -> Vec<&'static str> {
     all.into_iter().filter_map(|(is_so, words)| is_so.then_some(words)).collect()
 }
 
-/// The mean range of two, three, four and five values in standard deviations of one of them, if
-/// they are normal (Tippett, *Biometrika* 17, 1925). No sequence has more places.
+/// Mean range of two, three, four and five normal values, in standard deviations of one of them
+/// (Tippett, *Biometrika* 17, 1925). No sequence has more places.
 const RANGES: [f64; 4] = [1.128, 1.693, 2.059, 2.326];
-/// A reading is late by a tenth of a second at most, at a rate of a twentieth of the effort a
-/// second.
+/// Largest lateness of a reading, as a share of the effort: 0.1 s at a rate of 1/20 per second.
 const LATE: f64 = 0.1 / 20.0;
 
 /// Returns the standard deviation of a median breakaway effort, V, of a drive with a step of `lsb`
-/// (V). It has three parts: the spread over the places, of which the median has `pi/2` times the
-/// variance of the mean; the rounding of the drive; and the lateness of the readings. Two rates
-/// give most of that back, and what is left is taken for evenly distributed up to its bound. One
-/// place tells nothing of the others, so it has none.
+/// (V). It has three parts: the spread over the places, where the variance of the median is `pi/2`
+/// times that of the mean; the rounding of the drive; and the lateness of the readings. Two rates
+/// correct most of the lateness; the rest counts as uniformly distributed up to its bound. A single
+/// place shows no spread, so the result is `None`.
 pub fn breakaway_deviation(levels: &Levels, lsb: f64) -> Option<f64> {
     let [least, median, largest] = [levels.least, levels.median, levels.largest].map(f64::from);
     let further = usize::from(levels.places).checked_sub(2)?;
@@ -105,7 +97,7 @@ pub fn breakaway_deviation(levels: &Levels, lsb: f64) -> Option<f64> {
     Some(of_places.hypot(of_drive).hypot(LATE * median / 3f64.sqrt()))
 }
 
-/// A name, a value with its deviation, and the factor and unit in SI.
+/// Name, value with its deviation, unit, and the factor and unit in SI.
 type Line = (&'static str, [f64; 2], &'static str, fn(&CoreUnits) -> f64, &'static str);
 
 fn wide(value: [f32; 2]) -> [f64; 2] {
@@ -134,13 +126,13 @@ fn lines(estimate: &Estimate) -> Vec<Line> {
     lines
 }
 
-impl Identified {
+impl IdentifiedJoint {
     /// Returns the step of the drive, V.
     fn lsb(&self) -> f64 {
         f64::from(self.parameters.controller.drive.lsb)
     }
 
-    /// Returns the verdict in a few words.
+    /// Returns the verdict.
     pub fn verdict(&self) -> &'static str {
         let Summary { outcome, doubts, .. } = &self.summary;
         match outcome {
@@ -152,7 +144,7 @@ impl Identified {
         }
     }
 
-    /// Writes the table and the verdict.
+    /// Returns the table and the verdict as text.
     pub fn words(&self) -> String {
         let Summary { outcome, breakaway, estimate, range, doubts: doubted, steps } = &self.summary;
         let mut text = format!("identify   {}\n", ended(*outcome));
@@ -210,7 +202,7 @@ impl Identified {
         text
     }
 
-    /// Makes the object for a script.
+    /// Returns the JSON object for scripts.
     pub fn json(&self, warning: Option<&str>) -> Value {
         let Summary { outcome, steps, breakaway, estimate, range, doubts: doubted } = &self.summary;
         let level = |levels: &Levels| {
@@ -297,8 +289,8 @@ impl Identified {
     /// Returns the joint of a machine's file.
     ///
     /// # Errors
-    /// Says why the result is none that a file should have.
-    pub fn joint(&self) -> Result<Joint, Error> {
+    /// Returns why the result is not usable.
+    pub fn joint(&self) -> Result<JointTable, Error> {
         let refused = |why: &str| Error::Device(why.to_owned());
         let Summary { outcome, breakaway, estimate, doubts: doubted, .. } = &self.summary;
         if *outcome != Outcome::Done {
@@ -314,11 +306,11 @@ impl Identified {
         if positive <= 0.0 || negative <= 0.0 {
             return Err(refused("the breakaway was not found in both senses"));
         }
-        Ok(Joint {
+        Ok(JointTable {
             gain_deg_per_s2_per_v: 1.0 / single(estimate.inertia[0]),
-            // Less than none is the noise of none.
+            // A negative estimate is noise around zero.
             viscous_v_per_deg_per_s: single(estimate.viscous[0]).max(0.0),
-            friction: Friction {
+            friction: JointFrictionLevels {
                 stick_v: stick_v.max(slip_v),
                 slip_v,
                 band_deg_per_s: 0.0001,

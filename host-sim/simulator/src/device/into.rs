@@ -1,69 +1,72 @@
-//! The machine's file of a joint that was identified: `stiction device identify --into`.
+//! The machine's file of an identified joint: `stiction device identify --into`.
 //!
 //! ```text
-//! parameters of the device, with what `robust` is told of the joint (told.rs)
-//! [joint]       what was found; a data sheet instead, if the machine has one (merged.rs)
+//! parameters of the device, with the identified joint in `robust` (robust_joint.rs)
+//! [joint]       identified joint; a data sheet instead, if the machine has one (merged.rs)
 //! [goal]        tolerance and times of the machine's file
-//! [reference]   the motion of the device, and the others of the file that it was begun with
-//! [identified]  the verdict, and what is doubted (spread.rs)
-//! [spread]      the error bars, wider if something is doubted (spread.rs)
+//! [reference]   the motion of the device, then the other motions of the machine's file
+//! [identified]  verdict and doubts (spread.rs)
+//! [spread]      error bars, wider if there are doubts (spread.rs)
 //! ```
 //!
-//! A device knows one motion. The file that a user has of the machine has more, and `tune`,
-//! `benchmark` and `report` judge by all of them: gains that were never tried on a trajectory may
-//! trip a monitor in one. So the rest of the file's steps and its trajectories come along, if its
-//! first step is the device's. Otherwise the file says that they did not, and why.
+//! A device stores one motion. A machine's file has several, and `tune`, `benchmark` and `report`
+//! judge by all of them: gains that were never tried on a trajectory can trip a monitor on it. So
+//! the other steps and trajectories are copied, if the first step of the file is the device's.
+//! Otherwise the new file says that they are missing, and why.
 
 use stiction::{Motion, Parameters};
 use toml_edit::{DocumentMut, Item};
 
-use super::beyond::Beyond;
+use super::beyond::UnmodelledEffects;
 use super::contradiction::Contradiction;
-use super::identified::Identified;
-use super::merged::{Merged, lost, merged};
+use super::identified::IdentifiedJoint;
+use super::merged::{MergedFile, lost, merged};
 use super::merged_sheet::kept_words;
-use super::{machine_file, spread, told};
+use super::{machine_file, robust_joint, spread};
 use crate::document::Document;
 use crate::draft;
 use crate::error::Error;
-use crate::machine::Joint;
+use crate::machine::JointTable;
 
-/// A step of the device is the file's if it is no farther off than this part of it: the device's
-/// number is in single precision.
+/// Relative difference up to which a step of the device equals that of the file: the device stores
+/// single precision.
 const SAME: f64 = 1e-6;
 
-/// The file of a joint that was found.
+/// The machine's file of an identified joint.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Written {
-    /// Its text.
+pub struct IdentifiedFile {
+    /// Text of the file.
     pub text: String,
-    /// What was found and is not in it, and why, in a sentence.
+    /// Sentence about results that the file cannot hold, with the reason.
     pub left_out: Option<String>,
-    /// Keys that are as in the machine's file, since they were not measured.
+    /// Keys that were not measured and are copied from the earlier machine's file.
     pub kept: Vec<String>,
-    /// Keys of the machine's file that the measurement contradicts.
+    /// Keys of the earlier machine's file that the measurement contradicts.
     pub contradicted: Vec<Contradiction>,
-    /// Sentences on what was kept, and on what is contradicted.
+    /// Sentences about the copied and the contradicted keys.
     pub words: Vec<String>,
 }
 
-/// Writes the file of a joint that was found; `of` is the file that is known of the machine.
+/// Returns the text of the machine's file of an identified joint; `of` is the earlier file of the
+/// machine.
 ///
 /// # Errors
 /// As [`written`].
-pub fn text(found: &Identified, of: &Document) -> Result<String, Error> {
+pub fn text(found: &IdentifiedJoint, of: &Document) -> Result<String, Error> {
     written(found, of).map(|written| written.text)
 }
 
-/// Does the same, and says what of the machine's file it keeps, contradicts and leaves out.
+/// Returns the machine's file of an identified joint, with the keys of the earlier file that it
+/// copies, contradicts and leaves out.
 ///
 /// # Errors
-/// Says why the result is none that a file should have, or that no file says what the device runs.
-pub fn written(found: &Identified, of: &Document) -> Result<Written, Error> {
+/// Returns why the identification has no usable result, or that no machine's file can hold the
+/// parameters of the device.
+pub fn written(found: &IdentifiedJoint, of: &Document) -> Result<IdentifiedFile, Error> {
     let mut joint = found.joint()?;
     let off = spread::spread(found, &joint);
     spread::inside(&mut joint, &off);
-    let (parameters, remark) = told::retold(found, &joint, &off);
+    let (parameters, remark) = robust_joint::with_identified_joint(found, &joint, &off);
     let whose = "this device, as it was identified";
     let body = machine_file::render(&parameters, &joint, whose)?;
     let (body, no_motions) = match with_motions(&body, &parameters, of) {
@@ -71,7 +74,7 @@ pub fn written(found: &Identified, of: &Document) -> Result<Written, Error> {
         Err(why) => (body, why.map_or(String::new(), |why| without_motions(of, why))),
     };
     let body = match remark {
-        // Of a device there is one controller.
+        // A device has one controller.
         Some(remark) => body.replacen("\n[controller.", &format!("\n{remark}[controller."), 1),
         None => body,
     };
@@ -79,11 +82,11 @@ pub fn written(found: &Identified, of: &Document) -> Result<Written, Error> {
         Ok(merged) => (merged, None),
         Err(why) => {
             let contradicted = in_volts(&joint, &off, of);
-            let left_out = left_out(&Beyond::of(found), of, &why);
-            (Merged { text: body, ranges: off, kept: vec![], contradicted }, left_out)
+            let left_out = left_out(&UnmodelledEffects::of(found), of, &why);
+            (MergedFile { text: body, ranges: off, kept: vec![], contradicted }, left_out)
         }
     };
-    let Merged { text: body, ranges, kept, contradicted } = merged;
+    let MergedFile { text: body, ranges, kept, contradicted } = merged;
     let not_said =
         left_out.as_ref().map_or(String::new(), |why| format!("\n{}", spread::commented(why)));
     let ranges = draft::spread::table(ranges.iter().map(|(key, range)| (key.as_str(), *range)));
@@ -92,21 +95,22 @@ pub fn written(found: &Identified, of: &Document) -> Result<Written, Error> {
     let mut words: Vec<String> =
         kept_words(&kept, file, &Document::parse("", &text)?).into_iter().collect();
     words.extend(contradicted.iter().map(|one| format!("contradicted: {}", one.words(file))));
-    Ok(Written { text, left_out, kept, contradicted, words })
+    Ok(IdentifiedFile { text, left_out, kept, contradicted, words })
 }
 
-/// Says what of the joint a file in degrees and volts leaves out: what was found, and what the data
-/// sheet has.
-fn left_out(beyond: &Beyond, of: &Document, why: &str) -> Option<String> {
+/// Returns the sentence about the parts of the joint that a file in degrees and volts leaves out:
+/// identified ones, and those of the data sheet.
+fn left_out(beyond: &UnmodelledEffects, of: &Document, why: &str) -> Option<String> {
     let found = (!beyond.is_none()).then(|| beyond.left_out(why));
     let Some(lost) = lost(of) else { return found };
     let file = &of.origin.name;
-    let lost = format!("Of {file} are left out: {lost}");
+    let lost = format!("Left out of {file}: {lost}");
     Some(found.map_or_else(|| format!("{lost}, since {why}."), |found| format!("{found} {lost}.")))
 }
 
-/// Compares the joint of a file in degrees and volts; built-in joints are not the user's.
-fn in_volts(joint: &Joint, off: &spread::Ranges, of: &Document) -> Vec<Contradiction> {
+/// Returns the contradicted keys of a file in degrees and volts. A built-in file has none: its
+/// joint is not the user's.
+fn in_volts(joint: &JointTable, off: &spread::Ranges, of: &Document) -> Vec<Contradiction> {
     if crate::document::find(&of.origin.name).is_ok() {
         return vec![];
     }
@@ -127,27 +131,28 @@ fn in_volts(joint: &Joint, off: &spread::Ranges, of: &Document) -> Vec<Contradic
     compared.collect()
 }
 
-/// The goal of a machine's file: the device does not know it.
+/// Returns the table `[goal]` of a machine's file. The device does not store it.
 fn goal(of: &Document) -> String {
     let goal = of.get("goal").and_then(|goal| toml::to_string(goal).ok());
     goal.map_or(String::new(), |goal| format!("\n[goal]\n{goal}"))
 }
 
-/// Says which motions did not come along, and why.
+/// Returns a comment that the motions of the earlier file are missing, and why.
 fn without_motions(of: &Document, why: &str) -> String {
     let sentence = format!(
-        "The steps and trajectories of {} are not here, since {why}. Copy its [reference] if this \
-         is the same machine: `tune`, `benchmark` and `report` judge by all motions of a file.",
+        "The steps and trajectories of {} were not copied, since {why}. If this is the same \
+         machine, copy its [reference]: `tune`, `benchmark` and `report` judge by all motions of a \
+         file.",
         of.origin.name
     );
     format!("\n{}", spread::commented(&sentence))
 }
 
-/// Adds the motions of another file.
+/// Returns the file with the motions of the earlier file added.
 ///
 /// # Errors
-/// Says why they do not come along: they do not begin with the device's, or a device would be told
-/// something else for them. There is no reason if there are none.
+/// Returns why the motions cannot be copied: their first one is not the device's, or the file would
+/// give a device other parameters. Returns no reason if the earlier file has no motions.
 fn with_motions(
     body: &str,
     parameters: &Parameters,
@@ -192,7 +197,7 @@ fn with_motions(
     }
     let text = whole.to_string();
     let is_same = machine_file::read("", &text).is_ok_and(|again| again == *parameters);
-    if is_same { Ok(text) } else { Err(Some("a device would be told something else for them")) }
+    if is_same { Ok(text) } else { Err(Some("they would change the parameters of the device")) }
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! What a jog has found, for a person and for a script.
+//! Result of a jog, as text and as JSON.
 
 use serde_json::{Value, json};
 use stiction::Parameters;
@@ -7,19 +7,19 @@ use stiction::motion::jog::{Ended, Found, Verdict, Way};
 
 use crate::written::single;
 
-/// Says in half a sentence what a jog has shown.
+/// Returns the verdict of a jog as half a sentence.
 pub const fn headline(verdict: Verdict) -> &'static str {
     match verdict {
         Verdict::Agrees => "the encoder counts in the sense of the effort, as it should",
         Verdict::Reversed => "the encoder counts AGAINST the effort: a closed loop would run away",
         Verdict::Pulled => "the joint moved the same way under both efforts: a load moves it",
-        Verdict::RunsOn => "the joint went on by itself after the first push",
+        Verdict::RunsOn => "the joint moved on without effort after the first push",
         Verdict::Still => "nothing moved, as far as the encoder shows",
         Verdict::Noise => "the encoder counts to and fro, but does not follow a motion",
     }
 }
 
-/// The other direction, which a reversed encoder has to be set to.
+/// Returns the direction that a reversed encoder must be set to.
 const fn other(parameters: &Parameters) -> &'static str {
     match parameters.controller.encoder.direction {
         Direction::Forward => "reverse",
@@ -27,28 +27,27 @@ const fn other(parameters: &Parameters) -> &'static str {
     }
 }
 
-/// Says what to do now, a line each.
+/// Returns the next steps, one per line.
 fn advice(verdict: Verdict, found: &Found, parameters: &Parameters) -> Vec<String> {
     let bound = found.ways.iter().map(|way| way.effort).fold(0.0, f32::max);
     let lines: &[&str] = match verdict {
         Verdict::Agrees => &[
-            "next: `identify` the friction. The way that the joint went first is positive.",
-            "If you want it the other way: power off, swap the motor's two wires, turn",
-            "`encoder.direction` around, and jog again.",
+            "next: `identify` the friction. The direction of the first motion is positive.",
+            "To reverse it: power off, swap the motor's two wires, change `encoder.direction`,",
+            "and jog again.",
         ],
         Verdict::Reversed => {
             return vec![
                 "do not arm it like this. In the machine's file, in [encoder], set".into(),
                 format!("    direction = \"{}\"", other(parameters)),
-                "send it with `params push FILE.toml`, and jog again. The way that the joint"
-                    .into(),
-                "went first is the positive one. (To swap the motor's two wires, with the".into(),
-                "power off, does the same with the positive sense the other way around.)".into(),
+                "send it with `params push FILE.toml`, and jog again. The direction of the".into(),
+                "first motion is positive. (To make it negative, swap the motor's two wires".into(),
+                "instead, with the power off.)".into(),
             ];
         }
         Verdict::Pulled => &[
-            "take the load off the joint (gravity, a spring, a hand), and jog again: a",
-            "direction that is found under this load is not to be trusted.",
+            "take the load off the joint (gravity, a spring, a hand), and jog again: do not",
+            "trust a direction that was found under this load.",
         ],
         Verdict::RunsOn => &[
             "nothing holds the joint without effort: little friction, or a load. Take the load",
@@ -56,12 +55,9 @@ fn advice(verdict: Verdict, found: &Found, parameters: &Parameters) -> Vec<Strin
         ],
         Verdict::Still => {
             return vec![
-                format!(
-                    "the effort went up to {bound:.3} V. Look at, in this order: bridge power;"
-                ),
+                format!("the effort rose to {bound:.3} V. Check, in this order: bridge power;"),
                 "the enable wire (PB0); motor wires; brake; supply and wires of the encoder".into(),
-                "(turn the joint by hand: the position in `status` has to follow). If all is"
-                    .into(),
+                "(turn the joint by hand: the position in `status` must follow). If all are".into(),
                 "sound, the joint needs more effort or more time: raise `jog.effort_v` in the"
                     .into(),
                 "machine's file by a half, push it, and jog again; or jog with half the".into(),
@@ -69,15 +65,15 @@ fn advice(verdict: Verdict, found: &Found, parameters: &Parameters) -> Vec<Strin
             ];
         }
         Verdict::Noise => &[
-            "the joint may have moved. Look at the encoder's wires: one of A and B is cut or",
-            "shorted, or lies beside the motor's. Turn the joint by hand: the position in",
-            "`status` has to follow, both ways. Then jog again.",
+            "the joint may have moved. Check the encoder's wires: A or B is cut or shorted, or",
+            "runs beside the motor's wires. Turn the joint by hand: the position in `status`",
+            "must follow, both ways. Then jog again.",
         ],
     };
     lines.iter().map(|line| (*line).to_owned()).collect()
 }
 
-/// Writes what a jog has found, and what to do.
+/// Returns the result of a jog as text, with the next steps.
 pub fn words(found: &Found, parameters: &Parameters) -> String {
     let verdict = found.verdict();
     let [first, second] = &found.ways;
@@ -99,29 +95,29 @@ fn way(way: &Way, resolution: f32) -> String {
         Ended::Not => return "not tried".into(),
         _ if way.effort == 0.0 => {
             return format!(
-                "not tried: the joint came to {} before it rested",
+                "not tried: the joint reached {} before it was at rest",
                 words_of(way.ended)
             );
         }
-        Ended::Moved => "enough to tell",
-        Ended::Effort => "no more effort is allowed",
-        Ended::Travel => "as far as it may go",
-        Ended::Speed => "as fast as it may go",
-        Ended::Time => "the time was over",
+        Ended::Moved => "enough for a verdict",
+        Ended::Effort => "effort limit reached",
+        Ended::Travel => "travel limit reached",
+        Ended::Speed => "speed limit reached",
+        Ended::Time => "time limit reached",
     };
     format!("up to {:.3} V: {:+} counts ({deg:+.4} deg), {why}", way.effort, way.moved)
 }
 
 const fn words_of(ended: Ended) -> &'static str {
     match ended {
-        Ended::Travel => "its travel bound",
-        Ended::Speed => "its speed bound",
-        Ended::Time => "the end of its time",
+        Ended::Travel => "its travel limit",
+        Ended::Speed => "its speed limit",
+        Ended::Time => "its time limit",
         Ended::Not | Ended::Moved | Ended::Effort => "the end",
     }
 }
 
-/// Makes the object for a script.
+/// Returns the JSON object for scripts.
 pub fn json(found: &Found, parameters: &Parameters, warning: Option<&str>) -> Value {
     let verdict = found.verdict();
     let name = match verdict {

@@ -1,5 +1,5 @@
-//! Status and faults of a device as JSON, for programs. Keys are a promise: they are added, and never
-//! renamed (docs/command-line.md).
+//! Status and faults of a device as JSON, for programs. Keys are a promise: they are added, and
+//! never renamed (docs/command-line.md).
 
 use serde_json::{Value, json};
 use stiction::Fault;
@@ -8,8 +8,8 @@ use stiction::link::Status;
 use super::words;
 use crate::written::single;
 
-/// Returns a fault: number, name, time since power-on (`tick` of `sample_time` s), the value that
-/// tripped it, and what to do.
+/// Returns a fault: number, name, time since power-on (`tick` times `sample_time`, s), the value
+/// that tripped it, and what to do.
 pub fn fault(code: u8, [tick, sample_time]: [f64; 2], value: f32) -> Value {
     let fault = Fault::from_code(code);
     let tripped_by = fault.filter(|fault| !fault.unit().is_empty()).map(

@@ -1,31 +1,31 @@
-//! Samples as CSV, in the columns of `stiction run --csv`, as far as a device knows them, and in
+//! Samples of a device as CSV: the columns of `stiction run --csv` that a device can send, then
 //! those of further signals.
 //!
-//! `position_deg` is that of the encoder, not the true one, and `stuck` is whether the regression
-//! says zero: a device sees no more.
+//! `position_deg` is that of the encoder, not the true one. `stuck` is whether the velocity
+//! regression is zero: a device measures no more.
 
 use stiction::link::Sample;
 
 use super::signals::Signals;
 use crate::error::Error;
 use crate::output::Cell;
-use crate::output::columns::{Column, LEADING, is_leading};
+use crate::output::columns::{LEADING, SeriesColumn, is_leading};
 
-/// The samples of a device so far, and the signals that they have.
+/// Samples received from a device, and their signals.
 #[derive(Clone, Debug, Default)]
-pub struct Log {
+pub struct SampleLog {
     signals: Signals,
-    /// Signals with a column of their own behind the others.
+    /// Signals in columns after the leading ones.
     more: Vec<String>,
     samples: Vec<Sample>,
 }
 
-impl Log {
-    /// Makes an empty log of a device's signals: the columns of a run, what was applied, the
-    /// signals of the law in use, and those in `more`.
+impl SampleLog {
+    /// Creates an empty log with the columns of a run, the applied effort, the signals of the law
+    /// in use, and those in `more`.
     ///
     /// # Errors
-    /// Names a signal that the device does not have.
+    /// Returns an error that names a signal the device does not have.
     pub fn new(signals: Signals, more: &[String]) -> Result<Self, Error> {
         more.iter().try_for_each(|name| signals.check(name))?;
         let mut all: Vec<String> = vec![];
@@ -37,7 +37,7 @@ impl Log {
         Ok(Self { signals, more: all, samples: Vec::new() })
     }
 
-    /// Tells which signals have to be subscribed for these columns.
+    /// Returns the mask of the signals that these columns need.
     pub fn mask(&self) -> u64 {
         let leading = LEADING.iter().flat_map(|column| column.made_of().iter().copied());
         self.signals.mask(leading.chain(self.more.iter().map(String::as_str)))
@@ -48,20 +48,20 @@ impl Log {
         self.samples.push(sample);
     }
 
-    /// Counts the samples.
+    /// Returns the number of samples.
     pub const fn len(&self) -> usize {
         self.samples.len()
     }
 
-    /// Tells whether there is no sample.
+    /// Returns whether there is no sample.
     pub const fn is_empty(&self) -> bool {
         self.samples.is_empty()
     }
 
-    /// Writes the file; its time begins with the first sample.
+    /// Returns the CSV file. Its time starts at the first sample.
     ///
     /// # Errors
-    /// If a number cannot be written.
+    /// Returns an error if a number cannot be written.
     pub fn render(&self, sample_time: f32, resolution: f32) -> Result<Vec<u8>, Error> {
         let failed = |error: csv::Error| Error::Input(error.to_string());
         let mut writer = csv::WriterBuilder::new().has_headers(false).from_writer(Vec::new());
@@ -71,18 +71,21 @@ impl Log {
         let resolution = f64::from(resolution);
         for sample in &self.samples {
             let seconds = f64::from(sample.clock.wrapping_sub(begin)) * f64::from(sample_time);
-            // What a column is made of is one signal, or a position in two parts.
-            let sum = |column: &Column| {
+            // A column is one signal, or the sum of a whole and a fractional position.
+            let sum = |column: &SeriesColumn| {
                 column.made_of().iter().map(|name| self.signals.number(sample, name)).sum::<f64>()
             };
             let row = LEADING.iter().map(|column| match column {
                 // The sample time is in single precision.
-                Column::Time => Cell::from((seconds * 1e6).round() / 1e6),
-                Column::Reference | Column::Position => Cell::from(sum(column) * resolution),
-                Column::Stuck => Cell::from(sum(column) == 0.0),
-                Column::Error | Column::Velocity | Column::Applied | Column::Signal(_) => {
-                    self.signals.cell(sample, column.name())
+                SeriesColumn::Time => Cell::from((seconds * 1e6).round() / 1e6),
+                SeriesColumn::Reference | SeriesColumn::Position => {
+                    Cell::from(sum(column) * resolution)
                 }
+                SeriesColumn::Stuck => Cell::from(sum(column) == 0.0),
+                SeriesColumn::Error
+                | SeriesColumn::Velocity
+                | SeriesColumn::Applied
+                | SeriesColumn::Signal(_) => self.signals.cell(sample, column.name()),
             });
             let more = self.more.iter().map(|name| self.signals.cell(sample, name));
             writer.serialize(row.chain(more).collect::<Vec<Cell>>()).map_err(failed)?;

@@ -1,11 +1,10 @@
-//! Parameters of a device as a machine's file, so that they can be read, changed, pushed and
-//! simulated.
+//! Parameters of a device as a machine's file, which can be edited, pushed and simulated.
 //!
-//! The device's numbers are in single precision; a file has the shortest decimals that are read as
-//! the same ones. Guarantees: [`render`] gives a text that [`read`] turns into the same parameters,
-//! bit for bit, or says why there is none. Does badly: what no file can say (a motion that only
-//! holds, a ramp together with gains, a law twice) has no text. A device does not know its joint,
-//! so that of another machine has to be lent.
+//! The device's numbers are in single precision; the file has the shortest decimals that read back
+//! as the same numbers. Guarantees: [`render`] returns a text that [`read`] turns into the same
+//! parameters, bit for bit, or an error with the reason. Limits: a machine's file cannot hold a
+//! motion that only holds, a ramp together with gains, or the same law twice. A device does not
+//! store its joint, so the caller provides one.
 
 use std::collections::BTreeMap;
 
@@ -18,60 +17,59 @@ use toml::{Table, Value};
 use crate::error::Error;
 use crate::experiment::{Document, Experiment, about_law, position};
 use crate::goal::PositionGoal;
-use crate::machine::{self, Identification, Joint, LawName, Machine, Names, PD, Reference, Run};
-use crate::written::{Written, single};
+use crate::machine::{
+    self, JointTable, LawName, MachineFile, Names, PD, RampTable, ReferenceTable, RunSettings,
+};
+use crate::written::{ParameterTable, single};
 
-/// Of a controller with several laws, or with one twice.
+/// Name of a controller with several laws, or with one law twice.
 const OF_SEVERAL: &str = "device";
 
-/// Reads the parameters of a machine's file: those of the first run of it as it stands, or, if it
-/// has nothing but variants, of the first of these.
+/// Returns the parameters of a machine's file: those of its first run, or, if it has variants only,
+/// of its first variant.
 ///
 /// # Errors
-/// Names the key, what was found and what is allowed.
+/// Returns an error with the key, the value found and the allowed values.
 pub fn read(name: &str, text: &str) -> Result<Parameters, Error> {
     let document = Document::parse(name, text)?;
     let first = Experiment::plan(&document, &[], &[])?.into_first();
-    super::parameters(
-        &first.ok_or_else(|| Error::Input(format!("{name}: there is nothing to run")))?,
-    )
+    super::parameters(&first.ok_or_else(|| Error::Input(format!("{name}: the file has no run")))?)
 }
 
-/// Writes a machine's file of these parameters; `joint` is that of `whose`.
+/// Returns the text of a machine's file with these parameters; `joint` is that of `whose`.
 ///
 /// # Errors
-/// If there is no file that is read as these parameters.
-pub fn render(parameters: &Parameters, joint: &Joint, whose: &str) -> Result<String, Error> {
-    let machine = Machine { joint: joint.clone(), ..of(parameters) };
+/// Returns an error if no machine's file can hold these parameters.
+pub fn render(parameters: &Parameters, joint: &JointTable, whose: &str) -> Result<String, Error> {
+    let machine = MachineFile { joint: joint.clone(), ..of(parameters) };
     let body = toml::to_string(&machine).map_err(|error| Error::Input(error.to_string()))?;
     let text = format!(
-        "# What a device runs. It does not know its joint: [joint] is that of {whose}, for the\n\
-         # simulator only. Thresholds are written out, so nothing of them is derived from \
-         it.\n{body}"
+        "# Parameters of a device. A device does not store its joint: [joint] is that of {whose},\n\
+         # for the simulator only. All thresholds are written out; none is derived from it.\n{body}"
     );
     let why = match read("", &text) {
         Ok(again) if again == *parameters => return Ok(text),
-        Ok(_) => "a value lies between those that a file can have".into(),
+        Ok(_) => "a value cannot be written exactly".into(),
         Err(error) => error.to_string().trim_start_matches([':', ' ']).to_owned(),
     };
     Err(Error::Device(format!(
-        "params: no machine's file says what this device runs ({why}); a name that does not end in \
-         .toml pulls its record"
+        "params: a machine's file cannot hold the parameters of this device ({why}); to pull its \
+         record, use a name that does not end in .toml"
     )))
 }
 
-/// Writes the tables that a device knows, for people.
+/// Returns the tables of a device's parameters as TOML.
 ///
 /// # Errors
-/// If a number cannot be written.
+/// Returns an error if a number cannot be written.
 pub fn tables(parameters: &Parameters) -> Result<String, Error> {
     toml::to_string(&known(parameters)?).map_err(|error| Error::Input(error.to_string()))
 }
 
-/// Lists what is different in `after`: `controller.srnf.kp_v_per_deg: 1.0 -> 2.0`, a line each.
+/// Lists the differences, one line each: `controller.srnf.kp_v_per_deg: 1.0 -> 2.0`.
 ///
 /// # Errors
-/// If a number cannot be written.
+/// Returns an error if a number cannot be written.
 pub fn changes(before: &Parameters, after: &Parameters) -> Result<Vec<String>, Error> {
     let [before, after] = [before, after].map(known);
     let (mut old, mut new) = (Vec::new(), Vec::new());
@@ -115,8 +113,8 @@ fn known(parameters: &Parameters) -> Result<Table, Error> {
     Ok(table)
 }
 
-/// The machine, with a joint of nothing.
-fn of(parameters: &Parameters) -> Machine {
+/// Returns the machine's file with an empty joint.
+fn of(parameters: &Parameters) -> MachineFile {
     let Parameters { controller: config, motion, device, limits, profile, jog } = parameters;
     let laws: Vec<LawName> = config.compensator.iter().map(|law| LawName(Some(*law))).collect();
     let (name, laws) = match laws[..] {
@@ -124,16 +122,17 @@ fn of(parameters: &Parameters) -> Machine {
         [one] => (one.name().to_owned(), None),
         _ => (OF_SEVERAL.to_owned(), Some(laws)),
     };
-    let mut gains = Written::with(machine::Laws { laws });
+    let mut gains = ParameterTable::with(machine::Laws { laws });
     gains.put(PdGains::ABOUT, &config.pd);
     config.compensator.iter().for_each(|law| gains.put(about_law(law), law));
-    let encoder = Written::out(&config.encoder);
-    let mut sampling =
-        Written::with(machine::Wanted { controller: Some(Names::One(name.clone())) });
+    let encoder = ParameterTable::out(&config.encoder);
+    let mut sampling = ParameterTable::with(machine::ControllerNames {
+        controller: Some(Names::One(name.clone())),
+    });
     sampling.put(ControllerConfig::ABOUT, config);
     let (reference, identification) =
-        asked(motion, encoder.resolution_deg(), sampling.sample_time_s());
-    Machine {
+        motion_tables(motion, encoder.resolution_deg(), sampling.sample_time_s());
+    MachineFile {
         title: "Parameters of a device".into(),
         source: String::new(),
         figures: vec![],
@@ -142,10 +141,10 @@ fn of(parameters: &Parameters) -> Machine {
         load: None,
         friction: None,
         supply: None,
-        joint: Joint {
+        joint: JointTable {
             gain_deg_per_s2_per_v: 0.0,
             viscous_v_per_deg_per_s: 0.0,
-            friction: machine::Friction {
+            friction: machine::JointFrictionLevels {
                 stick_v: 0.0,
                 slip_v: 0.0,
                 band_deg_per_s: 0.0,
@@ -154,32 +153,33 @@ fn of(parameters: &Parameters) -> Machine {
             },
         },
         encoder,
-        drive: Written::out(&config.drive),
+        drive: ParameterTable::out(&config.drive),
         sampling,
         controller: [(name, gains)].into(),
         reference,
         identification,
         goal: PositionGoal::default(),
-        device: Written::out(device),
-        limits: Written::out(limits),
-        profile: Written::out(profile),
-        jog: Written::out(jog),
+        device: ParameterTable::out(device),
+        limits: ParameterTable::out(limits),
+        profile: ParameterTable::out(profile),
+        jog: ParameterTable::out(jog),
         identified: None,
         spread: BTreeMap::new(),
-        run: Run::default(),
+        run: RunSettings::default(),
         variant: vec![],
     }
 }
 
-fn asked(
+/// Returns the tables of the motion; the second is that of a ramp.
+fn motion_tables(
     motion: &Motion,
     resolution_deg: f64,
     sample_time_s: f64,
-) -> (Reference, Option<Identification>) {
+) -> (ReferenceTable, Option<RampTable>) {
     let deg = |position: &Position| degrees(position, resolution_deg);
-    let mut reference = Reference::default();
+    let mut reference = ReferenceTable::default();
     match motion {
-        // No file says a profiled move: those of an experiment step.
+        // A file has no profiled moves: those of an experiment step.
         Motion::Hold | Motion::Profiled(_) => {}
         Motion::Step(to) => reference.steps_deg.push(deg(to)),
         Motion::Trajectory { corners, half_blend } => {
@@ -187,7 +187,7 @@ fn asked(
                 let exact = f64::from(tick) * sample_time_s;
                 shortest(exact, |time_s| (time_s - exact).abs() <= 1e-12 * exact)
             };
-            reference.trajectories.push(machine::Trajectory {
+            reference.trajectories.push(machine::TrajectoryTable {
                 corner_times_s: corners.iter().map(|corner| time_s(corner.tick)).collect(),
                 corner_positions_deg: corners.iter().map(|corner| deg(&corner.position)).collect(),
                 half_blend_s: single(*half_blend),
@@ -197,14 +197,14 @@ fn asked(
             let rates = vec![single(*rate)];
             return (
                 reference,
-                Some(Identification { ramp_rates_v_per_s: rates, hold_s: single(*hold) }),
+                Some(RampTable { ramp_rates_v_per_s: rates, hold_s: single(*hold) }),
             );
         }
     }
     (reference, None)
 }
 
-/// The decimal with the fewest digits that is accepted, or else a neighbour of `exact` that is.
+/// Returns the accepted decimal with the fewest digits, or an accepted neighbour of `exact`.
 fn shortest(exact: f64, accepted: impl Fn(f64) -> bool) -> f64 {
     let decimals = (0..17).filter_map(|digits| format!("{exact:.digits$e}").parse().ok());
     let neighbours = (1..16i64).flat_map(|ulps| [ulps, -ulps]).map(|ulps| {

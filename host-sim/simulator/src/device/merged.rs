@@ -1,45 +1,44 @@
-//! The file of a joint that a device has identified, as the data sheet of its machine:
-//! `merged_sheet.rs` has the rules.
+//! Machine's file of an identified joint with a data sheet. `merged_sheet.rs` has the rules.
 
 use stiction::Parameters;
 use toml::{Table, Value};
 use toml_edit::{DocumentMut, Item};
 
-use super::beyond::{Beyond, LEAST as LEAST_LOAD};
+use super::beyond::{LEAST as LEAST_LOAD, UnmodelledEffects};
 use super::contradiction::Contradiction;
 use super::found_load::{MeasuredLoad, WIDE_DEG};
-use super::identified::Identified;
+use super::identified::IdentifiedJoint;
 use super::machine_file;
-use super::merged_sheet::{Measured, MergedSheet, TABLES, kept};
+use super::merged_sheet::{MeasuredJoint, MergedSheet, TABLES, kept};
 use super::spread::{Ranges, commented, deviations};
 use crate::document::Document;
 use crate::joint::CoreUnits;
-use crate::machine::Joint;
+use crate::machine::JointTable;
 
-/// A machine's file with the data sheet of a joint that was found.
+/// A machine's file with the data sheet of an identified joint.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Merged {
-    /// Its text, without `[spread]`.
+pub(super) struct MergedFile {
+    /// Text, without `[spread]`.
     pub text: String,
-    /// Its `[spread]`.
+    /// Ranges for `[spread]`.
     pub ranges: Ranges,
-    /// Keys that are as in the file, since they were not measured.
+    /// Keys that were not measured and are as in the file.
     pub kept: Vec<String>,
     /// Keys of the file that the measurement contradicts.
     pub contradicted: Vec<Contradiction>,
 }
 
-/// Merges a joint that a device has found into the data sheet of a machine's file; `body` is the
-/// file of the device in degrees and volts, `off` the ranges of its joint.
+/// Merges an identified joint into the data sheet of a machine's file; `body` is the file of the
+/// device in degrees and volts, `off` the ranges of its joint.
 ///
 /// # Errors
-/// Says why there is no such file.
+/// Returns why the merged file cannot be written.
 pub(super) fn merged(
-    found: &Identified,
-    (joint, off): (&Joint, &Ranges),
+    found: &IdentifiedJoint,
+    (joint, off): (&JointTable, &Ranges),
     of: &Document,
     (body, parameters): (&str, &Parameters),
-) -> Result<Merged, String> {
+) -> Result<MergedFile, String> {
     const NO_SHEET: &str =
         "its joint is in degrees and volts; a data sheet in --machine has keys for it";
     let (sheet, mapping) = of.mapping().ok().flatten().ok_or(NO_SHEET)?;
@@ -49,23 +48,23 @@ pub(super) fn merged(
     match machine_file::read("", &text) {
         Ok(again) if again == *parameters => {
             let MergedSheet { ranges, kept, contradicted, .. } = new;
-            Ok(Merged { text, ranges, kept, contradicted })
+            Ok(MergedFile { text, ranges, kept, contradicted })
         }
         Ok(_) => Err(format!(
-            "the data sheet of {} gives a device other parameters than this one has",
+            "with the data sheet of {}, a device would have other parameters than this one",
             of.origin.name
         )),
         Err(error) => Err(error.to_string().trim_start_matches([':', ' ']).to_owned()),
     }
 }
 
-/// The measured joint of a device in SI.
+/// Returns the measured joint of a device in SI units.
 fn measured(
-    found: &Identified,
-    joint: &Joint,
+    found: &IdentifiedJoint,
+    joint: &JointTable,
     off: &Ranges,
     units: &CoreUnits,
-) -> Option<Measured> {
+) -> Option<MeasuredJoint> {
     let range = |key: &str| off.get(key).copied();
     let torque = |volts: f64| units.effort(volts);
     let per_radian = 1.0 / units.per_degree(1.0);
@@ -74,9 +73,9 @@ fn measured(
     let estimate = found.summary.estimate.as_ref()?;
     let deviations = deviations(found);
     let bar = |[value, sd]: [f32; 2]| [f64::from(value), deviations * f64::from(sd)].map(torque);
-    let beyond = Beyond::of(found);
+    let beyond = UnmodelledEffects::of(found);
     let half = 0.5 * f64::from(found.summary.range).to_radians();
-    Some(Measured {
+    Some(MeasuredJoint {
         inertia: (
             per_radian / joint.gain_deg_per_s2_per_v,
             [per_radian / strong, per_radian / weak],
@@ -101,18 +100,18 @@ fn measured(
     })
 }
 
-/// Says which keys a file loses that has no data sheet, though the machine's file has one; none if
-/// it loses nothing that a prediction needs.
+/// Returns the keys that a file loses because it has no data sheet while the machine's file has
+/// one; `None` if a prediction needs none of them.
 pub(super) fn lost(of: &Document) -> Option<String> {
     let lost = kept(|table| of.get(table)?.as_table().cloned(), &[]);
     (!lost.is_empty()).then(|| lost.join(", "))
 }
 
-/// Puts the tables of a data sheet in the place of `[joint]`.
+/// Replaces `[joint]` by the tables of a data sheet.
 fn text(new: &MergedSheet, of: &Document, body: &str) -> Option<String> {
     let file = &of.origin.name;
     let encoder = of.get("encoder").and_then(Value::as_table).cloned();
-    // A count is written as the device has it: by the lines, its step would be another number.
+    // The count of the device is written as it is: computed from the lines, it would differ.
     let encoder: Table = encoder
         .into_iter()
         .flatten()
@@ -131,8 +130,8 @@ fn text(new: &MergedSheet, of: &Document, body: &str) -> Option<String> {
     let sheet: Table = TABLES.into_iter().filter_map(table).collect();
     let sheet = toml::to_string(&sheet).ok()?;
     let mut remarks = format!(
-        "The joint as a data sheet: the motor, gear and supply of {file}, and what was measured. \
-         Angles count from where the device was armed."
+        "The joint as a data sheet: motor, gear and supply of {file}, and the measured values. \
+         Angles count from the position at arming."
     );
     if !new.kept.is_empty() {
         remarks += &format!(" Kept from {file}, not measured: {}.", new.kept.join(", "));

@@ -1,23 +1,23 @@
-//! The data sheet of a machine with the joint that was identified in it.
+//! The data sheet of a machine, merged with its identified joint.
 //!
-//! | of the file | in the new file |
+//! | in the file | in the new file |
 //! |---|---|
 //! | motor, gear, supply | as in the file, but for `motor.dead_time_s`: see below |
 //! | inertia, friction levels, viscous friction | measured |
-//! | load, gravity | measured as far as they can be (`found_load.rs`), or else as in the file |
-//! | Stribeck curve | measured if one was found, or else as in the file |
+//! | load, gravity | measured if possible (`found_load.rs`), otherwise as in the file |
+//! | Stribeck curve | measured if one was found, otherwise as in the file |
 //! | backlash, stiffness, damping, bristles, ripple, `motor_share` | as in the file |
 //! | difference of the friction between both ways | as in the file, around the measured mean |
-//! | rotor's inertia | as in the file; the load has the rest of what was measured |
+//! | rotor's inertia | as in the file; the load has the rest of the measured inertia |
 //!
-//! What a dead time takes from each effort is in the friction that was measured in volts. So the
-//! drive of the new file has none, and `[device]` keeps the device's. With lost motion the breakaway
-//! that was measured is that of a part of the joint: the file's stick friction stays, if it is
-//! within the range of `spread.rs`, and its nearer end counts otherwise.
+//! Friction measured in volts includes the effort that a dead time costs. So the drive of the new
+//! file has no dead time, and `[device]` keeps the device's. With lost motion, the measured
+//! breakaway is that of a part of the joint: the file's stick friction stays if it is within the
+//! range of `spread.rs`; otherwise the nearer end of that range is used.
 //!
-//! A range of the new `[spread]` is the measured one. Where the file has a range, too, what both
-//! have in common counts, if that has the measured value and its least share (`draft/spread.rs`) to
-//! either side in it. Ranges of keys that were not measured stay.
+//! A range of the new `[spread]` is the measured one. If the file has a range as well, the
+//! intersection of both is used, provided that it contains the measured value with its least share
+//! (`draft/spread.rs`) to either side. Ranges of keys that were not measured stay.
 
 use std::collections::BTreeMap;
 
@@ -31,45 +31,45 @@ use crate::document::Document;
 use crate::draft::spread::{LEAST, rounded};
 use crate::error::shown;
 
-/// Factor by which the back-EMF of a file may brake more than the joint was found to be braked.
+/// Largest ratio of the file's back-EMF braking to the measured viscous friction.
 const BRAKES: f64 = 1.25;
 
-/// Share of the inertia that is the load's at least, if the gear is elastic.
+/// Least share of the load in the inertia, if the gear is elastic.
 const LIGHTEST: f64 = 0.05;
 
-/// Keys that say the same in degrees and in radians, and the factor from the first to the second.
+/// Viscous friction per degree and per radian: two keys of the same value.
 const PER_DEGREE: [&str; 2] = ["friction.viscous_nm_s_per_deg", "friction.viscous_nm_s_per_rad"];
 
-/// A joint that was measured, at the joint: each value with its range.
+/// Measured values of a joint, on the joint's side of the gear, each with its range.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Measured {
+pub struct MeasuredJoint {
     /// Inertia of rotor and load together, kg m^2.
     pub inertia: (f64, [f64; 2]),
     /// Viscous friction, N m s/rad.
     pub viscous: (f64, [f64; 2]),
     /// Slip friction, mean of both ways, N m.
     pub slip: (f64, [f64; 2]),
-    /// Stick friction, likewise.
+    /// Stick friction, mean of both ways, N m.
     pub stick: (f64, [f64; 2]),
-    /// Whether the stick friction was measured; its range counts in any case.
+    /// Whether the stick friction was measured; its range is used in any case.
     pub has_stick: bool,
     /// Stribeck velocity, rad/s, if a curve was found.
     pub stribeck: Option<f64>,
     /// Load.
     pub load: MeasuredLoad,
-    /// Whether the measured effort is the output of the controller, V: then the back-EMF is in the
-    /// viscous friction, and what a dead time takes is in the friction.
+    /// Whether the measured effort is the output of the controller, V: then the viscous friction
+    /// includes the back-EMF, and the friction includes the loss by a dead time.
     pub is_in_volts: bool,
 }
 
-/// Data sheet of a machine's file with the measured joint in it.
+/// Data sheet of a machine's file, merged with the measured joint.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MergedSheet {
-    /// Its tables.
+    /// Tables of the data sheet.
     pub tables: BTreeMap<&'static str, Table>,
-    /// Ranges of its `[spread]`.
+    /// Ranges for `[spread]`.
     pub ranges: Ranges,
-    /// Keys that are as in the file, since they were not measured.
+    /// Keys that were not measured and are as in the file.
     pub kept: Vec<String>,
     /// Keys of the file that the measurement contradicts.
     pub contradicted: Vec<Contradiction>,
@@ -79,11 +79,11 @@ impl MergedSheet {
     /// Merges a measured joint into the data sheet of a machine's file.
     ///
     /// # Errors
-    /// Says why no data sheet has both.
+    /// Returns why no data sheet can hold both.
     pub fn of(
         of: &Document,
         (sheet, mapping): (&DataSheet, &Mapping),
-        measured: &Measured,
+        measured: &MeasuredJoint,
     ) -> Result<Self, String> {
         let mut new = Sheet::of(of, measured.is_in_volts);
         new.inertia(sheet, mapping, measured.inertia);
@@ -101,7 +101,7 @@ impl MergedSheet {
     }
 }
 
-/// Returns the sentence on what stays as in a file.
+/// Returns the sentence that lists the keys copied from a file; `None` if there are none.
 pub fn kept_words(kept: &[String], file: &str, new: &Document) -> Option<String> {
     let one = |key: &String| {
         let value = new.get(key);
@@ -112,8 +112,8 @@ pub fn kept_words(kept: &[String], file: &str, new: &Document) -> Option<String>
     (!all.is_empty()).then(|| format!("kept from {file}, not measured: {}", all.join(", ")))
 }
 
-/// Keys of a joint that an identification does not measure, of some tables; `measured` are left
-/// out.
+/// Returns the keys of the joint's tables that an identification does not measure, without those in
+/// `measured`.
 pub(super) fn kept(table: impl Fn(&str) -> Option<Table>, measured: &[String]) -> Vec<String> {
     let mut kept = Vec::new();
     for name in ["motor", "gear", "load", "friction"] {
@@ -142,13 +142,13 @@ pub const TABLES: [&str; 5] = ["motor", "gear", "load", "friction", "supply"];
 const MEASURED: [&str; 5] =
     ["load.inertia_kg_m2", "friction.stick_nm", "friction.slip_nm", PER_DEGREE[0], PER_DEGREE[1]];
 
-/// The tables of a data sheet that is being written.
+/// A data sheet under construction.
 struct Sheet<'a> {
     of: &'a Document,
     tables: BTreeMap<&'static str, Table>,
-    /// Keys that have a measured value.
+    /// Keys with a measured value.
     measured: Vec<String>,
-    /// Values and ranges that were measured, with the least share of the range.
+    /// Measured keys with value, range, and least share of the range.
     found: Vec<(&'static str, f64, [f64; 2], f64)>,
     written: Ranges,
     contradicted: Vec<Contradiction>,
@@ -171,7 +171,7 @@ impl<'a> Sheet<'a> {
         }
     }
 
-    /// Sets a key to what was measured, and removes those that say the same.
+    /// Sets a key to a measured value, and removes other keys of the same quantity.
     fn set(&mut self, name: &'static str, key: &str, value: f64, others: &[&str]) {
         let table = self.tables.entry(name).or_default();
         others.iter().for_each(|other| drop(table.remove(*other)));
@@ -179,7 +179,7 @@ impl<'a> Sheet<'a> {
         self.measured.push(format!("{name}.{key}"));
     }
 
-    /// Remembers a measured range, and compares it with a value of the file.
+    /// Stores a measured range, and compares it with the value of the file.
     fn measured(
         &mut self,
         key: &'static str,
@@ -191,7 +191,7 @@ impl<'a> Sheet<'a> {
         self.found.push((key, value, range, least));
     }
 
-    /// The range of a key in the file's `[spread]`, in the key's unit.
+    /// Returns the range of a key in the file's `[spread]`, in the key's unit.
     fn of_file(&self, key: &str) -> Option<[f64; 2]> {
         let spread = self.of.get("spread")?;
         let range = |key: &str| -> Option<[f64; 2]> {
@@ -206,7 +206,7 @@ impl<'a> Sheet<'a> {
         range(key).or_else(|| Some(in_degrees()?.map(f64::to_degrees)))
     }
 
-    /// Shares the measured inertia between rotor and load.
+    /// Splits the measured inertia between rotor and load.
     fn inertia(
         &mut self,
         sheet: &DataSheet,
@@ -219,8 +219,8 @@ impl<'a> Sheet<'a> {
         let least = if is_elastic { LIGHTEST * whole } else { 0.0 };
         let in_file = sheet.load.inertia_kg_m2;
         if whole - rotor < least || whole <= rotor {
-            // The rotor alone has more: both have the share that they have in the file, or the load
-            // has all of it.
+            // The rotor of the file alone has more inertia. With an elastic gear, rotor and load
+            // keep their shares of the file; otherwise the load has all of it.
             let key = "motor.rotor_inertia_kg_m2";
             let of_rotor = sheet.motor.rotor_inertia_kg_m2;
             rotor = if is_elastic { rotor * whole / mapping.inertia } else { 0.0 };
@@ -235,7 +235,7 @@ impl<'a> Sheet<'a> {
         self.measured("load.inertia_kg_m2", (load, range, LEAST[0]), in_file);
     }
 
-    /// Takes the back-EMF's part from the measured viscous friction.
+    /// Sets the measured viscous friction, less that of the back-EMF.
     fn viscous(
         &mut self,
         sheet: &DataSheet,
@@ -244,7 +244,7 @@ impl<'a> Sheet<'a> {
     ) -> Result<(), String> {
         if BRAKES * range[1] < back_emf {
             return Err(format!(
-                "the back-EMF of {} alone brakes more than the joint was found to be braked",
+                "the back-EMF of {} alone is larger than the measured viscous friction",
                 self.of.origin.name
             ));
         }
@@ -253,7 +253,7 @@ impl<'a> Sheet<'a> {
         let others = ["viscous_nm_s_per_deg"];
         self.set("friction", "viscous_nm_s_per_rad", value.max(0.0), &others);
         self.measured(PER_DEGREE[1], (value, [low, high], LEAST[1]), sheet.viscous());
-        // Less than none is none, in the file.
+        // The file has no negative friction.
         if let Some((_, value, range, _)) = self.found.last_mut() {
             *value = value.max(0.0);
             *range = range.map(|end| end.max(0.0));
@@ -261,11 +261,11 @@ impl<'a> Sheet<'a> {
         Ok(())
     }
 
-    /// Takes the measured levels, around which both ways differ as in the file; returns by how
-    /// much, N m.
-    fn friction(&mut self, sheet: &DataSheet, measured: &Measured) -> f64 {
+    /// Sets the measured friction levels; both ways differ as in the file. Returns that difference,
+    /// N m.
+    fn friction(&mut self, sheet: &DataSheet, measured: &MeasuredJoint) -> f64 {
         let ((slip, slips), (mut stick, sticks)) = (measured.slip, measured.stick);
-        // The mean of both ways is what was measured.
+        // The measured levels are means of both ways.
         let [of_slip, of_stick] =
             [sheet.slip(), sheet.stick()].map(|[one, other]| 0.5 * (one + other));
         let mut difference = sheet.slip()[0] - sheet.slip()[1];
@@ -287,7 +287,7 @@ impl<'a> Sheet<'a> {
             table.insert("slip_reverse_nm".into(), rounded(slip - half).into());
             table.insert("stick_reverse_nm".into(), rounded(stick - half).into());
         } else if let Some(table) = self.tables.get_mut("friction") {
-            // Both ways have the measured level, whatever the file has for the other one.
+            // Both ways have the measured level.
             ["slip_reverse_nm", "stick_reverse_nm"].iter().for_each(|key| drop(table.remove(*key)));
         }
         let up = |range: [f64; 2]| range.map(|end| end + half);
@@ -312,7 +312,8 @@ impl<'a> Sheet<'a> {
         );
     }
 
-    /// Writes the ranges: measured and narrowed by the file's, and those that were not measured.
+    /// Sets the ranges: measured ones, narrowed by those of the file, and those of keys that were
+    /// not measured.
     fn ranges(&mut self) {
         for (key, value, range, least) in &self.found {
             let range = narrowed(*range, self.of_file(key), (*value, *least));
@@ -329,7 +330,7 @@ impl<'a> Sheet<'a> {
         }
     }
 
-    /// Keys that are as in the file.
+    /// Returns the keys that are as in the file.
     fn kept(&self) -> Vec<String> {
         let table = |name: &str| self.tables.get(name).cloned();
         let mut all = kept(table, &self.measured);
@@ -341,8 +342,8 @@ impl<'a> Sheet<'a> {
     }
 }
 
-/// What a measured range and that of a file have in common, if the value and its least share to
-/// either side are in it; otherwise the measured range.
+/// Returns the intersection of a measured range with that of a file, if it contains the value with
+/// its least share to either side; otherwise the measured range.
 fn narrowed(measured: [f64; 2], file: Option<[f64; 2]>, (value, least): (f64, f64)) -> [f64; 2] {
     let Some([low, high]) = file else { return measured };
     let both = [low.max(measured[0]), high.min(measured[1])];

@@ -1,4 +1,4 @@
-//! What has become of a move: where it was to lead, where the joint is, and when it was there.
+//! Result of a move: target, position reached, and time.
 
 use std::fmt;
 
@@ -11,18 +11,18 @@ use crate::data_sheet::UnseenSlack;
 use crate::goal::PositionGoal;
 use crate::settling::Settling;
 
-/// The signals that tell how a move ends.
+/// Signals that a move is judged by.
 const SIGNALS: [&str; 3] = ["counts", "status", "reference_velocity_deg_per_s"];
 
-/// Least time between two of the samples that are looked at, s.
+/// Least time between two samples, s.
 const LOOKED_AT_S: f64 = 0.01;
 
-/// The end of a move. Positions count from the zero of the arming.
+/// Result of a move. Positions count from the zero of the arming.
 ///
-/// A device measures its encoder only. A simulated one knows its load as well, and the move is
+/// A device measures its encoder only. A simulated device reports its load as well, and the move is
 /// judged on both sides of the gear.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Moved {
+pub struct MoveResult {
     target_counts: i64,
     resolution_deg: f64,
     sample_time_s: f64,
@@ -36,15 +36,14 @@ pub struct Moved {
     load_counts: Option<f64>,
     goal: PositionGoal,
     slack: Option<UnseenSlack>,
-    /// Judgement at the encoder and at the load, from the end of the set point's motion on, and
-    /// that end.
+    /// Verdicts at the encoder and at the load, from the end of the set point's motion on.
     sides: [Settling; 2],
     rests_since_s: f64,
     is_ended: bool,
 }
 
-impl Moved {
-    /// Begins to look at a move to a position, deg.
+impl MoveResult {
+    /// Starts to watch a move to a position, deg.
     pub fn to(deg: f64, resolution_deg: f64, sample_time_s: f64) -> Self {
         let goal = PositionGoal::default();
         Self {
@@ -70,14 +69,15 @@ impl Moved {
         Self { goal, slack, sides, ..self }
     }
 
-    /// What has to be subscribed, unless more is.
+    /// Returns the signals that must be subscribed, as a mask, and the number of ticks between two
+    /// samples.
     pub fn subscription(&self, signals: &Signals) -> (u64, u16) {
         let every = (LOOKED_AT_S / self.sample_time_s).clamp(1.0, 1000.0);
         (signals.mask(SIGNALS), every as u16)
     }
 
-    /// Takes a sample of an armed device, in their order, with the load's angle minus that of the
-    /// encoder's side (deg), if it is known.
+    /// Evaluates the next sample of an armed device. `load_ahead_deg` is the load's angle minus
+    /// that of the encoder's side, if the device reports it.
     pub fn see(&mut self, signals: &Signals, sample: &Sample, load_ahead_deg: Option<f64>) {
         let counts = signals.number(sample, "counts") as i64;
         if self.begin.is_none() {
@@ -100,17 +100,18 @@ impl Moved {
         }
     }
 
-    /// A fault or a stop ended the move: it has not met its goal, wherever the joint is.
+    /// Marks the move as ended by a fault or a stop: it has not met its goal, wherever the joint
+    /// is.
     pub const fn end(&mut self) {
         self.is_ended = true;
     }
 
-    /// Where the joint is ahead of its target, counts.
+    /// Returns position minus target, counts.
     pub const fn error_counts(&self) -> i64 {
         self.counts - self.target_counts
     }
 
-    /// From the begin to the last count of the motion, s.
+    /// Returns the time from the start to the last count of the motion, s.
     pub fn time_s(&self) -> f64 {
         self.since_begin_s(self.moved_last)
     }
@@ -126,13 +127,13 @@ impl Moved {
         !self.is_ended && encoder.is_success(self.rests_since_s)
     }
 
-    /// Returns whether the load has met the goal; none if the device does not know its load.
+    /// Returns whether the load has met the goal; `None` if the device does not report its load.
     pub fn success_at_load(&self) -> Option<bool> {
         let [_, load] = self.sides;
         self.load_counts.map(|_| !self.is_ended && load.is_success(self.rests_since_s))
     }
 
-    /// The same for programs.
+    /// Returns the JSON object for scripts.
     pub fn json(&self, at_rest: bool, warning: Option<&str>) -> Value {
         let deg = |counts: i64| counts as f64 * self.resolution_deg;
         let settled = self.sides.map(|side| {
@@ -161,10 +162,10 @@ impl Moved {
     }
 }
 
-/// A line each for target, position and time. Where the encoder cannot see slack, the position is
-/// named as that of the encoder, and the load's follows if it is known. The verdict follows there,
-/// and where the file has a goal.
-impl fmt::Display for Moved {
+/// Prints target, position and time, one per line. If the gear has slack that the encoder cannot
+/// measure, the position is marked as the encoder's, and that of the load follows if it is known.
+/// The verdict follows if there is such slack or the file has a goal.
+impl fmt::Display for MoveResult {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let deg = |counts: f64| counts * self.resolution_deg;
         let (target, counts, error) = (self.target_counts, self.counts, self.error_counts());
@@ -197,9 +198,9 @@ impl fmt::Display for Moved {
     }
 }
 
-/// The longest time that a profiled move over so many degrees takes until its set point rests, s:
-/// that of its trapezoid or triangle, and its averages, which are up to twice as long as the jerk
-/// needs. A fifth is for limits that are rounded to whole units.
+/// Returns the longest time that a profiled move over `deg` takes until its set point rests, s: the
+/// time of its trapezoid or triangle, plus that of its averages, which take up to twice as long as
+/// the jerk needs. A quarter is added for limits that are rounded to whole units.
 pub fn longest_s(limits: &ProfileLimits, deg: f64) -> f64 {
     let [v, a, j] = [limits.velocity, limits.acceleration, limits.jerk].map(f64::from);
     let way = deg.abs();
@@ -222,8 +223,8 @@ mod tests {
     }
 
     #[test]
-    fn a_move_tells_where_it_ended_and_when() {
-        let mut moved = Moved::to(-2.5, 0.01, 0.02);
+    fn a_move_reports_its_end_position_and_time() {
+        let mut moved = MoveResult::to(-2.5, 0.01, 0.02);
         let signals = Signals::of_core();
         // 20 counts a sample, every 5 ticks, from -10 to -249, at rest then.
         for i in 0..40 {
@@ -246,7 +247,7 @@ mod tests {
         let slack = UnseenSlack { backlash_deg: 0.6, backlash_counts: 60.0, wind_up_deg: 0.01 };
         let signals = Signals::of_core();
         let moved = |goal: PositionGoal, ahead: Option<f64>| {
-            let mut moved = Moved::to(1.0, 0.01, 0.01).judged_by(goal, Some(slack));
+            let mut moved = MoveResult::to(1.0, 0.01, 0.01).judged_by(goal, Some(slack));
             for i in 0..100 {
                 moved.see(&signals, &sample(7 + i, (2 * i as i32).min(100)), ahead);
             }

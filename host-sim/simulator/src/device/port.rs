@@ -12,8 +12,8 @@ use crate::error::Error;
 /// Bits per second of the link, 8N1. A byte takes ten bits, so a millisecond carries 92 bytes.
 pub const BAUD: u32 = 921_600;
 
-/// Time that a port has to take a frame. A frame is on the wire within 3 ms; a port that has no
-/// room for it after so long takes nothing any more.
+/// Timeout for sending a frame. A frame is on the wire within 3 ms; a port without room for it
+/// after this time is blocked.
 const TO_SEND: Duration = Duration::from_millis(200);
 
 /// An open port.
@@ -32,7 +32,7 @@ impl SerialWire {
     /// Opens a port.
     ///
     /// # Errors
-    /// Says whether it is missing, busy or forbidden, and which ports there are.
+    /// Returns whether the port is missing, busy or forbidden, and which ports there are.
     pub fn open(path: &Path) -> Result<Self, Error> {
         let name = path.display().to_string();
         let opened = serialport::new(name.as_str(), BAUD).timeout(Duration::from_millis(1)).open();
@@ -43,8 +43,7 @@ impl SerialWire {
     fn gone(&self, error: &std::io::Error) -> Error {
         let name = &self.name;
         Error::Device(format!(
-            "--port {name}: it is gone ({error}); a board that is armed turns the motor off by \
-             itself after \
+            "--port {name}: the port is gone ({error}); an armed board turns the motor off after \
              `limits.link_timeout_s` (docs/link.md)"
         ))
     }
@@ -52,26 +51,28 @@ impl SerialWire {
 
 fn refusal(name: &str, error: &serialport::Error) -> String {
     let why = match error.kind() {
-        // Unix says so of a port that is in use; other systems say it of a missing one, too.
+        // On Unix the port is in use; other systems report a missing port as well.
         serialport::ErrorKind::NoDevice if cfg!(unix) => "another program has it open".into(),
         serialport::ErrorKind::NoDevice => {
             "there is no such port, or another program has it open".into()
         }
         serialport::ErrorKind::Io(ErrorKind::NotFound) => "there is no such port".into(),
         serialport::ErrorKind::Io(ErrorKind::PermissionDenied) => {
-            "you may not open it (on Linux: the group of the port, often dialout)".into()
+            "you have no permission to open it (on Linux: join the group of the port, often \
+             dialout)"
+                .into()
         }
-        _ => format!("it is no serial port that can be used: {}", error.description),
+        _ => format!("it cannot be used as a serial port: {}", error.description),
     };
     let found = serialport::available_ports().unwrap_or_default();
     let names: Vec<&str> = found.iter().map(|port| port.port_name.as_str()).collect();
     let others = if names.is_empty() { "none".into() } else { names.join(", ") };
-    format!("--port {name}: {why}; ports that there are: {others} (docs/link.md)")
+    format!("--port {name}: {why}; available ports: {others} (docs/link.md)")
 }
 
 impl Wire for SerialWire {
     fn send(&mut self, bytes: &[u8]) -> Result<(), Error> {
-        // A flush would wait for the last bit, for ever if the other end takes none.
+        // A flush would wait for the last bit, forever if the other end accepts none.
         let sent = self.port.set_timeout(TO_SEND).map_err(std::io::Error::from);
         sent.and_then(|()| self.port.write_all(bytes)).map_err(|error| self.gone(&error))
     }
@@ -107,10 +108,10 @@ mod tests {
 
     /// A test that runs as root can open every port, so it makes this refusal up.
     #[test]
-    fn a_port_that_may_not_be_opened_is_told_apart() {
+    fn a_port_without_permission_is_reported_as_such() {
         let forbidden = serialport::ErrorKind::Io(ErrorKind::PermissionDenied);
         let said = refusal("/dev/ttyUSB0", &serialport::Error::new(forbidden, "Permission denied"));
-        assert!(said.starts_with("--port /dev/ttyUSB0: you may not open it"), "{said}");
+        assert!(said.starts_with("--port /dev/ttyUSB0: you have no permission"), "{said}");
         assert!(said.contains("dialout") && said.ends_with("(docs/link.md)"), "{said}");
     }
 }

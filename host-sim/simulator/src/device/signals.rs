@@ -1,4 +1,4 @@
-//! The signals of a device, as it announces them: this program has no table of its own.
+//! Signals of a device, as it announces them. This program has no table of its own.
 
 use stiction::control::signal::{Form, SIGNALS, name};
 use stiction::link::{Announced, MAX_SIGNALS, Sample};
@@ -6,7 +6,7 @@ use stiction::link::{Announced, MAX_SIGNALS, Sample};
 use crate::error::{Error, suggestion};
 use crate::output::Cell;
 
-/// The signals of a loop that every live view shows, beside those of its law.
+/// Signals of a loop in every live view, in addition to those of its law.
 pub const OF_THE_LOOP: [&str; 11] = [
     name("counts"),
     name("reference_counts"),
@@ -21,41 +21,41 @@ pub const OF_THE_LOOP: [&str; 11] = [
     name("status"),
 ];
 
-/// The signals of a tick that a device can send.
+/// Signals that a device can send in each tick.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Signals {
     all: Vec<Announced>,
 }
 
 impl Signals {
-    /// Takes the signals that a device has announced, in the order of their places.
+    /// Creates the list from the announced signals, in the order of their places.
     pub const fn new(all: Vec<Announced>) -> Self {
         Self { all }
     }
 
-    /// The signals that every loop of this version of the core has.
+    /// Returns the signals that every loop of this version of the core has.
     pub fn of_core() -> Self {
         Self { all: SIGNALS.iter().map(|signal| Announced::from(*signal)).collect() }
     }
 
-    /// The names of all signals, in the order of their places.
+    /// Returns the names of all signals, in the order of their places.
     pub fn names(&self) -> impl Iterator<Item = &str> {
         self.all.iter().map(|signal| signal.name.as_str())
     }
 
-    /// The names of the signals that only the law in use has.
+    /// Returns the names of the signals of the law in use.
     pub fn of_law(&self) -> impl Iterator<Item = &str> {
         self.names().filter(|name| SIGNALS.iter().all(|signal| signal.name != *name))
     }
 
-    /// The sum of 1 << place of the named signals. Names that the device does not have are left
-    /// out.
+    /// Returns the mask of the named signals: the sum of 1 << place. Names that the device does not
+    /// have are skipped.
     pub fn mask<'a>(&self, names: impl IntoIterator<Item = &'a str>) -> u64 {
         let places = names.into_iter().filter_map(|name| self.place(name));
         places.filter(|place| *place < MAX_SIGNALS).fold(0, |mask, place| mask | 1 << place)
     }
 
-    /// The value of a signal in a sample, as a number; zero if the sample does not have it.
+    /// Returns the value of a signal in a sample; zero if the sample does not have it.
     pub fn number(&self, sample: &Sample, name: &str) -> f64 {
         let Some(place) = self.place(name) else { return 0.0 };
         let Some(bits) = sample.value(place) else { return 0.0 };
@@ -66,15 +66,14 @@ impl Signals {
         }
     }
 
-    /// Whether the output was on in the tick of a sample; a sample without the status says nothing
-    /// of it, and counts as one.
+    /// Returns whether the output was on in the tick of a sample; true for a sample without status.
     pub fn is_armed(&self, sample: &Sample) -> bool {
         let place = self.place("status").and_then(|place| sample.value(place));
         place.is_none_or(|status| status & 0xFF == 2)
     }
 
-    /// The value of a signal in a sample, as a cell of a file. A number is in single precision, as
-    /// the device has it.
+    /// Returns the value of a signal in a sample as a cell of a file. A number is in single
+    /// precision, as in the device.
     pub fn cell(&self, sample: &Sample, name: &str) -> Cell {
         let number = self.number(sample, name);
         match self.place(name).and_then(|place| self.all.get(place)).map(|signal| signal.form) {
@@ -83,10 +82,10 @@ impl Signals {
         }
     }
 
-    /// Refuses a name that the device has not announced.
+    /// Checks that the device has announced a signal.
     ///
     /// # Errors
-    /// Names the nearest signal that there is.
+    /// Returns an error that names the most similar signal.
     pub fn check(&self, name: &str) -> Result<(), Error> {
         match self.place(name) {
             Some(_) => Ok(()),

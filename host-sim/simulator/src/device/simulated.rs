@@ -2,9 +2,8 @@
 //! moves or stops.
 //!
 //! It steps the same [`Plant`] as a [`Target`](crate::target::Target), in a loop of its own. A
-//! target ends with its motion and gives a code. A device ticks on armed or not, answers a link
-//! between two ticks, and has wires, a supply and a bridge's enable pin that may go wrong: a target
-//! with all of that would be this one, and the others would have to do without most of it.
+//! target ends with its motion and returns a code. A device runs whether armed or not, answers a
+//! link between two ticks, and has encoder wires, a supply and an enable pin that can fail.
 
 use std::collections::VecDeque;
 
@@ -22,40 +21,41 @@ use crate::joint::RunJoint;
 use crate::plant::Plant;
 use crate::solver::AxisSolver as _;
 
-/// Where the parameters lie in the flash.
+/// Flash addresses of the parameters.
 const SLOTS: [u32; 2] = [0, SECTOR];
 
-/// The converter's reading of a supply in the middle of its range.
+/// Reading of the supply converter in the middle of its range.
 const SUPPLY: u16 = 2048;
 
-/// Changes of the gear's two sides that are remembered: those of a minute of motion at 10 kHz.
+/// Stored values of the load's angle ahead of the encoder's side: one minute of motion at 10 kHz.
 const REMEMBERED: usize = 600_000;
 
-/// Changes below this are rounding, deg.
+/// Largest change that counts as rounding, deg.
 const SAME_DEG: f64 = 1e-9;
 
-/// The device, its joint, and what is wrong with them.
+/// A simulated device with its joint and injected faults.
 #[derive(Debug)]
 pub struct SimulatedDevice {
-    /// The core.
+    /// Firmware core.
     pub device: Device<SimulatedFlash>,
-    /// The encoder's wires.
+    /// State of the encoder's wires.
     pub wires: Wires,
-    /// What the converter reads.
+    /// Reading of the supply converter.
     pub supply: u16,
-    /// Friction on top of the machine's own, V: a hand on the joint, a hard stop.
+    /// Friction in addition to that of the machine, V: a hand on the joint, a hard stop.
     pub brake_v: f64,
     plant: Plant<RunJoint>,
-    /// What the counter reads, and what it would read with sound wires.
+    /// Counter reading.
     counter: u32,
+    /// Counter reading with intact wires.
     sound: u32,
-    /// The load's angle minus that of the encoder's side, deg, with the tick since which it is so.
+    /// Load's angle minus that of the encoder's side, deg, with the tick of its last change.
     load_ahead: VecDeque<(u32, f64)>,
 }
 
 impl SimulatedDevice {
-    /// Power comes up: the joint of a run is at rest at zero, and the flash holds what the run
-    /// says, with nothing that starts by itself.
+    /// Powers the device up: the joint of a run rests at zero, the flash holds the parameters of
+    /// the run, and autostart is off.
     ///
     /// # Errors
     /// Returns an error that names the invalid value.
@@ -65,10 +65,10 @@ impl SimulatedDevice {
         Self::running(plan, &parameters, Boot::default())
     }
 
-    /// Power comes up with other parameters in the flash than those of the run.
+    /// Powers the device up with the given parameters in its flash.
     ///
     /// # Errors
-    /// Names a value of the run that is not allowed.
+    /// Returns an error that names the invalid value of the run.
     pub fn running(plan: &RunPlan, parameters: &Parameters, boot: Boot) -> Result<Self, Error> {
         let mut store = Store::new(SimulatedFlash::new(2), SLOTS);
         // Cannot fail: the flash is new.
@@ -76,7 +76,7 @@ impl SimulatedDevice {
         Self::with(plan, store, boot)
     }
 
-    /// The same with what is in a flash already.
+    /// Powers the device up with an existing flash.
     ///
     /// # Errors
     /// Returns an error that names the invalid value.
@@ -95,7 +95,7 @@ impl SimulatedDevice {
         })
     }
 
-    /// One tick: the encoder is read, the core computes, and the joint moves on until the next one.
+    /// Runs one tick: reads the encoder, runs the core, and moves the joint until the next tick.
     pub fn tick(&mut self) -> Output {
         let sound = self.plant.counter();
         let ahead_deg = self.plant.solver.at_load() - self.plant.solver.at_encoder();
@@ -115,7 +115,7 @@ impl SimulatedDevice {
         output
     }
 
-    /// Some ticks; the last output.
+    /// Runs `count` ticks and returns the last output.
     pub fn ticks(&mut self, count: u32) -> Output {
         let mut output = self.tick();
         for _ in 1..count {
@@ -124,7 +124,7 @@ impl SimulatedDevice {
         output
     }
 
-    /// Remembers the load's angle minus that of the encoder's side from a tick on.
+    /// Stores the load's angle minus that of the encoder's side, with its tick.
     fn remember(&mut self, clock: u32, ahead_deg: f64) {
         if self.load_ahead.back().is_some_and(|(_, last)| (last - ahead_deg).abs() < SAME_DEG) {
             return;
@@ -135,44 +135,44 @@ impl SimulatedDevice {
         self.load_ahead.push_back((clock, ahead_deg));
     }
 
-    /// Returns the load's angle minus the angle of the side that the encoder sits on, deg, when the
-    /// last tick read the encoder.
+    /// Returns the load's angle minus that of the encoder's side, deg, at the last tick.
     pub fn load_ahead_deg(&self) -> f64 {
         self.load_ahead.back().map_or(0.0, |(_, deg)| *deg)
     }
 
-    /// Returns the same in an earlier tick of the device's clock; none of one that is too long ago.
+    /// Returns the load's angle minus that of the encoder's side, deg, at an earlier tick of the
+    /// device's clock; `None` if that tick is too long ago.
     pub fn load_ahead_at(&self, clock: u32) -> Option<f64> {
         let after = self.load_ahead.partition_point(|(since, _)| *since <= clock);
         after.checked_sub(1).and_then(|last| self.load_ahead.get(last)).map(|(_, deg)| *deg)
     }
 
-    /// Noise on the encoder's wires: so many counts at once.
+    /// Adds a jump of the counter: noise on the encoder's wires.
     pub const fn jump(&mut self, counts: i32) {
         self.counter = self.counter.wrapping_add(counts as u32);
     }
 
-    /// True position of the joint, deg.
+    /// Returns the true position of the joint, deg.
     pub fn position_deg(&self) -> f64 {
         self.plant.position_deg()
     }
 
-    /// True velocity of the joint, deg/s.
+    /// Returns the true velocity of the joint, deg/s.
     pub fn velocity_deg_per_s(&self) -> f64 {
         self.plant.velocity_deg_per_s()
     }
 
-    /// The joint is put somewhere, by hand.
+    /// Sets position and velocity of the joint, as if it was moved by hand.
     pub fn push(&mut self, position_deg: f64, velocity_deg_per_s: f64) {
         self.plant.push(position_deg, velocity_deg_per_s);
     }
 
-    /// Time between ticks, s.
+    /// Returns the time between two ticks, s.
     pub const fn sample_time_s(&self) -> f64 {
         self.plant.sample_time_s()
     }
 
-    /// What it says it is.
+    /// Returns the kind of device that it reports.
     pub const fn kind(&self) -> Kind {
         Kind::Simulated
     }

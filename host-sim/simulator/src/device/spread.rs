@@ -1,4 +1,4 @@
-//! How far an identified joint may be off, as the `[spread]` of a machine's file.
+//! The `[spread]` of an identified joint: the range of each value in a machine's file.
 //!
 //! | key | range |
 //! |---|---|
@@ -7,55 +7,54 @@
 //! | slip friction | two standard deviations to either side, and at least 2 % |
 //! | stick friction | from the least to the largest breakaway that was read, at least 2 % |
 //!
-//! A breakaway is the mean of both senses. The floors are for what the model does not say
+//! A breakaway is the mean of both senses. The least shares cover errors of the model
 //! (docs/identification-on-the-board.md). `draft/spread.rs` has them, the rule by which slip and
-//! stick friction stay apart, and the text: they are those of a log, too.
+//! stick friction stay apart, and the text; the identification from a log uses them as well.
 //!
-//! What is doubted has a wider range, since its bars are those of a model that does not hold:
+//! A doubt widens the range, since the error bars assume that the model holds:
 //!
 //! - *Few stretches*: four deviations instead of two, since Student's t at 95 % is 3.2 with three
 //!   degrees of freedom.
-//! - *Uneven breakaway*: n places of an even distribution show (n - 1)/(n + 1) of its range on
-//!   average, so the stick friction is wider by r/(n - 1) to either side of the range r that was
-//!   read. The slip friction has as many percent of its own level to either side, since friction
-//!   that depends on the angle rises and falls as a whole. The viscous friction has what such a
-//!   change of the slip friction is over the fastest speed of the map.
-//! - *Lost motion*: what gave way first was a bristle, a gap or the motor alone, and not the joint.
-//!   So the stick friction is anything from the slip friction's highest value to twice that, as of
-//!   the joints of docs/ensemble.md, and the inertia is half as much to one and a half times as
-//!   much.
+//! - *Uneven breakaway*: n places of a uniform distribution show (n - 1)/(n + 1) of its range on
+//!   average, so the stick friction is wider by r/(n - 1) to either side of the measured range r.
+//!   The slip friction is wider by the same percentage of its level, since friction that depends on
+//!   the angle rises and falls as a whole. The viscous friction is wider by that change of the slip
+//!   friction, divided by the fastest speed of the map.
+//! - *Lost motion*: a bristle, a gap or the motor alone gave way first, not the joint. So the stick
+//!   friction is from one to two times the slip friction's highest value, as for the joints of
+//!   docs/ensemble.md, and the inertia from half to one and a half times its value.
 //!
-//! The joint that is written lies within its ranges ([`inside`]).
+//! The joint of the file lies within its ranges ([`inside`]).
 
 use std::collections::BTreeMap;
 
 use stiction::identification::{Levels, Summary};
 
-use super::identified::{Identified, doubts};
+use super::identified::{IdentifiedJoint, doubts};
 use crate::draft;
 use crate::draft::spread::{LEAST, around, of_inertia, part, rounded};
-use crate::machine::Joint;
+use crate::machine::JointTable;
 
-/// Standard deviations to either side, and of few stretches.
+/// Standard deviations to either side: in general, and with few stretches.
 const DEVIATIONS: [f64; 2] = [2.0, 4.0];
 
-/// With lost motion, the share by which the inertia may be off: half of it may be beyond the gap.
+/// Relative range of the inertia with lost motion: half of it can be beyond the gap.
 const LOST: f64 = 0.5;
 
-/// Stick friction of a geared joint in multiples of its slip friction, at most: that of the joints
-/// of docs/ensemble.md.
+/// Largest ratio of stick to slip friction of a geared joint: that of the joints of
+/// docs/ensemble.md.
 const STICK_TO_SLIP: f64 = 2.0;
 
 /// Ranges by their keys.
 pub type Ranges = BTreeMap<String, [f64; 2]>;
 
-/// Standard deviations to either side of what was found.
-pub(super) fn deviations(found: &Identified) -> f64 {
+/// Returns the number of standard deviations to either side of an estimate.
+pub(super) fn deviations(found: &IdentifiedJoint) -> f64 {
     DEVIATIONS[usize::from(found.summary.doubts.few_rows)]
 }
 
-/// Makes the `[spread]` of an identified joint. A joint without an estimate has none.
-pub fn spread(found: &Identified, joint: &Joint) -> Ranges {
+/// Returns the `[spread]` of an identified joint; empty without an estimate.
+pub fn spread(found: &IdentifiedJoint, joint: &JointTable) -> Ranges {
     let Some(estimate) = &found.summary.estimate else { return BTreeMap::new() };
     let Summary { breakaway, doubts, .. } = &found.summary;
     let [least_inertia, viscous, slip, stick] = LEAST;
@@ -71,7 +70,7 @@ pub fn spread(found: &Identified, joint: &Joint) -> Ranges {
     let friction = &joint.friction;
     let mut slips = around(friction.slip_v, deviation(estimate.coulomb), slip);
     let mut viscouses = around(joint.viscous_v_per_deg_per_s, deviation(estimate.viscous), viscous);
-    // The mean of both senses, whose load cancels in it.
+    // The load cancels in the mean of both senses.
     let read = |of: fn(&Levels) -> f64| breakaway.iter().map(of).sum::<f64>() / 2.0;
     let [least, largest] = [read(|of| of.least.into()), read(|of| of.largest.into())];
     let mut sticks = wider([least, largest], around(friction.stick_v, 0.0, stick));
@@ -85,7 +84,7 @@ pub fn spread(found: &Identified, joint: &Joint) -> Ranges {
         viscouses = wider(viscouses, around(joint.viscous_v_per_deg_per_s, off, viscous));
     }
     if doubts.lost_motion {
-        // What was read tells no more than that the joint slips.
+        // The readings only show that the joint slips.
         sticks = [slips[1], sticks[1].max(STICK_TO_SLIP * slips[1])];
     } else {
         part(&mut slips, &mut sticks, [friction.slip_v, friction.stick_v]);
@@ -102,8 +101,8 @@ pub fn spread(found: &Identified, joint: &Joint) -> Ranges {
 
 /// Moves the levels of a joint into their ranges. With lost motion the breakaway that was read is
 /// that of a part of the joint, and lies below the range of its stick friction.
-pub fn inside(joint: &mut Joint, ranges: &Ranges) {
-    let Joint { gain_deg_per_s2_per_v, viscous_v_per_deg_per_s, friction } = joint;
+pub fn inside(joint: &mut JointTable, ranges: &Ranges) {
+    let JointTable { gain_deg_per_s2_per_v, viscous_v_per_deg_per_s, friction } = joint;
     for (key, value) in [
         ("joint.gain_deg_per_s2_per_v", gain_deg_per_s2_per_v),
         ("joint.viscous_v_per_deg_per_s", viscous_v_per_deg_per_s),
@@ -116,30 +115,30 @@ pub fn inside(joint: &mut Joint, ranges: &Ranges) {
     }
 }
 
-/// One less than the places, and one at least.
+/// Returns the number of places less one, at least 1.
 fn further(levels: &Levels) -> f64 {
     f64::from(levels.places.saturating_sub(1).max(1))
 }
 
-/// The fastest speed of the map, deg/s.
-fn fastest(found: &Identified) -> Option<f64> {
+/// Returns the fastest speed of the map, deg/s.
+fn fastest(found: &IdentifiedJoint) -> Option<f64> {
     let points = found.map.iter().flatten().filter(|point| point.windows > 0);
     points.map(|point| f64::from(point.velocity.abs())).filter(|v| *v > 0.0).reduce(f64::max)
 }
 
-/// Writes the verdict and what is doubted, as a table.
-pub fn remarks(found: &Identified) -> String {
+/// Returns the verdict and the doubts as a table of the file.
+pub fn remarks(found: &IdentifiedJoint) -> String {
     let doubted = doubts(&found.summary.doubts);
     let mut text = draft::spread::identified(found.verdict(), &doubted);
     if !doubted.is_empty() {
         text += &commented(
-            "So [spread] is wider than the error bars (docs/identification-on-the-board.md).",
+            "[spread] is therefore wider than the error bars (docs/identification-on-the-board.md)",
         );
     }
     text
 }
 
-/// Makes a comment of a file, in lines of at most 80 columns.
+/// Returns a comment for a file, in lines of at most 80 columns.
 pub fn commented(sentence: &str) -> String {
     let (mut text, mut line) = (String::new(), String::from("#"));
     for word in sentence.split_whitespace() {

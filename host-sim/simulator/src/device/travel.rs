@@ -1,7 +1,7 @@
 //! Range of targets of a typed move.
 //!
-//! With `limits.position_min_deg` and `limits.position_max_deg` the device itself refuses what leads
-//! out of them. The hosts check the target before that, and so can name the range in the
+//! With `limits.position_min_deg` and `limits.position_max_deg` the device itself refuses what
+//! leads out of them. The hosts check the target before that, and so can name the range in the
 //! coordinates in which targets are typed: from the zero of the arming. Without these limits the
 //! device accepts 2^30 counts, which is thousands of turns. A host then refuses more than one turn:
 //! few joints turn further, and a target beyond it is more often a slip of the keyboard.
@@ -103,7 +103,7 @@ impl Travel {
                  `limits.position_min_deg` and `limits.position_max_deg` to go further"
             )
         };
-        Err(Error::Refused(format!("move {}: the target is not taken: {why}", shown(deg))))
+        Err(Error::Refused(format!("move {}: the target is rejected: {why}", shown(deg))))
     }
 }
 

@@ -1,4 +1,4 @@
-//! The wire between a client and a device, and that of a simulated device.
+//! The wire between a client and a device, and the wire of a simulated device.
 
 use std::collections::VecDeque;
 use std::sync::LazyLock;
@@ -9,78 +9,77 @@ use stiction::link::Refused;
 use super::simulated::SimulatedDevice;
 use crate::error::Error;
 
-/// A way for bytes to a device and back.
+/// A byte channel to a device and back.
 pub trait Wire {
-    /// Hands bytes to the device.
+    /// Sends bytes to the device.
     ///
     /// # Errors
-    /// If the wire is gone.
+    /// Returns an error if the wire is gone.
     fn send(&mut self, bytes: &[u8]) -> Result<(), Error>;
 
-    /// Waits for bytes from the device for `at_most`, and returns none if nothing came.
+    /// Returns bytes from the device; no bytes if none arrive within `at_most`.
     ///
     /// # Errors
-    /// If the wire is gone.
+    /// Returns an error if the wire is gone.
     fn receive(&mut self, at_most: Duration) -> Result<Vec<u8>, Error>;
 
-    /// The time that has passed on this wire. It is the host's, unless the device has a time of its
-    /// own that stands still while nobody waits.
+    /// Returns the time of this wire. It is the host's, unless the device is simulated: then the
+    /// time stands still while the client does not wait.
     fn now(&self) -> Duration {
         static BEGIN: LazyLock<Instant> = LazyLock::new(Instant::now);
         BEGIN.elapsed()
     }
 
-    /// The name that messages give the other end, such as `the simulated device`.
+    /// Returns the name of the other end in messages, such as `the simulated device`.
     fn name(&self) -> String;
 
-    /// The words that follow a refusal if this device cannot do what a board can. Most devices need
-    /// none.
+    /// Returns words that follow a refusal if this device lacks a feature of a board. Empty for
+    /// most devices.
     fn excuse(&self, _: &Refused) -> &'static str {
         ""
     }
 
-    /// Makes time pass as on the wall from now on, for a device that is watched. That of a board
-    /// always does.
+    /// Switches a simulated device to real time, so that it can be watched. A board always runs in
+    /// real time.
     fn real_time(&mut self) {}
 
-    /// The warning that has to stand before whatever is shown of the device. A board needs none.
+    /// Returns the warning that precedes every output about the device. A board needs none.
     fn warning(&self) -> Option<&'static str>;
 
-    /// The load's angle minus the angle of the side that the encoder sits on, deg, in a tick of
-    /// the device's clock. None from a device that measures its encoder only, and for a tick that
-    /// is too long ago.
+    /// Returns the load's angle minus that of the encoder's side, deg, at a tick of the device's
+    /// clock. `None` if the device measures its encoder only, or if the tick is too long ago.
     fn load_ahead_deg(&self, _clock: u32) -> Option<f64> {
         None
     }
 }
 
-/// The wire to a simulated device. Its time passes while the client waits for it, as fast as it can
-/// be computed, unless it is told to keep to the [`real_time`](Wire::real_time).
+/// The wire to a simulated device. Its time passes only while the client waits, as fast as it can
+/// be computed, unless [`real_time`](Wire::real_time) is on.
 #[derive(Debug)]
 pub struct SimulatedWire {
     /// The device and its joint.
     pub simulated: SimulatedDevice,
     out: VecDeque<u8>,
-    /// The time on the wall at which the next tick is due.
+    /// Host time of the next tick; `None` without real time.
     due: Option<Instant>,
 }
 
-/// The longest absence of the host that the device catches up with. A host that was away for longer
-/// has stopped the device's time as well.
+/// Longest pause of the host that the device catches up with. After a longer pause the device's
+/// time has stopped meanwhile.
 pub const AWAY: Duration = Duration::from_millis(200);
 
-/// The warning that stands before every output of a simulated device.
+/// Warning that precedes every output about a simulated device.
 pub const SIMULATED: &str = "SIMULATED DEVICE: no motor moves or stops.";
 
 impl SimulatedWire {
-    /// Turns the power on, and lets the joint rest for long enough to be armed.
+    /// Turns the power on, and waits until the joint has been at rest for long enough to be armed.
     pub fn new(mut simulated: SimulatedDevice) -> Self {
         let ticks = (0.1 / simulated.sample_time_s()).ceil() as u32;
         simulated.ticks(ticks.max(1));
         Self { simulated, out: VecDeque::new(), due: None }
     }
 
-    /// Runs the ticks that are due on the wall, and returns when the next one is.
+    /// Runs the ticks that are due in real time, and returns the time of the next one.
     fn catch_up(&mut self, due: Instant) -> Instant {
         let tick = Duration::from_secs_f64(self.simulated.sample_time_s());
         let (mut due, now) = (due, Instant::now());
@@ -89,7 +88,7 @@ impl SimulatedWire {
         }
         while due <= now {
             self.simulated.tick();
-            // A wire takes what the device sends as it comes: after many ticks its buffer is full.
+            // Collect after each tick: the send buffer of the device overflows otherwise.
             self.collect();
             due += tick;
         }
@@ -131,8 +130,8 @@ impl Wire for SimulatedWire {
             }
             return Ok(self.out.drain(..).collect());
         }
-        // At least one tick passes, or time would stand still for a client that waits in steps
-        // shorter than a tick.
+        // At least one tick passes: otherwise time would stand still for a client that waits in
+        // steps shorter than a tick.
         let ticks = (at_most.as_secs_f64() / self.simulated.sample_time_s() - 1e-6).ceil() as u32;
         for _ in 0..ticks {
             if !self.out.is_empty() {

@@ -1,115 +1,116 @@
-//! Sentences for a person about what a device says.
+//! Text for users: refusals, faults, status and ramp results of a device.
 
 use stiction::Fault;
 use stiction::link::{Refused, StateCode, Status, Told, WireErrors};
 use stiction::parameters::names::{Named, Path};
 use stiction::servo::Levels;
 
-/// Says why a request was refused, and what to do.
+/// Returns why a request was refused, and what to do.
 pub fn refused(refused: &Refused) -> String {
     match refused {
-        Refused::Unknown => "its firmware does not know this request; flash the one that belongs \
-                             to this program (`cargo xtask flash`)"
+        Refused::Unknown => "its firmware does not have this request; flash the firmware of this \
+                             program (`cargo xtask flash`)"
             .into(),
-        Refused::SayHello => "it was reset meanwhile, so the motor is off unless it starts by \
-                              itself; look at `status` and `faults`, then begin again"
+        Refused::SayHello => "it was reset meanwhile, so the motor is off unless it starts \
+                              automatically; check `status` and `faults`, then start again"
             .into(),
-        Refused::OutOfOrder => "a later request came first; say it again".into(),
+        Refused::OutOfOrder => "a later request arrived first; repeat it".into(),
         Refused::Booting => "it has just been switched on; try again in a second".into(),
         Refused::Faulted(code) => {
             let since = format!("the motor is off since {}", name(*code));
-            match Fault::from_code(*code).map(End::of) {
-                Some(End::Parameters) => {
-                    format!("{since}; it ends with `params push FILE.toml --save`")
+            match Fault::from_code(*code).map(FaultEnd::of) {
+                Some(FaultEnd::Parameters) => {
+                    format!("{since}; clear it with `params push FILE.toml --save`")
                 }
-                Some(End::Reset) => {
-                    format!("{since}; mend the cause (docs/faults.md): it ends with a reset")
+                Some(FaultEnd::Reset) => {
+                    format!("{since}; fix the cause (docs/faults.md), then reset the device")
                 }
-                Some(End::Command) | None => {
-                    format!("{since}; mend the cause (docs/faults.md), then {CLEAR}")
+                Some(FaultEnd::Command) | None => {
+                    format!("{since}; fix the cause (docs/faults.md), then {CLEAR}")
                 }
             }
         }
         Refused::NotClearable(code) => {
             format!(
-                "no command clears {}: it ends with valid parameters or a reset \
-                 (docs/faults.md)",
+                "no command clears {}: only valid parameters or a reset end it (docs/faults.md)",
                 name(*code)
             )
         }
         Refused::Armed => "the motor is driven; `stop` first".into(),
         Refused::NotArmed => "the motor is off; `arm` first".into(),
-        Refused::Moving => "the joint moves; it has to be at rest for 50 ms first".into(),
+        Refused::Moving => "the joint moves; it must be at rest for 50 ms first".into(),
         Refused::WouldTrip(code) => {
             format!(
-                "{} would turn the motor off at once; mend that first (docs/faults.md)",
+                "{} would turn the motor off at once; fix its cause first (docs/faults.md)",
                 name(*code)
             )
         }
         Refused::OutOfRange => {
-            "the motion leads out of `limits.position_min_deg` to `limits.position_max_deg`".into()
+            "the motion leaves the range `limits.position_min_deg` to `limits.position_max_deg`"
+                .into()
         }
         Refused::FarAway => {
-            "the trajectory begins too far from the joint (`limits.following_error_deg`, or the \
-             error that asks for the full effort): move to its begin first"
+            "the start of the trajectory is too far from the joint (`limits.following_error_deg`, \
+             or the error at which the controller outputs the full effort): move to its start \
+             first"
                 .into()
         }
         Refused::TooFar => {
-            "the position is too far from where the joint is: less than 2^30 counts are allowed"
-                .into()
+            "the position is too far from the joint; it must be less than 2^30 counts away".into()
         }
-        Refused::TooFast => "it moves too fast to brake within `limits.position_min_deg` to \
-             `limits.position_max_deg` (`profile.acceleration_deg_per_s2`); move when it is slower"
+        Refused::TooFast => "the joint moves too fast to brake within `limits.position_min_deg` \
+             to `limits.position_max_deg` (`profile.acceleration_deg_per_s2`); move when it is \
+             slower"
             .into(),
         Refused::NoParameters => "it has no parameters; `params push FILE.toml` first".into(),
-        Refused::NoSuch => "there is no such signal, fault or motion on it".into(),
-        Refused::NotWhole => "the parameters did not arrive whole, and the old ones are in use; \
+        Refused::NoSuch => "it has no such signal, fault or motion".into(),
+        Refused::NotWhole => "the parameters arrived incomplete, and the old ones stay in use; \
                               push them again"
             .into(),
         Refused::Version(version) => format!(
-            "its firmware cannot read version {version} of the parameters; the old ones are in use"
+            "its firmware cannot read version {version} of the parameters; the old ones stay in use"
         ),
         Refused::Value { key, found, allowed } => {
             Named(stiction::Error { key: *key, found: *found, allowed: *allowed }).to_string()
         }
         Refused::UnknownValue(key) => {
             format!(
-                "it does not know `{}`: a gain of a law that is not in use, or its firmware is \
+                "it does not have `{}`: the law of this gain is not in use, or the firmware is \
                  older than this program",
                 Path(*key)
             )
         }
-        Refused::MissingValue(key) => format!("`{}` is missing in what it was sent", Path(*key)),
+        Refused::MissingValue(key) => format!("`{}` is missing in the parameters sent", Path(*key)),
         Refused::Flash => "its flash failed; the parameters are in use until it is switched off, \
                            but not saved"
             .into(),
         Refused::Watchdog => {
-            "its watchdog did not take over another timeout in time; say it again".into()
+            "its watchdog did not accept the new timeout in time; repeat the command".into()
         }
         Refused::SupplyTooLow => {
-            "its 3.3 V supply is below 2.9 V, too low to erase and write its flash; what is in use \
-             stays in use, but is not saved"
+            "its 3.3 V supply is below 2.9 V, too low to write its flash; the parameters stay in \
+             use, but are not saved"
                 .into()
         }
         Refused::NoOptionBytes => {
-            "it is no microcontroller, and has no brown-out reset to turn on".into()
+            "it is not a microcontroller, so it has no brown-out reset to turn on".into()
         }
         Refused::Untouchable => {
-            "its option bytes may not be changed: the part is protected for ever (RDP level 2), or \
-             they are not those of an STM32F405"
+            "its option bytes cannot be changed: the microcontroller is permanently protected (RDP \
+             level 2), or they are not those of an STM32F405"
                 .into()
         }
     }
 }
 
-/// What has happened when a part's brown-out reset was turned on.
+/// Output after the brown-out reset was turned on.
 pub const BROWN_OUT_SET: &str = "\
-brown-out reset: on, at level 3 (2.7 V), in the part's option bytes
-it counts from the next reset on: press the reset button or switch the part off and on, and look at
-`status`, which warns as long as it is off
+brown-out reset: on, at level 3 (2.7 V), in the option bytes of the microcontroller
+it takes effect at the next reset: press the reset button or switch the device off and on, and look
+at `status`, which warns while it is off
 ";
 
-/// Names a fault by its code.
+/// Returns code and description of a fault.
 pub fn name(code: u8) -> String {
     Fault::from_code(code).map_or_else(
         || format!("fault {code}"),
@@ -119,43 +120,43 @@ pub fn name(code: u8) -> String {
 
 /// Describes a fault with its value and time, as in `fault 14 (stall: effort, but no count), effort
 /// 0.8050 V, 3.200 s after power-on`.
-pub fn told(told: &Told, sample_time: f32) -> String {
-    let value = match Fault::from_code(told.code).map(|fault| (fault.value(), fault.unit())) {
-        Some((what, unit)) if !unit.is_empty() => format!(", {what} {:.4} {unit}", told.value),
+pub fn fault(report: &Told, sample_time: f32) -> String {
+    let value = match Fault::from_code(report.code).map(|fault| (fault.value(), fault.unit())) {
+        Some((what, unit)) if !unit.is_empty() => format!(", {what} {:.4} {unit}", report.value),
         _ => String::new(),
     };
-    let when = match f64::from(told.tick) * f64::from(sample_time) {
+    let when = match f64::from(report.tick) * f64::from(sample_time) {
         0.0 => String::new(),
         time_s => format!(", {time_s:.3} s after power-on"),
     };
-    format!("{}{value}{when}", name(told.code))
+    format!("{}{value}{when}", name(report.code))
 }
 
-/// The same for a page, with its section of docs/faults.md, and with how it ends.
-pub fn fault(of: &Told, sample_time: f32) -> serde_json::Value {
-    let fault = Fault::from_code(of.code);
-    let ends = fault.map(|fault| match End::of(fault) {
-        End::Command => "command",
-        End::Parameters => "parameters",
-        End::Reset => "reset",
+/// Returns the JSON object of a fault, with its section of docs/faults.md and the way it ends.
+pub fn fault_json(report: &Told, sample_time: f32) -> serde_json::Value {
+    let known = Fault::from_code(report.code);
+    let ends = known.map(|fault| match FaultEnd::of(fault) {
+        FaultEnd::Command => "command",
+        FaultEnd::Parameters => "parameters",
+        FaultEnd::Reset => "reset",
     });
     serde_json::json!({
-        "code": of.code,
-        "said": told(of, sample_time),
-        "section": fault.map(Fault::section),
+        "code": report.code,
+        "said": fault(report, sample_time),
+        "section": known.map(Fault::section),
         "ends": ends,
     })
 }
 
-/// What ends a fault.
+/// Way in which a fault is cleared.
 #[derive(Clone, Copy)]
-enum End {
+enum FaultEnd {
     Command,
     Parameters,
     Reset,
 }
 
-impl End {
+impl FaultEnd {
     const fn of(fault: Fault) -> Self {
         match (fault.is_clearable(), fault.ends_with_parameters()) {
             (true, _) => Self::Command,
@@ -165,10 +166,11 @@ impl End {
     }
 }
 
-/// The command that clears a fault.
+/// Command that clears a fault.
 const CLEAR: &str = "`faults --clear`";
 
-/// Says what to do about a fault. `clear` is what clears one where this is read.
+/// Returns what to do about a fault, with an introduction. `clear` names the command or button that
+/// clears one.
 pub fn remedy(code: u8, clear: &str) -> String {
     match Fault::from_code(code) {
         Some(_) => format!("what to do: {}", what_to_do(code, clear)),
@@ -176,42 +178,42 @@ pub fn remedy(code: u8, clear: &str) -> String {
     }
 }
 
-/// Says the same without an introduction.
+/// Returns what to do about a fault.
 fn what_to_do(code: u8, clear: &str) -> String {
     let Some(fault) = Fault::from_code(code) else {
-        return "this program is older than the firmware, and does not know it".into();
+        return "this program is older than the firmware, and does not know this fault".into();
     };
-    let then = match End::of(fault) {
-        End::Command => format!("then {clear}"),
-        End::Parameters => "it ends with `params push FILE.toml --save`".into(),
-        End::Reset => "it ends with a reset".into(),
+    let then = match FaultEnd::of(fault) {
+        FaultEnd::Command => format!("then {clear}"),
+        FaultEnd::Parameters => "it ends with `params push FILE.toml --save`".into(),
+        FaultEnd::Reset => "it ends with a reset".into(),
     };
     format!("docs/faults.md, \"{}\"; {then}", fault.section())
 }
 
-/// Says the same to a program, which clears a fault by a command.
+/// Returns what to do about a fault, for a user of the command line.
 pub fn advice(code: u8) -> String {
     what_to_do(code, CLEAR)
 }
 
-/// Says of a motor that a fault has turned off when it can be driven again.
+/// Returns how long a fault keeps the motor off.
 fn stays_off(code: u8) -> &'static str {
-    match Fault::from_code(code).map(End::of) {
-        Some(End::Command) => "the motor is off, and stays off until the fault is cleared",
-        Some(End::Parameters) => "the motor is off, and stays off until parameters are valid",
-        Some(End::Reset) => "the motor is off, and stays off until the next reset",
+    match Fault::from_code(code).map(FaultEnd::of) {
+        Some(FaultEnd::Command) => "the motor is off, and stays off until the fault is cleared",
+        Some(FaultEnd::Parameters) => "the motor is off, and stays off until parameters are valid",
+        Some(FaultEnd::Reset) => "the motor is off, and stays off until the next reset",
         None => "the motor is off, and stays off",
     }
 }
 
-/// Writes the faults that a device remembers, the oldest first, and what to do about the one that
-/// is latched.
+/// Lists the faults that a device has stored, the oldest first, and what to do about the latched
+/// one.
 pub fn faults(remembered: &[Told], status: &Status) -> String {
     if remembered.is_empty() && status.fault.code == 0 {
         return "no fault since power-on\n".into();
     }
     let mut lines: Vec<String> =
-        remembered.iter().map(|one| told(one, status.sample_time)).collect();
+        remembered.iter().map(|one| fault(one, status.sample_time)).collect();
     if let code @ 1.. = status.fault.code {
         lines.push(format!("latched    {}", name(code)));
         lines.push(format!("           {}", stays_off(code)));
@@ -220,7 +222,7 @@ pub fn faults(remembered: &[Told], status: &Status) -> String {
     lines.join("\n") + "\n"
 }
 
-/// Names a state, as in `armed` or `faulted`.
+/// Returns the name of a state, such as `armed` or `faulted`.
 pub const fn state(state: StateCode) -> &'static str {
     match state {
         StateCode::Boot => "boot",
@@ -230,7 +232,7 @@ pub const fn state(state: StateCode) -> &'static str {
     }
 }
 
-/// Writes a status, one quantity a line.
+/// Returns a status as text, one quantity a line.
 pub fn status(status: &Status) -> String {
     let what = match status.state {
         StateCode::Boot => "it has just been switched on; the motor is off",
@@ -240,7 +242,7 @@ pub fn status(status: &Status) -> String {
     };
     let mut lines = vec![format!("state      {}: {what}", state(status.state))];
     if status.fault.code != 0 {
-        lines.push(format!("fault      {}", told(&status.fault, status.sample_time)));
+        lines.push(format!("fault      {}", fault(&status.fault, status.sample_time)));
         lines.push(format!("           {}", remedy(status.fault.code, CLEAR)));
     }
     let position = f64::from(status.position) * f64::from(status.resolution);
@@ -250,26 +252,26 @@ pub fn status(status: &Status) -> String {
         status.position
     ));
     lines.push(format!(
-        "heat       as if driven with {:.3} V for long (a model: `limits.continuous_v`)",
+        "heat       that of {:.3} V applied for long (a model: `limits.continuous_v`)",
         status.thermal_effort
     ));
     if status.wound_up {
-        let what = "warning    the law pushes a joint that does not move, and the motor gets warm:";
+        let what = "warning    the law pushes a joint that does not move; the motor heats up:";
         let then = "           if it lasts, `stop`, and see docs/faults.md";
         lines.extend([what, then].map(String::from));
     }
     if status.gave_up {
-        let what = "warning    the law has given up: something holds the joint before its target.";
+        let what = "warning    the law has given up: an obstacle holds the joint off its target.";
         let then = "           A new move tries again; see docs/faults.md";
         lines.extend([what, then].map(String::from));
     }
     if status.is_damaged {
         let what =
-            "warning    one of the two saved sets of parameters is damaged: those in use may be";
+            "warning    one of the two saved sets of parameters is damaged: those in use can be";
         let then =
-            "           older ones, and nothing starts by itself. Look at them (`params show`,";
+            "           older ones, and autostart is off. Check them (`params show`), push others";
         lines.extend(
-            [what, then, "           `params push`), then save them (`params save`)"]
+            [what, then, "           if needed (`params push`), then save them (`params save`)"]
                 .map(String::from),
         );
     }
@@ -277,14 +279,13 @@ pub fn status(status: &Status) -> String {
         let what =
             "warning    its brown-out reset is off: a dip of its supply looks like power-on,";
         let then =
-            "           and autostart waits for a command. `set-brown-out` turns it on for good";
+            "           and autostart waits for a command. `set-brown-out` turns it on permanently";
         lines.extend([what, then].map(String::from));
     }
     if status.crystal_not_measured {
         let what =
-            "warning    the frequency of its crystal could not be measured: it runs from it, and";
-        let then =
-            "           its times are right only if it is one of 8 MHz (docs/wiring.md, \"Pins\")";
+            "warning    the frequency of its crystal could not be measured. It runs from it, and";
+        let then = "           its times are right only if it has 8 MHz (docs/wiring.md, \"Pins\")";
         lines.extend([what, then].map(String::from));
     }
     if status.unsaved {
@@ -299,20 +300,21 @@ pub fn status(status: &Status) -> String {
     ));
     if status.wire != WireErrors::default() {
         lines.push(format!(
-            "           noise on its wire {} times, bytes lost in the device {} times, or more",
+            "           at least {} noise errors on its wire, {} losses of bytes in the device",
             status.wire.noise, status.wire.lost
         ));
     }
     lines.join("\n") + "\n"
 }
 
-/// Writes what a ramp of `rate` (V/s) has found.
+/// Returns the results of a ramp of `rate` (V/s) as text.
 pub fn levels(levels: &Levels, rate: f32) -> String {
     let stick = match levels.stick {
-        Some(v) => format!("stick      {v:.4} V: the effort at which the joint set out"),
-        None => "stick      not found: the joint did not move under the largest effort that the \
-                 drive lets through"
-            .into(),
+        Some(v) => format!("stick      {v:.4} V: the effort at which the joint broke away"),
+        None => {
+            "stick      not found: the joint did not move under the largest effort of the drive"
+                .into()
+        }
     };
     let slip = match (levels.slip, levels.stick) {
         (Some(v), _) => format!("slip       {v:.4} V: the effort at which it came to rest"),
@@ -352,9 +354,9 @@ mod tests {
         }
     }
 
-    /// A command that is refused is no way out.
+    /// The advice must not name a command that the device would refuse.
     #[test]
-    fn only_a_fault_that_a_command_clears_is_said_to_end_by_one() {
+    fn only_a_clearable_fault_has_the_clear_command_in_its_advice() {
         for fault in Fault::ALL {
             let code = *fault as u8;
             let end = if fault.is_clearable() {
@@ -364,19 +366,19 @@ mod tests {
             } else {
                 "until the next reset\n"
             };
-            let told = [status(&latched(code)), faults(&[latched(code).fault], &latched(code))];
-            for said in &told {
+            let texts = [status(&latched(code)), faults(&[latched(code).fault], &latched(code))];
+            for said in &texts {
                 assert!(said.contains(end), "{code}: {said}");
                 assert!(said.contains(&format!("docs/faults.md, \"{}\"", fault.section())));
             }
-            for said in told.iter().chain([&refused(&Refused::Faulted(code))]) {
+            for said in texts.iter().chain([&refused(&Refused::Faulted(code))]) {
                 assert_eq!(said.contains("--clear"), fault.is_clearable(), "{code}: {said}");
             }
         }
     }
 
     #[test]
-    fn what_to_do_stands_below_the_faults_while_one_is_latched() {
+    fn the_fault_list_ends_with_what_to_do_while_a_fault_is_latched() {
         let mut of = latched(14);
         let remembered = [Told { code: 17, tick: 100, value: 60.0 }, of.fault];
         let said = faults(&remembered, &of);
@@ -384,7 +386,7 @@ mod tests {
         assert!(lines[0].starts_with("fault 17") && lines[1].starts_with("fault 14"), "{said}");
         assert!(lines[2].starts_with("latched    fault 14") && lines[4].contains("14 Stall"));
         assert_eq!(lines.len(), 5);
-        // Nothing is to be done about faults that are over.
+        // Faults that are over need no action.
         (of.state, of.fault) = (StateCode::Stopped, Told::default());
         assert_eq!(faults(&remembered, &of).lines().collect::<Vec<_>>(), lines[..2]);
         assert_eq!(faults(&[], &of), "no fault since power-on\n");

@@ -41,7 +41,7 @@ use std::f64::consts::TAU;
 
 use stiction::ProfileLimits;
 
-use crate::data_sheet::tables::Side;
+use crate::data_sheet::tables::EncoderPlace;
 use crate::data_sheet::{DataSheet, Mapping};
 use crate::error::rounded;
 
@@ -195,7 +195,7 @@ impl Told {
         let springs = sheet.gear.stiffness_nm_per_rad.or(sheet.gear.stiffness_nm_per_deg).is_some();
         let inertia = mapping.units.per_degree(mapping.inertia);
         Self {
-            behind_a_spring: springs && sheet.encoder.at == Some(Side::Load),
+            behind_a_spring: springs && sheet.encoder.at == Some(EncoderPlace::Load),
             ..Self::new(inertia, mapping.viscous_v(), friction).with_load(load, holds)
         }
     }

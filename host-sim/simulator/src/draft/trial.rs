@@ -10,7 +10,7 @@ use toml::{Table, Value};
 use super::answers::Answers;
 use super::questions::{QUESTIONS, Question};
 use super::range;
-use crate::data_sheet::{DataSheet, Mapping, Tables, WrittenDrive};
+use crate::data_sheet::{DataSheet, Mapping, SheetTables, WrittenDrive};
 use crate::error::rounded;
 
 /// Value of a range that a joint has.
@@ -101,7 +101,7 @@ fn sheet(answers: &Answers, place: usize, pick: Pick) -> Result<DataSheet, Strin
     if answers.get("motor.driven_by").is_some_and(|by| by.value.as_str() == Some("current")) {
         tables.remove("supply");
     }
-    let tables: Tables =
+    let tables: SheetTables =
         tables.try_into().map_err(|why: toml::de::Error| why.message().to_owned())?;
     let sheet = tables.sheet().map_err(|why| why.sentence)?;
     sheet.ok_or_else(|| "the motor is missing".into())

@@ -1,4 +1,4 @@
-//! From a machine's tables to the models around the core, and to the whole loop.
+//! Builds the models of a run, and the whole loop, from the tables of a machine's file.
 
 use stiction::control::encoder::Encoder;
 use stiction::units::value::Table;
@@ -15,7 +15,7 @@ impl RunPlan {
     /// Builds the model of the joint.
     ///
     /// # Errors
-    /// Names the key, what was found and what is allowed.
+    /// Returns an error with the key, the value found and the allowed values.
     pub fn axis(&self) -> Result<RobotAxis, Error> {
         let joint = &self.machine.joint;
         let friction = &joint.friction;
@@ -37,7 +37,7 @@ impl RunPlan {
             if !(from.is_finite() && to.is_finite() && from < to) {
                 let found = format!("[{}, {}]", shown(*from), shown(*to));
                 let key = format!("joint.friction.added_during_s[{i}]");
-                return Err(self.refuse(&key, &found, "a begin and a later end, both finite"));
+                return Err(self.refuse(&key, &found, "a start and a later end, both finite"));
             }
         }
         Ok(RobotAxis {
@@ -54,7 +54,7 @@ impl RunPlan {
     /// Builds the model of the encoder's disc.
     ///
     /// # Errors
-    /// Names the key, what was found and what is allowed.
+    /// Returns an error with the key, the value found and the allowed values.
     pub fn encoder(&self) -> Result<EncoderModel, Error> {
         let written = &self.machine.encoder;
         let core = written.core(Encoder::EXAMPLE);
@@ -75,7 +75,7 @@ impl RunPlan {
     /// Builds the whole loop, ready to run.
     ///
     /// # Errors
-    /// Names the key, what was found and what is allowed.
+    /// Returns an error with the key, the value found and the allowed values.
     pub fn closed_loop(&self) -> Result<ClosedLoop, Error> {
         let machine = &self.machine;
         self.above_zero("run.step_s", machine.run.step_s)?;
@@ -91,10 +91,10 @@ impl RunPlan {
         })
     }
 
-    /// Tells how many samples the run has after its first.
+    /// Returns the number of samples after the first.
     ///
     /// # Errors
-    /// Names the duration if it is not a positive number of at most ten million samples.
+    /// Returns an error if the duration is not a positive number of at most ten million samples.
     pub fn samples(&self) -> Result<u32, Error> {
         let sample_time_s = self.machine.sampling.sample_time_s();
         let duration_s = self.duration_s();
@@ -109,7 +109,7 @@ impl RunPlan {
     /// Checks every value of the run without running it.
     ///
     /// # Errors
-    /// Names the key, what was found and what is allowed.
+    /// Returns an error with the key, the value found and the allowed values.
     pub fn validate(&self) -> Result<(), Error> {
         self.closed_loop()?;
         self.sheet_axis()?;

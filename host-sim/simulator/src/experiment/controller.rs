@@ -1,4 +1,4 @@
-//! From a controller's table to the configuration of the core: its laws, and the gains of each.
+//! Makes the configuration of the core from the table of a controller: its laws, with their gains.
 
 use heapless::Vec as FixedVec;
 use stiction::control::drive::DriveConfig;
@@ -13,19 +13,19 @@ use super::plan::RunPlan;
 use crate::error::Error;
 use crate::hardware::STM32F405;
 use crate::machine::{LawName, Laws, PD};
-use crate::written::{AllGains, Written};
+use crate::written::{AllGains, ParameterTable};
 
 impl RunPlan {
     /// Builds the control core with this run's controller; with no controller, all gains are zero.
     ///
     /// # Errors
-    /// Names the key, what was found and what is allowed.
+    /// Returns an error with the key, the value found and the allowed values.
     pub fn controller(&self) -> Result<Controller, Error> {
         let name = self.controller.as_deref().unwrap_or_default();
         let config = self.controller_config()?;
         let controller =
             Controller::new(&config, &STM32F405).map_err(|error| self.explain(&error))?;
-        // Those that none of the laws takes; what its own laws take has been checked.
+        // Gains of other laws; those of its own laws have been checked.
         let taken = |key: &str| {
             config.compensator.iter().flat_map(about_law).any(|about| about.name == key)
         };
@@ -42,16 +42,16 @@ impl RunPlan {
         Ok(controller)
     }
 
-    /// Makes the configuration of the core, on the host as on a device.
+    /// Returns the configuration of the core, the same for the host and a device.
     ///
     /// # Errors
-    /// Names the key, what was found and what is allowed.
+    /// Returns an error with the key, the value found and the allowed values.
     pub fn controller_config(&self) -> Result<ControllerConfig, Error> {
         let machine = &self.machine;
         let name = self.controller.as_deref().unwrap_or_default();
-        let none = Written::default();
+        let none = ParameterTable::default();
         let table = machine.controller.get(name).unwrap_or(&none);
-        // It may be negative, or too large for the core's type.
+        // It can be negative, or too large for the core's type.
         let window = machine.sampling.velocity_window();
         if !(2..=MAX_WINDOW as i64).contains(&window) {
             let allowed = format!("a whole number from 2 to {MAX_WINDOW}");
@@ -69,8 +69,8 @@ impl RunPlan {
         Ok(machine.sampling.core(config))
     }
 
-    /// The laws of this run's controller; none for a ramp. What is wrong with them has been told
-    /// before.
+    /// Returns the laws of this run's controller; empty for a ramp. Their errors have been reported
+    /// already.
     pub(crate) fn laws_in_use(&self) -> Vec<Gains> {
         self.controller_config()
             .map_or(vec![], |config| config.compensator.iter().copied().collect())
@@ -79,7 +79,7 @@ impl RunPlan {
     fn laws(
         &self,
         name: &str,
-        table: &Written<AllGains, Laws>,
+        table: &ParameterTable<AllGains, Laws>,
     ) -> Result<FixedVec<Gains, MAX_TERMS>, Error> {
         let key = format!("controller.{name}.laws");
         let origin = self.origin.of(&key);
@@ -87,26 +87,23 @@ impl RunPlan {
             Some(laws) => laws.clone(),
             None if name.is_empty() => vec![],
             None => vec![LawName::find(name).ok_or_else(|| {
-                let why = "a controller with a name of its own lists the laws that it adds to PD, \
-                           as in [\"srnf\"]";
+                let why = "a controller whose name is not that of a law must list its laws, as in \
+                           [\"srnf\"]";
                 Error::Input(format!("{origin}: `{key}` is missing: {why}"))
             })?],
         };
         let twice = laws.iter().enumerate().find(|(i, law)| laws[..*i].contains(law));
         if let Some((i, _)) = twice {
-            return Err(Error::Input(format!(
-                "{origin}: `{key}[{i}]` names a law for the second \
-                time"
-            )));
+            return Err(Error::Input(format!("{origin}: `{key}[{i}]` repeats a law")));
         }
         if let Some((one, other, shared)) = sharing(&laws) {
-            let why = format!("only one of them is allowed, since both take `{shared}`");
+            let why = format!("only one of them is allowed, since both use `{shared}`");
             return Err(Error::Input(format!("{origin}: `{key}` has {one} and {other}; {why}")));
         }
         if let Some(law) =
             laws.iter().find(|law| law.0.is_some_and(|law| law.replaces_pd()) && laws.len() > 1)
         {
-            let why = "it takes the place of PD, and stands alone";
+            let why = "it replaces PD, and must be the only law";
             return Err(Error::Input(format!(
                 "{origin}: `{key}` has {} and another law; {why}",
                 law.name()
@@ -122,11 +119,11 @@ impl RunPlan {
         Ok(gains)
     }
 
-    /// The law with the gains of a table, each of which has to be there unless it has a default.
+    /// Returns the law with the gains of a table. A gain without a default is required.
     fn gains(
         &self,
         name: &str,
-        table: &Written<AllGains, Laws>,
+        table: &ParameterTable<AllGains, Laws>,
         mut law: Gains,
     ) -> Result<Gains, Error> {
         let about = about_law(&law);
@@ -148,13 +145,13 @@ impl RunPlan {
     }
 }
 
-/// The declarations of a law's gains.
+/// Returns the declarations of a law's gains.
 pub fn about_law(law: &Gains) -> &'static [About] {
     let place = Gains::EXAMPLES.iter().position(|example| example.id() == law.id());
     place.and_then(|place| Gains::ABOUT.get(place)).copied().unwrap_or_default()
 }
 
-/// Two laws of a list that take the same key of a table, and that key.
+/// Returns two laws of a list that use the same key of a table, and that key.
 fn sharing(laws: &[LawName]) -> Option<(&'static str, &'static str, &'static str)> {
     let all: Vec<Gains> = laws.iter().filter_map(|law| law.0).collect();
     all.iter().enumerate().find_map(|(i, one)| {

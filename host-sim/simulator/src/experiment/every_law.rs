@@ -1,4 +1,4 @@
-//! A built-in experiment under every law of the core's list.
+//! Extends a built-in experiment to every law of the core's list.
 
 use stiction::control::laws::Gains;
 use stiction::control::pd::PdGains;
@@ -7,19 +7,19 @@ use stiction::units::value::{Absent, Table};
 use super::controller::about_law;
 use crate::document::Builtin;
 use crate::machine::{Laws, PD};
-use crate::written::{AllGains, Scalar, Written};
+use crate::written::{AllGains, FileScalar, ParameterTable};
 
-/// Every controller of a device by its name: plain PD, and each law by itself.
+/// Returns the names of all controllers of a device: plain PD, and each law alone.
 pub fn every_controller() -> Vec<String> {
     let laws = Gains::EXAMPLES.iter().filter(|law| law.on_the_device());
     [PD].into_iter().chain(laws.map(Gains::name)).map(str::to_owned).collect()
 }
 
-/// The text of an experiment, with a table for each law that it has no gains for.
+/// Returns the text of an experiment, with a table for each law that has no gains in it.
 ///
-/// A law without gains in the file has those of its declaration's example, beside PD's. So a law
-/// that is new to the core's list runs in every test and is measured, and no experiment of the
-/// thesis has to name it.
+/// These tables have the example gains of the law's declaration, and PD's. So every test runs and
+/// measures a law as soon as it is in the core's list, and no experiment of the thesis must name
+/// it.
 pub fn with_every_law(builtin: &Builtin) -> String {
     let text = builtin.toml;
     let has = |law: &str| text.contains(&format!("[controller.{law}]"));
@@ -27,18 +27,18 @@ pub fn with_every_law(builtin: &Builtin) -> String {
     [text.to_owned()].into_iter().chain(new.map(example)).collect()
 }
 
-/// The table of a law's example: what has no default.
+/// Returns the table of a law's example gains, without those that have a default.
 fn example(law: &Gains) -> String {
-    let mut table = Written::<AllGains, Laws>::default();
+    let mut table = ParameterTable::<AllGains, Laws>::default();
     table.put(PdGains::ABOUT, &PdGains::EXAMPLE);
     table.put(about_law(law).iter().filter(|about| about.absent == Absent::Needed), law);
     let keys = table.iter().filter_map(|(key, value)| {
         let value = match value {
-            Scalar::Number(number) => format!("{number:?}"),
-            Scalar::Whole(whole) => whole.to_string(),
-            Scalar::Flag(flag) => flag.to_string(),
+            FileScalar::Number(number) => format!("{number:?}"),
+            FileScalar::Whole(whole) => whole.to_string(),
+            FileScalar::Flag(flag) => flag.to_string(),
             // A choice has a default.
-            Scalar::Choice(_) => return None,
+            FileScalar::Choice(_) => return None,
         };
         Some(format!("{key} = {value}\n"))
     });

@@ -1,11 +1,11 @@
-//! Experiments: a machine's file, taken apart into runs.
+//! Experiments: splits a machine's file into runs.
 //!
 //! ```text
 //! Document -> Machine and its variants -> RunPlan: a controller, a Task -> models, Motion, Course
 //! ```
 //!
-//! A [`RunPlan`] is checked as a whole before anything is run, and answers with the models, the
-//! control core and the parameters of a board that the run needs.
+//! A [`RunPlan`] is checked completely before any run. It builds the models, the control core and
+//! the parameters of a board for its run.
 
 mod assemble;
 mod controller;

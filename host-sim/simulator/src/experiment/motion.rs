@@ -1,4 +1,4 @@
-//! From a run's task to the core's motion, and to the course that the core makes of it.
+//! Makes the core's motion, and its course, from the task of a run.
 
 use stiction::control::reference::{Corner, MAX_CORNERS};
 use stiction::units::position::Position;
@@ -9,18 +9,18 @@ use super::plan::{MAX_RAMP_SAMPLES, MAX_SAMPLES, RunPlan};
 use super::task::Task;
 use crate::error::{Error, rounded, shown};
 use crate::identification::RampTest;
-use crate::machine::{Machine, Trajectory};
+use crate::machine::{MachineFile, TrajectoryTable};
 
-/// Two positions that are this far apart still differ by less than 2^31 counts.
+/// Largest position, counts: the difference of two positions is below 2^31.
 const MAX_COUNTS: f64 = 1_073_741_823.0;
 
-/// So long after the last count a ramp is over.
+/// Time after the last count until a ramp ends, s.
 const AFTER_A_RAMP_S: f64 = 1.0;
 
 impl RunPlan {
-    /// Tells the longest time that the run can take, s.
+    /// Returns the longest time of the run, s.
     pub fn longest_s(&self) -> f64 {
-        let Machine { drive, identification, .. } = &*self.machine;
+        let MachineFile { drive, identification, .. } = &*self.machine;
         match self.task {
             Task::Ramp(rate) => {
                 let hold_s = identification.as_ref().map_or(0.0, |ramps| ramps.hold_s);
@@ -31,12 +31,12 @@ impl RunPlan {
         }
     }
 
-    /// Prepares a ramp of the effort at a rate, V/s.
+    /// Returns a ramp of the effort with a rate, V/s.
     ///
     /// # Errors
-    /// Names the rate or the hold if the ramp would take no time or too long.
+    /// Returns an error about the rate or the hold time if the ramp would be too short or too long.
     pub fn ramp(&self, rate: f64) -> Result<RampTest, Error> {
-        let Machine { sampling, drive, identification, run, .. } = &*self.machine;
+        let MachineFile { sampling, drive, identification, run, .. } = &*self.machine;
         if let Some(duration_s) = run.duration_s {
             self.above_zero("run.duration_s", duration_s)?;
         }
@@ -60,11 +60,10 @@ impl RunPlan {
         Ok(RampTest { core, rate, hold_s, sample_time_s: sampling.sample_time_s() })
     }
 
-    /// Makes the motion as a device is told it: in counts from where it is armed, in single
-    /// precision.
+    /// Returns the motion for a device: in counts from the position at arming, in single precision.
     ///
     /// # Errors
-    /// Names the key, what was found and what is allowed.
+    /// Returns an error with the key, the value found and the allowed values.
     pub fn motion(&self) -> Result<Motion, Error> {
         Ok(match &self.task {
             Task::Step(deg) => Motion::Step(self.target(*deg)?),
@@ -79,18 +78,19 @@ impl RunPlan {
         })
     }
 
-    /// Has the core prepare the motion for the loop of this run.
+    /// Returns the core's course of the motion, for the loop of this run.
     ///
     /// # Errors
-    /// Names the key, what was found and what is allowed.
+    /// Returns an error with the key, the value found and the allowed values.
     pub fn course(&self) -> Result<Course, Error> {
         let motion = self.motion()?;
-        // No task is a profiled move.
+        // A task is never a profiled move.
         let course = motion.course(&self.controller_config()?, &ProfileLimits::EXAMPLE);
         course.map_err(|error| self.explain(&error))
     }
 
-    /// Tells how long a step or a trajectory is run, s: as the file says, or else by its kind.
+    /// Returns the duration of a step or a trajectory, s: that of the file, or a default by its
+    /// kind.
     pub fn duration_s(&self) -> f64 {
         let by_default = match &self.task {
             Task::Step(_) | Task::Ramp(_) => 10.0,
@@ -101,7 +101,7 @@ impl RunPlan {
         self.machine.run.duration_s.unwrap_or(by_default)
     }
 
-    /// Where a step leads.
+    /// Returns the target of a step.
     fn target(&self, deg: f64) -> Result<Position, Error> {
         let position = self.position(&self.asked_by, deg)?;
         if deg == 0.0 {
@@ -119,7 +119,7 @@ impl RunPlan {
         Ok(position(deg / resolution))
     }
 
-    fn corners(&self, trajectory: &Trajectory) -> Result<Vec<Corner>, Error> {
+    fn corners(&self, trajectory: &TrajectoryTable) -> Result<Vec<Corner>, Error> {
         let sampling = &self.machine.sampling;
         let (times, positions) = (&trajectory.corner_times_s, &trajectory.corner_positions_deg);
         let half_blend_s = trajectory.half_blend_s;
@@ -156,7 +156,7 @@ impl RunPlan {
         let mut before_s = -half_blend_s;
         for (i, (time_s, deg)) in times.iter().zip(positions).enumerate() {
             let earliest_s = before_s + 2.0 * half_blend_s;
-            // Sums of decimals differ in the last digit from the decimal that was written.
+            // Sums of decimals can differ from the written decimal in the last digit.
             let in_order = (earliest_s * (1.0 - 1e-9)..=latest_s).contains(time_s);
             self.check(&format!("{times_key}[{i}]"), *time_s, in_order, || {
                 let why =

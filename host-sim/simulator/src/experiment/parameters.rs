@@ -1,5 +1,4 @@
-//! What a controller board is told for a run: its parameters, validated as the board will do it,
-//! and the record of them for its flash.
+//! Parameters of a board for a run, validated as on the board, and their record for its flash.
 
 use stiction::motion::jog::JogBounds;
 use stiction::parameters::{DeviceConfig, ROOM};
@@ -10,57 +9,56 @@ use crate::error::Error;
 use crate::flash::SECTOR;
 use crate::hardware::STM32F405;
 
-/// Makes everything that a board needs for this run, validated as the board will do it.
+/// Returns the parameters of a board for this run, validated as on the board.
 ///
 /// # Errors
-/// Names the key, what was found and what is allowed.
+/// Returns an error with the key, the value found and the allowed values.
 pub fn parameters(plan: &RunPlan) -> Result<Parameters, Error> {
     let parameters = assembled(plan)?;
     validate(&parameters, plan)?;
     Ok(parameters)
 }
 
-/// Makes everything that a device is told for this run, as [`parameters()`] does.
+/// Returns the parameters of a device for this run, as [`parameters()`] does.
 ///
 /// # Errors
-/// As [`parameters()`]; and names a law that is in no device's image.
+/// As [`parameters()`]; also if a law is in no device's image.
 pub fn for_a_device(plan: &RunPlan) -> Result<Parameters, Error> {
     check_laws(plan)?;
     parameters(plan)
 }
 
-/// Refuses a run with a law that is in no device's image.
+/// Checks that the laws of a run are in a device's image.
 ///
 /// # Errors
-/// Names the controller and its law.
+/// Returns an error with the controller and its law.
 pub fn check_laws(plan: &RunPlan) -> Result<(), Error> {
     let on_the_host = plan.laws_in_use().into_iter().find(|law| !law.on_the_device());
     on_the_host.map_or(Ok(()), |law| {
         let controller = plan.controller.as_deref().unwrap_or_default();
         Err(Error::Input(format!(
-            "{}: the controller {controller} cannot go to a device: its law {} lives on the host, \
-             to be compared with, and is in no image",
+            "{}: the controller {controller} cannot run on a device: its law {} is in no image, \
+             since it is for comparison on the host only",
             plan.origin,
             law.name()
         )))
     })
 }
 
-/// Validates parameters as a board will do it.
+/// Validates parameters as on a board.
 ///
 /// # Errors
-/// Names the key, what was found and what is allowed.
+/// Returns an error with the key, the value found and the allowed values.
 pub fn validate(parameters: &Parameters, plan: &RunPlan) -> Result<(), Error> {
     parameters.prepare(&STM32F405).map(|_| ()).map_err(|error| plan.explain(&error))
 }
 
-/// Makes everything that a board needs for this run, as it is written; only the loop and its motion
-/// are validated.
+/// Returns the parameters of a board for this run; only the loop and its motion are validated.
 ///
 /// # Errors
-/// Names the key, what was found and what is allowed.
+/// Returns an error with the key, the value found and the allowed values.
 pub fn assembled(plan: &RunPlan) -> Result<Parameters, Error> {
-    // The loop as it is simulated.
+    // The loop of the simulation.
     plan.closed_loop()?;
     let motion = plan.motion()?;
     let device = plan.machine.device.core(DeviceConfig::CAUTIOUS);
@@ -68,7 +66,7 @@ pub fn assembled(plan: &RunPlan) -> Result<Parameters, Error> {
     let breakaway = breakaway(plan)?;
     let derived = Limits::derived(&controller, &device, breakaway);
     let gain = plan.machine.joint.gain_deg_per_s2_per_v as f32;
-    // Twice what the file says of the joint: a margin for how well it is known.
+    // Twice the value of the file: a margin for the uncertainty of the joint.
     let stop_gain = if gain > 0.0 { 2.0 * gain } else { derived.stop_gain };
     let limits = plan.machine.limits.core(Limits { stop_gain, ..derived });
     let profile =
@@ -77,11 +75,11 @@ pub fn assembled(plan: &RunPlan) -> Result<Parameters, Error> {
     Ok(Parameters { controller, motion, device, limits, profile, jog })
 }
 
-/// Returns the effort that starts the joint, V: what the file says of it among the limits, or else
-/// the largest effort under which the joint of the file can rest
+/// Returns the effort that starts the joint, V: `limits.breakaway_v` of the file, or else the
+/// largest effort under which the joint of the file can rest
 /// ([`DataSheet::resting_torque`](crate::data_sheet::DataSheet::resting_torque)).
 fn breakaway(plan: &RunPlan) -> Result<f32, Error> {
-    // Zero stands for what the file does not say; a limit that it turns off says nothing either.
+    // Zero if the file does not set the limit, or turns it off.
     let Limits { breakaway_effort, stall_effort, .. } = plan.machine.limits.core(Limits::OFF);
     let said = [breakaway_effort, 0.5 * stall_effort].into_iter().find(|effort| *effort > 0.0);
     if let Some(effort) = said {
@@ -95,11 +93,10 @@ fn breakaway(plan: &RunPlan) -> Result<f32, Error> {
     Ok((rests_v + friction.added_v.max(0.0)) as f32)
 }
 
-/// Makes both parameter sectors, each with the same record at its begin.
+/// Returns the content of both parameter sectors, each with the same record at its start.
 ///
-/// What a board has saved since carries a sequence number that nobody here knows, and would win
-/// against a record that is written to one sector alone. Written over both, this is all that there
-/// is, and the next save follows it.
+/// A board can have saved a record with a higher sequence number, which would override a record in
+/// one sector. So both sectors are overwritten.
 ///
 /// # Errors
 /// As [`parameters()`].
@@ -111,7 +108,7 @@ pub fn sectors(plan: &RunPlan) -> Result<Vec<u8>, Error> {
     Ok(bytes)
 }
 
-/// Makes the record for a parameter sector, the first of its kind.
+/// Returns the record for a parameter sector, with the first sequence number.
 ///
 /// # Errors
 /// As [`parameters()`].
@@ -119,7 +116,9 @@ pub fn record(plan: &RunPlan) -> Result<Vec<u8>, Error> {
     let mut room = [0; ROOM];
     let parameters = for_a_device(plan)?;
     let record = parameters.encode(1, &mut room).map(<[u8]>::to_vec);
-    record.ok_or_else(|| Error::Input(format!("{}: does not fit {ROOM} bytes", plan.origin)))
+    record.ok_or_else(|| {
+        Error::Input(format!("{}: the parameters do not fit in {ROOM} bytes", plan.origin))
+    })
 }
 
 #[cfg(test)]
@@ -170,8 +169,8 @@ mod tests {
         assert!(parameters(&plan).is_ok() && plan.closed_loop().is_ok());
         for refused in [for_a_device(&plan).err(), record(&plan).err(), sectors(&plan).err()] {
             let message = refused.unwrap().to_string();
-            let expected = "mine.toml: the controller mine cannot go to a device: its law pid lives \
-                on the host, to be compared with, and is in no image";
+            let expected = "mine.toml: the controller mine cannot run on a device: its law pid is \
+                in no image, since it is for comparison on the host only";
             assert_eq!(message, expected);
         }
     }

@@ -1,4 +1,4 @@
-//! From a document to its runs.
+//! Plans the runs of a document.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -10,70 +10,71 @@ use crate::data_sheet::{OF_A_SHEET, UnseenSlack};
 use crate::document::{Document, Origin, within};
 use crate::error::{Error, rounded, shown, suggestion};
 use crate::joint::Substitute;
-use crate::machine::{Machine, Solver, Variant};
+use crate::machine::{AxisSolverName, MachineFile, Variant};
 
-/// The samples of all runs are held in memory at once: these are a gigabyte.
+/// Largest number of samples of all runs together: a gigabyte of memory.
 pub(super) const MAX_SAMPLES: f64 = 1e7;
 
-/// Ramps have smaller samples, and end long before the time that they are counted with.
+/// Largest number of samples of all ramps together. They are smaller, and ramps end much earlier
+/// than their longest time.
 pub(super) const MAX_RAMP_SAMPLES: f64 = 1e8;
 
-/// Steps of `rk4`, all runs together: some minutes.
+/// Largest number of steps of `rk4` in all runs together: some minutes.
 const MAX_STEPS: f64 = 1e10;
 
-/// The runs that a machine's file asks for.
+/// The runs of a machine's file.
 #[derive(Clone, Debug)]
 pub struct Experiment {
-    /// The name of a built-in experiment, or the path of a file.
+    /// Name of a built-in experiment, or path of a file.
     pub name: String,
-    /// The table or section of the thesis that it comes from.
+    /// Table or section of the thesis.
     pub source: String,
-    /// The runs, in the order of the file.
+    /// Runs, in the order of the file.
     pub runs: Vec<RunPlan>,
-    /// What of the file was left out, a sentence each.
+    /// Sentences about parts of the file that were left out.
     pub left_out: Vec<String>,
-    /// Slack of the gear that the encoder cannot measure; none without a data sheet.
+    /// Slack of the gear that the encoder cannot measure; `None` without a data sheet.
     pub unseen_slack: Option<UnseenSlack>,
 }
 
-/// One run: a machine, a controller of it, and what the joint is to do.
+/// One run: a machine, one of its controllers, and a task.
 #[derive(Clone, Debug)]
 pub struct RunPlan {
-    /// The name of the run in all output, such as `srnf/step-5.0/test-2`.
+    /// Name of the run in all output, such as `srnf/step-5.0/test-2`.
     pub label: String,
-    /// The file and what was set by hand, for messages.
+    /// File and assignments, for messages.
     pub origin: Origin,
-    /// The key that asks for it, for messages: `reference.steps_deg[0]`.
+    /// Key of the task, for messages: `reference.steps_deg[0]`.
     pub asked_by: String,
-    /// The machine, with the variant's keys set.
-    pub machine: Arc<Machine>,
-    /// The name of the controller; a ramp has none.
+    /// Machine, with the keys of the variant.
+    pub machine: Arc<MachineFile>,
+    /// Name of the controller; `None` for a ramp.
     pub controller: Option<String>,
-    /// What the joint is to do.
+    /// Task of the joint.
     pub task: Task,
-    /// The slug of the variant; empty for the runs as they stand.
+    /// Slug of the variant; empty for a run without variant.
     pub variant: String,
-    /// A joint in place of the one that the file describes.
+    /// Joint that replaces that of the file.
     pub substitute: Option<Substitute>,
-    /// The run of another file, whose plant a simulated device has instead of this one's
+    /// Run of another file, whose plant replaces this one's in a simulated device
     /// ([`with_truth`](Self::with_truth)).
     pub truth: Option<Box<Self>>,
 }
 
 impl RunPlan {
-    /// What sets this run apart from another of the same controller and task: its variant, a sample
-    /// of delay.
+    /// Returns the slugs that distinguish this run from others of the same controller and task: its
+    /// variant, and a sample of delay.
     pub fn slugs(&self) -> Vec<&str> {
         slugs(&self.variant, &self.machine, self.controller.is_some())
     }
 
-    /// Whether this is a controller's run of the experiment as it is: no variant, no delay.
+    /// Returns whether this run has a controller, but neither variant nor delay.
     pub fn is_plain(&self) -> bool {
         self.slugs().is_empty() && self.controller.is_some()
     }
 }
 
-fn slugs<'a>(variant: &'a str, machine: &Machine, sampled: bool) -> Vec<&'a str> {
+fn slugs<'a>(variant: &'a str, machine: &MachineFile, sampled: bool) -> Vec<&'a str> {
     let delayed = sampled && machine.run.delay_samples == 1;
     [variant, if delayed { "delay-1" } else { "" }]
         .into_iter()
@@ -82,15 +83,14 @@ fn slugs<'a>(variant: &'a str, machine: &Machine, sampled: bool) -> Vec<&'a str>
 }
 
 impl Experiment {
-    /// Plans all runs of a document, for the controllers that are `wanted` or else those that the
-    /// document names.
+    /// Plans all runs of a document, for the `wanted` controllers, or else those of the document.
     ///
-    /// `fixed` are keys that the user has set by hand: a variant that sets one of them otherwise is
+    /// `fixed` are keys that the user has set: a variant that sets one of them to another value is
     /// left out.
     ///
     /// # Errors
-    /// Names a controller that does not exist, a value that is not allowed in any of the runs, or a
-    /// document without anything to run.
+    /// Returns an error about an unknown controller, an invalid value in any of the runs, or a
+    /// document without runs.
     pub fn plan(document: &Document, wanted: &[String], fixed: &[String]) -> Result<Self, Error> {
         let machine = document.machine()?;
         let wanted: Vec<&str> = wanted.iter().map(|name| name.trim()).collect();
@@ -117,9 +117,9 @@ impl Experiment {
             run.validate()?;
         }
         if let Some(label) = doubled(&runs) {
-            let why = "give each step, trajectory and variant its own size, speed or slug";
+            let why = "steps, trajectories and variants need different sizes, speeds and slugs";
             return Err(Error::Input(format!(
-                "{}: two runs would be called `{label}`; {why}",
+                "{}: two runs have the name `{label}`; {why}",
                 document.origin.of("reference")
             )));
         }
@@ -128,11 +128,11 @@ impl Experiment {
         Ok(Self { name, source: machine.source, runs, left_out, unseen_slack })
     }
 
-    /// Plans the runs of a document's controllers on the joint as the file describes it: those of
-    /// a variant may have another joint, and set what was drawn or set before.
+    /// Plans the runs of a document without its variants. A variant can have another joint, and
+    /// override drawn or assigned values.
     ///
     /// # Errors
-    /// As [`plan`](Self::plan); and names the variants if there is no other run.
+    /// As [`plan`](Self::plan); also if the document has variants only.
     pub fn without_variants(document: &Document, wanted: &[String]) -> Result<Vec<RunPlan>, Error> {
         let all = Self::plan(document, wanted, &[])?.runs;
         let (runs, others): (Vec<RunPlan>, Vec<RunPlan>) =
@@ -146,33 +146,33 @@ impl Experiment {
         let origin = &document.origin;
         Err(Error::Input(if slugs.is_empty() {
             format!(
-                "{origin}: no controller positions anything: `reference.steps_deg` and \
-                 `reference.trajectories` are empty"
+                "{origin}: there is no motion: `reference.steps_deg` and `reference.trajectories` \
+                 are empty"
             )
         } else {
             format!(
-                "{origin}: it has nothing but variants (`{}`), and what is looked at here is the \
-                 file as it stands; add a `[[variant]]` with `slug = \"\"`, or take them out",
+                "{origin}: the file has variants only (`{}`), but this command needs a run without \
+                 variant; add a `[[variant]]` with `slug = \"\"`, or remove the variants",
                 slugs.join("`, `")
             )
         }))
     }
 
-    /// The run by which a device is set up: the first of the file as it stands, or, of a file that
-    /// has nothing but variants, the first of all. None of a plan without runs, which
-    /// [`plan`](Self::plan) refuses.
+    /// Returns the run that configures a device: the first without variant, or else the first.
+    /// `None` without runs, which [`plan`](Self::plan) refuses.
     pub fn into_first(mut self) -> Option<RunPlan> {
         let plain = self.runs.iter().position(|run| run.variant.is_empty()).unwrap_or(0);
         (plain < self.runs.len()).then(|| self.runs.swap_remove(plain))
     }
 }
 
-/// Leaves out the variants of the file that it was copied from: those that set a controller which
-/// is gone, or what a data sheet gives. A key that nobody knows is a slip of the hand, and refused.
+/// Removes variants that no longer fit the document, for example after copying a file: those of a
+/// missing controller, and those of a key that is derived from a data sheet. Any other unknown key
+/// is an error.
 fn without_stale_variants(
     document: &Document,
-    mut machine: Machine,
-) -> Result<(Machine, Vec<String>), Error> {
+    mut machine: MachineFile,
+) -> Result<(MachineFile, Vec<String>), Error> {
     let of_a_sheet = document.data_sheet()?.is_some();
     let mut left_out = Vec::new();
     let mut number = 0;
@@ -183,10 +183,10 @@ fn without_stale_variants(
                 ["controller", name, ..]
                     if document.get(&format!("controller.{name}")).is_none() =>
                 {
-                    Some(format!("`{key}`, and there is no `[controller.{name}]`"))
+                    Some(format!("`{key}`, but there is no `[controller.{name}]`"))
                 }
                 _ if of_a_sheet && OF_A_SHEET.contains(&key.as_str()) => {
-                    Some(format!("`{key}`, which the data sheet gives"))
+                    Some(format!("`{key}`, which is derived from the data sheet"))
                 }
                 _ => None,
             });
@@ -198,10 +198,10 @@ fn without_stale_variants(
     Ok((machine, left_out))
 }
 
-/// The variants that do not contradict what was set by hand, and their names for messages.
+/// Returns the variants that do not contradict the assignments, and their names for messages.
 fn variants(
     document: &Document,
-    machine: &Machine,
+    machine: &MachineFile,
     fixed: &[String],
 ) -> Result<Vec<(String, Variant)>, Error> {
     if machine.variant.is_empty() {
@@ -227,14 +227,14 @@ fn variants(
     match machine.variant.iter().find_map(contradicted) {
         Some(key) if kept.is_empty() => {
             let origin = document.origin.of(key);
-            let why = "every variant of this experiment sets it otherwise";
-            Err(Error::Input(format!("{origin}: `{key}` cannot be set by hand, because {why}")))
+            let why = "every variant of this experiment sets it to another value";
+            Err(Error::Input(format!("{origin}: `{key}` cannot be set, since {why}")))
         }
         _ => Ok(kept),
     }
 }
 
-/// Whether two values are the same for a machine, which takes 5 for 5.0.
+/// Returns whether two values are equal in a machine's file, where 5 equals 5.0.
 fn same(a: &Value, b: &Value) -> bool {
     let number = |value: &Value| value.as_float().or(value.as_integer().map(|whole| whole as f64));
     match (a, b) {
@@ -246,7 +246,7 @@ fn same(a: &Value, b: &Value) -> bool {
 }
 
 fn runs_of(
-    machine: Machine,
+    machine: MachineFile,
     origin: &Origin,
     slug: &str,
     wanted: &[&str],
@@ -299,9 +299,9 @@ fn runs_of(
     Ok(runs)
 }
 
-/// The names of the controllers to run, each of which has a table.
+/// Returns the names of the controllers to run, and checks that each has a table.
 fn controllers<'a>(
-    machine: &'a Machine,
+    machine: &'a MachineFile,
     origin: &Origin,
     wanted: &[&'a str],
 ) -> Result<Vec<&'a str>, Error> {
@@ -324,7 +324,7 @@ fn controllers<'a>(
                      `[controller.{name}]`{near}"
                 )
             }
-            (false, true) => format!("--controller {}: `{name}` is there twice", wanted.join(",")),
+            (false, true) => format!("--controller {}: `{name}` is listed twice", wanted.join(",")),
             (false, false) => {
                 format!(
                     "--controller {}: there is no controller `{name}` in {origin}{near}",
@@ -341,9 +341,9 @@ fn doubled(runs: &[RunPlan]) -> Option<&str> {
     runs.iter().map(|run| run.label.as_str()).find(|label| !labels.insert(*label))
 }
 
-/// Refuses what would fill the memory or take for ever.
+/// Refuses runs that would need too much memory or time.
 fn affordable(origin: &Origin, runs: &[RunPlan]) -> Result<(), Error> {
-    // The limits that are named are rounded, and a hair within the true ones.
+    // The limits in messages are rounded to lie within the true ones.
     const WITHIN: f64 = 0.999;
     let samples = |run: &RunPlan| run.longest_s() / run.machine.sampling.sample_time_s();
     let (ramps, loops): (Vec<&RunPlan>, Vec<&RunPlan>) =
@@ -371,7 +371,7 @@ fn affordable(origin: &Origin, runs: &[RunPlan]) -> Result<(), Error> {
             rounded(total),
         )));
     }
-    let by_steps = || runs.iter().filter(|run| run.machine.run.solver == Solver::Rk4);
+    let by_steps = || runs.iter().filter(|run| run.machine.run.solver == AxisSolverName::Rk4);
     let steps = |run: &RunPlan| {
         let sampling = run.machine.sampling.sample_time_s();
         samples(run) * (sampling / run.machine.run.step_s).ceil().max(1.0)

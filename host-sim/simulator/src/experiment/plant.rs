@@ -1,21 +1,22 @@
-//! The joint of a run, and its plant for a device that lives longer than the run: it may be put
-//! somewhere by hand, which Runge-Kutta's axis may not.
+//! Joint and plant of a run, for a device that runs longer than the run. Its joint can be moved by
+//! hand, unlike the Runge-Kutta axis.
 
 use super::plan::RunPlan;
 use crate::data_sheet::{
-    DataSheet, Mapping, Mount, Refusal, SheetAxis, Tables, Times, UnseenSlack, WrittenDrive,
+    DataSheet, Mapping, Mount, SheetAxis, SheetFactors, SheetRefusal, SheetTables, UnseenSlack,
+    WrittenDrive,
 };
 use crate::error::Error;
 use crate::joint::{RunJoint, Substitute};
-use crate::machine::Solver;
+use crate::machine::AxisSolverName;
 use crate::plant::{Delay, Plant};
 
 impl RunPlan {
-    /// Returns the joint of this run, or that of its [truth](Self::truth), with its amplifier and its
+    /// Returns the joint of this run, or that of its [truth](Self::truth), with amplifier and
     /// encoder, at rest at zero.
     ///
     /// # Errors
-    /// Returns an error that names the invalid value, or what of a data sheet only a run simulates.
+    /// Returns an error that names the invalid value, or an effect that only a run simulates.
     pub fn plant(&self) -> Result<Plant<RunJoint>, Error> {
         if let Some(truth) = &self.truth {
             return truth.plant();
@@ -27,17 +28,21 @@ impl RunPlan {
         Ok(Plant::new(solver, axis, encoder, scale, self.delay()))
     }
 
-    /// Returns the joint of this run, at rest: the axis of the file, what its data sheet describes, or
-    /// what takes its place.
+    /// Returns the joint of this run, at rest: the axis of the file, the joint of its data sheet,
+    /// or the joint that replaces it.
     ///
     /// # Errors
-    /// Returns an error that names the invalid value, or what of a data sheet only a run simulates.
+    /// Returns an error that names the invalid value, or an effect that only a run simulates.
     pub fn joint(&self) -> Result<RunJoint, Error> {
         let sample_time_s = self.machine.sampling.sample_time_s();
         let of_the_file = match self.sheet()? {
             Some((sheet, mapping)) if self.substitute.is_none() => {
                 self.has_a_plain_drive(&sheet)?;
-                sheet.substitute(&mapping, self.machine.encoder.resolution_deg(), &Times::ONE)
+                sheet.substitute(
+                    &mapping,
+                    self.machine.encoder.resolution_deg(),
+                    &SheetFactors::ONE,
+                )
             }
             _ => None,
         };
@@ -45,34 +50,33 @@ impl RunPlan {
         Ok(RunJoint::at_rest(&self.axis()?, sample_time_s, substitute)?)
     }
 
-    /// Gives what the data sheet describes beyond an axis in closed form, without what only a run
-    /// simulates of its drive and its encoder. Of its inertia and its friction it has so many times
-    /// as much as the sheet says.
+    /// Returns the joint of the data sheet if it has more effects than an axis in closed form,
+    /// without those of drive and encoder that only a run simulates. `times` scales inertia and
+    /// friction.
     ///
     /// # Errors
     /// Returns an error that names the invalid value.
-    pub fn beyond_an_axis(&self, times: &Times) -> Result<Option<Substitute>, Error> {
+    pub fn beyond_an_axis(&self, times: &SheetFactors) -> Result<Option<Substitute>, Error> {
         let count_deg = self.machine.encoder.resolution_deg();
         let sheet = self.sheet()?;
         Ok(sheet.and_then(|(sheet, mapping)| sheet.substitute(&mapping, count_deg, times)))
     }
 
-    /// Returns the slack of the gear that the encoder of this run's data sheet cannot measure; none
-    /// without a data sheet.
+    /// Returns the slack of the gear that the encoder cannot measure; `None` without a data sheet.
     ///
     /// # Errors
-    /// Names a value that is not allowed.
+    /// Returns an error that names the invalid value.
     pub fn unseen_slack(&self) -> Result<Option<UnseenSlack>, Error> {
         let count_deg = self.machine.encoder.resolution_deg();
         Ok(self.sheet()?.and_then(|(sheet, _)| UnseenSlack::of(&sheet, count_deg)))
     }
 
-    /// Gives the data sheet of this run's machine, and its mapping to the core's units.
+    /// Returns the data sheet of this run's machine, and its mapping to the core's units.
     pub(super) fn sheet(&self) -> Result<Option<(DataSheet, Mapping)>, Error> {
         let machine = &*self.machine;
         let disc = &machine.encoder.extras;
         let encoder = Mount { lines: disc.lines, at: disc.at, noise_counts: disc.noise_counts };
-        let tables = Tables {
+        let tables = SheetTables {
             motor: machine.motor.clone(),
             gear: machine.gear.clone(),
             load: machine.load.clone(),
@@ -80,7 +84,7 @@ impl RunPlan {
             supply: machine.supply.clone(),
             encoder,
         };
-        let refused = |why: Refusal| Error::Input(self.origin.refusal(&why));
+        let refused = |why: SheetRefusal| Error::Input(self.origin.refusal(&why));
         let Some(sheet) = tables.sheet().map_err(refused)? else { return Ok(None) };
         let drive = WrittenDrive {
             full_scale_v: Some(machine.drive.full_scale_v()),
@@ -89,8 +93,8 @@ impl RunPlan {
         Ok(Mapping::of(&sheet, drive).map(|mapping| (sheet, mapping)))
     }
 
-    /// Gives the joint and the drive of a data sheet that asks for more than the axis in closed
-    /// form has.
+    /// Returns joint and drive of the data sheet if it has more effects than the axis in closed
+    /// form.
     ///
     /// # Errors
     /// Returns an error that names the invalid value, or a solver that has no such joint.
@@ -103,8 +107,8 @@ impl RunPlan {
         let pwm_hz = drive.number("pwm_hz").unwrap_or_default();
         let count_deg = self.machine.encoder.resolution_deg();
         let axis = SheetAxis::of(&sheet, &mapping, [count_deg, pwm_hz])?;
-        if axis.is_some() && self.machine.run.solver == Solver::Rk4 {
-            let allowed = "\"exact\", since the data sheet asks for more than a rigid axis";
+        if axis.is_some() && self.machine.run.solver == AxisSolverName::Rk4 {
+            let allowed = "\"exact\", since the data sheet describes more than a rigid axis";
             return Err(self.refuse("run.solver", "\"rk4\"", allowed));
         }
         Ok(axis)
@@ -114,13 +118,13 @@ impl RunPlan {
     fn has_a_plain_drive(&self, sheet: &DataSheet) -> Result<(), Error> {
         let Some(key) = sheet.has_a_drive_of_its_own() else { return Ok(()) };
         Err(Error::Input(format!(
-            "{}: `{key}` asks for what only `stiction run` and `benchmark` simulate; a simulated \
-             device has an ideal drive and readings without noise",
+            "{}: `{key}` is simulated by `stiction run` and `benchmark` only; a simulated device \
+             has an ideal drive and readings without noise",
             self.origin.of(key)
         )))
     }
 
-    /// Returns how late the output is.
+    /// Returns the computation delay.
     pub(super) fn delay(&self) -> Delay {
         match self.machine.run.delay_samples {
             0 => Delay::None,

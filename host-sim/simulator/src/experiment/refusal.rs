@@ -1,4 +1,4 @@
-//! How a value that is not allowed is refused: by its key, as it was written.
+//! Errors about invalid values, with the key and the value of the file.
 
 use stiction::parameters;
 use stiction::parameters::names::{Bounds, Named};
@@ -25,8 +25,8 @@ const DERIVED_FROM: [&str; 11] = [
 ];
 
 impl RunPlan {
-    /// An error of the core with the value as it was written. The value's declaration says in which
-    /// table it is.
+    /// Converts an error of the core to one with the key and the value of the file. The declaration
+    /// of the value has its table.
     pub fn explain(&self, error: &stiction::Error) -> Error {
         let Some(about) = parameters::about(error.key) else {
             return Error::Input(Named(*error).to_string());
@@ -53,7 +53,7 @@ impl RunPlan {
         self.refuse(&path, &found, &Bounds(error.allowed).to_string())
     }
 
-    /// A value of the machine by its key.
+    /// Returns a value of the machine by its key.
     fn value_at(&self, path: &[&str]) -> Option<Value> {
         let machine = Value::try_from(&*self.machine).ok()?;
         path.iter().try_fold(machine, |value, key| value.get(key).cloned())
@@ -82,7 +82,7 @@ impl RunPlan {
     }
 
     pub(super) fn refuse(&self, key: &str, found: &str, allowed: &str) -> Error {
-        // A person may take infinity for a number.
+        // Infinity counts as a number in TOML.
         let finite = if found.ends_with("inf") {
             allowed.replacen("a number", "a finite number", 1)
         } else {

@@ -1,25 +1,25 @@
-//! What a joint is to do in one run, in a person's units.
+//! Task of a joint in one run, in the units of the file.
 //!
 //! ```text
 //! [reference], [identification] -> Task -> stiction::Motion -> stiction::Course
-//! what a file asks, all runs       one     in counts, f32      what a tick follows
+//! of all runs of a file           of one   in counts, f32      evaluated in each tick
 //! ```
 
-use crate::machine::Trajectory;
+use crate::machine::TrajectoryTable;
 
-/// What a joint is to do in one run: the set points of a closed loop, or the effort of an open one.
+/// Task of a joint in one run: set points of a closed loop, or the effort of an open one.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Task {
-    /// A jump by so many degrees.
+    /// Step of the set point, deg.
     Step(f64),
-    /// A motion through corners.
-    Trajectory(Trajectory),
-    /// An effort that rises until the joint moves and falls until it rests, V/s.
+    /// Motion through corners.
+    Trajectory(TrajectoryTable),
+    /// Ramp of the effort, V/s: it rises until the joint moves, and falls until it rests.
     Ramp(f64),
 }
 
 impl Task {
-    /// `step-5.0`, `trajectory-2.5` (its speed in deg/s), `rate-0.001`.
+    /// Returns the slug: `step-5.0`, `trajectory-2.5` (its speed in deg/s), `rate-0.001`.
     pub fn slug(&self) -> String {
         match self {
             Self::Step(step) => format!("step-{}", short(*step)),
@@ -28,7 +28,7 @@ impl Task {
         }
     }
 
-    /// How far a step or a trajectory leads away from where the joint starts (zero), deg.
+    /// Returns the largest distance of a step or a trajectory from its start (zero), deg.
     pub fn span_deg(&self) -> f64 {
         match self {
             Self::Step(step) => step.abs(),
@@ -41,8 +41,7 @@ impl Task {
     }
 }
 
-/// At least one digit behind the point, at most three; what would vanish like that is written with
-/// its exponent.
+/// Formats a number with one to three decimals, or with an exponent if they would all be zero.
 fn short(number: f64) -> String {
     if number != 0.0 && number.abs() < 5e-4 {
         return format!("{number:e}");

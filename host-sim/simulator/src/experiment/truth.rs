@@ -1,8 +1,8 @@
-//! The true joint of a simulated device, where it is another than the one that the commands believe.
+//! The true joint of a simulated device, if it differs from that of the machine's file.
 //!
-//! A device knows its encoder, its drive and its sample time for certain: files that contradict each
-//! other there describe two devices, and are refused. Motor, gear, load, friction, and the volts of a
-//! code are the plant's alone, and may be anything.
+//! Both files must agree in encoder, drive and sample time, which are properties of the device;
+//! otherwise they are refused. Motor, gear, load, friction, and the voltage of a code belong to the
+//! plant and can differ.
 
 use stiction::control::encoder::{CounterBits, Encoder};
 use stiction::units::value::Table as _;
@@ -10,8 +10,8 @@ use stiction::units::value::Table as _;
 use super::plan::RunPlan;
 use crate::error::{Error, rounded};
 
-/// Two figures of a device are the same if they differ by less than this part: a file that was pulled
-/// from a device has them in single precision, and the volts of a code have five digits.
+/// Relative difference up to which two values of a device are equal: a file pulled from a device is
+/// in single precision, and the voltage of a code has five digits.
 const SAME: f64 = 1e-4;
 
 impl RunPlan {
@@ -19,14 +19,14 @@ impl RunPlan {
     /// plan.
     ///
     /// # Errors
-    /// Names a figure of the device that is another in `truth`.
+    /// Returns an error with the value of the device that differs in `truth`.
     pub fn with_truth(self, truth: Self) -> Result<Self, Error> {
         let own = self.of_the_device();
         for ((what, key, found), (.., believed)) in truth.of_the_device().into_iter().zip(own) {
             if (found - believed).abs() > SAME * believed.abs() {
                 return Err(Error::Input(format!(
-                    "--truth {}: {what} ({key}) is {}, and {} in {}; a device has one of them, so \
-                     both files need the same",
+                    "--truth {}: {what} ({key}) is {}, but {} in {}; it belongs to the device and \
+                     must be the same in both files",
                     truth.origin,
                     rounded(found),
                     rounded(believed),
@@ -37,7 +37,7 @@ impl RunPlan {
         Ok(Self { truth: Some(Box::new(truth)), ..self })
     }
 
-    /// Returns the figures that a device knows for certain, with their keys.
+    /// Returns the values that belong to the device, with their keys.
     fn of_the_device(&self) -> [(&'static str, &'static str, f64); 4] {
         let machine = &*self.machine;
         let (encoder, drive) = (&machine.encoder, &machine.drive);

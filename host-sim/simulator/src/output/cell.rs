@@ -1,16 +1,16 @@
-//! A cell of a CSV file: tables whose columns are known at run time only.
+//! Cell of a CSV file whose columns are known at run time only.
 
 use stiction::control::signal::Form;
 
-/// The content of one cell.
+/// Content of one cell.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 #[serde(untagged)]
 pub enum Cell {
-    /// The cell is empty.
+    /// Empty.
     None,
     /// A number.
     Double(f64),
-    /// A number in single precision, with no more digits than it has.
+    /// A number in single precision, with its shortest decimals.
     Single(f32),
     /// A whole number.
     Whole(i64),
@@ -21,7 +21,7 @@ pub enum Cell {
 }
 
 impl Cell {
-    /// Makes the cell of a signal from its 32 bits, with no more digits than a number has.
+    /// Creates the cell of a signal from its 32 bits; a number has its shortest decimals.
     pub fn of(form: Form, bits: u32) -> Self {
         match form {
             Form::Number => Self::Single(f32::from_bits(bits)),

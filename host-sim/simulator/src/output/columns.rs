@@ -1,15 +1,14 @@
-//! The columns of a time series, in the CSV of a run and in the log of a device.
+//! Columns of a time series, in the CSV of a run and in the log of a device.
 //!
-//! Those that every script may rely on come first, in the order of [`LEADING`]. Of a run, every
-//! other signal of the core's list follows, so a signal that is added there has its column; then
-//! come the signals of the laws.
+//! The columns of [`LEADING`] come first, so that every script can rely on them. In a run, all
+//! other signals of the core's list follow, then the signals of the laws.
 
 use stiction::control::signal::{self, SIGNALS, Signal};
 
-/// A column of a time series. A run knows the joint itself. A device knows its encoder only, and
-/// writes what it measures under the same name.
+/// A column of a time series. A run has the values of the joint. A device has those of its encoder,
+/// under the same names.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Column {
+pub enum SeriesColumn {
     /// Time since the begin, s.
     Time,
     /// Set point theta_d, deg.
@@ -22,31 +21,31 @@ pub enum Column {
     Velocity,
     /// Whether the joint sticks; on a device, whether the measured velocity is zero.
     Stuck,
-    /// Effort that the joint gets, V.
+    /// Effort on the joint, V.
     Applied,
     /// A signal of the core's list, by its place.
     Signal(usize),
 }
 
-/// The columns that every run and every log begins with.
-pub const LEADING: [Column; 11] = [
-    Column::Time,
-    Column::Reference,
-    Column::Position,
-    Column::Error,
-    Column::Velocity,
-    Column::Signal(signal::index("v_pd")),
-    Column::Signal(signal::index("v_c")),
-    Column::Signal(signal::index("v")),
-    Column::Signal(signal::index("code")),
-    Column::Stuck,
-    Column::Applied,
+/// First columns of every run and every log.
+pub const LEADING: [SeriesColumn; 11] = [
+    SeriesColumn::Time,
+    SeriesColumn::Reference,
+    SeriesColumn::Position,
+    SeriesColumn::Error,
+    SeriesColumn::Velocity,
+    SeriesColumn::Signal(signal::index("v_pd")),
+    SeriesColumn::Signal(signal::index("v_c")),
+    SeriesColumn::Signal(signal::index("v")),
+    SeriesColumn::Signal(signal::index("code")),
+    SeriesColumn::Stuck,
+    SeriesColumn::Applied,
 ];
 
-/// The columns without which a file cannot be drawn.
-pub const DRAWN: &[Column] = LEADING.split_at(8).0;
+/// Columns that are needed to draw a file.
+pub const DRAWN: &[SeriesColumn] = LEADING.split_at(8).0;
 
-/// The signals that only a closed loop has: a ramp leaves their cells empty.
+/// Signals of a closed loop only; their cells are empty for a ramp.
 pub const OF_A_CLOSED_LOOP: [usize; 6] = [
     signal::index("reference_counts"),
     signal::index("reference_fraction"),
@@ -56,7 +55,7 @@ pub const OF_A_CLOSED_LOOP: [usize; 6] = [
     signal::index("v_c"),
 ];
 
-impl Column {
+impl SeriesColumn {
     /// Returns the column's name, with its unit.
     pub const fn name(self) -> &'static str {
         match self {
@@ -74,7 +73,7 @@ impl Column {
         }
     }
 
-    /// Returns the names of the signals that a device has to send for the column.
+    /// Returns the names of the signals that the column needs from a device.
     pub const fn made_of(self) -> &'static [&'static str] {
         match self {
             Self::Time => &[],
@@ -86,7 +85,7 @@ impl Column {
             Self::Error => &[const { signal::name("error") }],
             Self::Velocity | Self::Stuck => &[const { signal::name("velocity") }],
             Self::Applied => &[const { signal::name("v_applied") }],
-            // Those that are a column by themselves.
+            // Signals with a column of their own.
             Self::Signal(place) => match SIGNALS.split_at(place).1 {
                 [Signal { name, .. }, ..] => core::slice::from_ref(name),
                 [] => &[],
@@ -101,13 +100,13 @@ pub fn is_leading(name: &str) -> bool {
 }
 
 /// Returns the columns of a run: the leading ones, then every other signal of the core.
-pub fn of_a_run() -> Vec<Column> {
+pub fn of_a_run() -> Vec<SeriesColumn> {
     let others = SIGNALS.iter().enumerate().filter(|(_, signal)| !is_leading(signal.name));
-    LEADING.into_iter().chain(others.map(|(place, _)| Column::Signal(place))).collect()
+    LEADING.into_iter().chain(others.map(|(place, _)| SeriesColumn::Signal(place))).collect()
 }
 
-/// Returns a time to the nanosecond. Times are k h, which is not always the decimal that a reader
-/// expects: 11.2, not 11.200000000000001.
+/// Rounds a time to the nanosecond. Times are k h, which is not always the expected decimal: 11.2,
+/// not 11.200000000000001.
 pub fn to_the_nanosecond(time_s: f64) -> f64 {
     (time_s * 1e9).round() / 1e9
 }

@@ -1,17 +1,17 @@
-//! The time series of runs as CSV, units in the column names.
+//! Time series of runs as CSV, with units in the column names.
 
 use stiction::control::signal;
 
 use super::cell::Cell;
-use super::columns::{Column, OF_A_CLOSED_LOOP, of_a_run, to_the_nanosecond};
-use crate::closed_loop::Moment;
-use crate::run::{RunResult, Trace};
+use super::columns::{OF_A_CLOSED_LOOP, SeriesColumn, of_a_run, to_the_nanosecond};
+use crate::closed_loop::LoopSample;
+use crate::run::{RunResult, RunTrace};
 
-/// Writes the header, then a line a sample. Of several runs, each line begins with its run's label.
-/// What the laws publish of themselves stands behind the other columns.
+/// Returns the CSV: the header, then a line for each sample. With several runs, each line starts
+/// with the label of its run. The signals of the laws are in the last columns.
 ///
 /// # Errors
-/// If a number cannot be written.
+/// Returns an error if a number cannot be written.
 pub fn render(results: &[RunResult]) -> Result<Vec<u8>, csv::Error> {
     let mut writer = csv::WriterBuilder::new().has_headers(false).from_writer(Vec::new());
     let mut of_laws: Vec<&str> = Vec::new();
@@ -28,8 +28,8 @@ pub fn render(results: &[RunResult]) -> Result<Vec<u8>, csv::Error> {
     for result in results {
         let own = signals_of(result);
         let (moments, is_ramp) = match &result.trace {
-            Trace::Loop(moments) => (moments, false),
-            Trace::Ramp(moments) => (moments, true),
+            RunTrace::Loop(moments) => (moments, false),
+            RunTrace::Ramp(moments) => (moments, true),
         };
         for moment in moments {
             let label = labelled.then(|| Cell::from(result.plan.label.as_str()));
@@ -46,26 +46,26 @@ pub fn render(results: &[RunResult]) -> Result<Vec<u8>, csv::Error> {
     writer.into_inner().map_err(|error| csv::Error::from(error.into_error()))
 }
 
-/// What the law of a run publishes of itself.
+/// Returns the signals of the law of a run.
 fn signals_of(result: &RunResult) -> Vec<&'static str> {
     let laws = result.plan.laws_in_use();
     let publishing = laws.iter().map(|law| law.signals()).find(|signals| !signals.is_empty());
     publishing.unwrap_or_default().iter().map(|signal| signal.name).collect()
 }
 
-/// Makes the cell of a column. A ramp has no reference and no controller: those cells are empty.
-fn cell(column: Column, moment: &Moment, is_ramp: bool) -> Cell {
+/// Returns the cell of a column. A ramp has no reference and no controller: those cells are empty.
+fn cell(column: SeriesColumn, moment: &LoopSample, is_ramp: bool) -> Cell {
     match column {
-        Column::Reference | Column::Error if is_ramp => Cell::None,
-        Column::Signal(place) if is_ramp && OF_A_CLOSED_LOOP.contains(&place) => Cell::None,
-        Column::Time => to_the_nanosecond(moment.time_s).into(),
-        Column::Reference => moment.reference_deg.into(),
-        Column::Position => moment.position_deg.into(),
-        Column::Error => moment.error_deg().into(),
-        Column::Velocity => moment.velocity_deg_per_s.into(),
-        Column::Stuck => moment.stuck.into(),
-        Column::Applied => moment.applied_v.into(),
-        Column::Signal(place) => {
+        SeriesColumn::Reference | SeriesColumn::Error if is_ramp => Cell::None,
+        SeriesColumn::Signal(place) if is_ramp && OF_A_CLOSED_LOOP.contains(&place) => Cell::None,
+        SeriesColumn::Time => to_the_nanosecond(moment.time_s).into(),
+        SeriesColumn::Reference => moment.reference_deg.into(),
+        SeriesColumn::Position => moment.position_deg.into(),
+        SeriesColumn::Error => moment.error_deg().into(),
+        SeriesColumn::Velocity => moment.velocity_deg_per_s.into(),
+        SeriesColumn::Stuck => moment.stuck.into(),
+        SeriesColumn::Applied => moment.applied_v.into(),
+        SeriesColumn::Signal(place) => {
             match (signal::SIGNALS.get(place), signal::value(&moment.tick, place)) {
                 (Some(signal), Some(bits)) => Cell::of(signal.form, bits),
                 _ => Cell::None,

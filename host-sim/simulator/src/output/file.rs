@@ -1,4 +1,4 @@
-//! Files that are written whole or not at all.
+//! Writes files completely or not at all.
 
 use std::fs;
 use std::io::{self, ErrorKind, Write};
@@ -6,12 +6,11 @@ use std::path::Path;
 
 use crate::error::Error;
 
-/// Writes a file under its name only once all of it has been written. What is not a regular file (a
-/// pipe, a device) is written to directly.
+/// Writes a temporary file, and renames it when it is complete. A pipe or a device is written
+/// directly.
 ///
 /// # Errors
-/// Names the path; a pipe that was closed is an error of the output, as if it were the standard
-/// output.
+/// Returns an error with the path. A closed pipe is reported as an error of the standard output.
 pub(super) fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), Error> {
     let special = fs::metadata(path).is_ok_and(|found| !found.is_file());
     let written =
@@ -23,12 +22,11 @@ pub(super) fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), Error> {
 }
 
 fn write_beside_and_rename(path: &Path, bytes: &[u8]) -> io::Result<()> {
-    // A link stays one (/dev/stdout is one), and what it points to is replaced.
+    // A link such as /dev/stdout stays, and its target is replaced.
     let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
     let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty());
     let mut builder = tempfile::Builder::new();
-    // A temporary file is private; the result should be like any other file that the user makes,
-    // umask and all.
+    // A temporary file is private; the result must have the usual permissions of the user's umask.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
     let mut beside = builder.tempfile_in(parent.unwrap_or_else(|| Path::new(".")))?;

@@ -3,7 +3,7 @@
 //!
 //! A path is refused if its directory does not exist, if it is a directory, if it cannot be
 //! written, or if an existing file must not be replaced: a file that the same command reads, a
-//! machine's or an experiment's file, or, for files that a person goes on editing, any file.
+//! machine's or an experiment's file, or, for files that a user edits, any file.
 //! `--force` replaces all of these. The check neither creates nor truncates a file. A hard link or
 //! a symbolic link counts as the file itself.
 
@@ -17,7 +17,7 @@ use super::file::write_whole;
 use crate::document::{self, is_machine_file};
 use crate::error::Error;
 
-/// The path that stands for the standard output.
+/// Path of the standard output.
 const STANDARD_OUTPUT: &str = "-";
 
 /// Overwrite rules of one command: the files that it reads, and whether `--force` was given.
@@ -27,12 +27,12 @@ pub struct OverwriteGuard {
     read: Vec<PathBuf>,
 }
 
-/// Which existing files an output may replace without `--force`.
+/// Existing files that an output can replace without `--force`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Replaces {
     /// Earlier results: every file but those that the command reads and those of a machine.
     Results,
-    /// No existing file, since a person may have edited it.
+    /// No existing file, since the user may have edited it.
     Nothing,
 }
 
@@ -50,7 +50,7 @@ impl OverwriteGuard {
     }
 
     /// Adds an experiment or a machine's file that the command opens by `name`. A built-in
-    /// experiment is no file.
+    /// experiment is not a file.
     #[must_use]
     pub fn opens(self, name: &str) -> Self {
         if document::find(name).is_ok() { self } else { self.reads(name) }
@@ -60,16 +60,16 @@ impl OverwriteGuard {
     /// path in messages.
     ///
     /// # Errors
-    /// Says why the file cannot be written or must not be replaced.
+    /// Returns why the file cannot be written or must not be replaced.
     pub fn results(&self, option: &str, path: &Path) -> Result<OutputFile, Error> {
         self.file(option, path, Replaces::Results)
     }
 
-    /// Checks the path of a file that a person goes on editing, such as a machine's. It replaces
-    /// nothing without `--force`.
+    /// Checks the path of a file that a user edits, such as a machine's. It replaces nothing
+    /// without `--force`.
     ///
     /// # Errors
-    /// Says why the file cannot be written or must not be replaced.
+    /// Returns why the file cannot be written or must not be replaced.
     pub fn new_file(&self, option: &str, path: &Path) -> Result<OutputFile, Error> {
         self.file(option, path, Replaces::Nothing)
     }
@@ -89,7 +89,7 @@ impl OverwriteGuard {
     /// does not exist is made when its first file is written.
     ///
     /// # Errors
-    /// Says why no file can be written into it.
+    /// Returns why no file can be written into it.
     pub fn directory(&self, option: &str, path: &Path) -> Result<OutputDirectory, Error> {
         check_directory(path).map_err(|source| unwritable(path, source))?;
         Ok(OutputDirectory {
@@ -105,11 +105,11 @@ impl OverwriteGuard {
             return Ok(());
         }
         let why = if self.read.iter().any(|read| is_same_file(read, path)) {
-            "this command reads the file and would write over it"
+            "this command reads the file and would overwrite it"
         } else if replaces == Replaces::Nothing && path.is_file() {
             "the file exists"
         } else if is_machine_file(path) {
-            "the file describes a machine or an experiment and would be written over"
+            "the file describes a machine or an experiment and would be overwritten"
         } else {
             return Ok(());
         };
@@ -149,7 +149,7 @@ impl OutputFile {
     /// the command worked.
     ///
     /// # Errors
-    /// Says why the file cannot be written or must not be replaced.
+    /// Returns why the file cannot be written or must not be replaced.
     pub fn write(&self, bytes: &[u8]) -> Result<(), Error> {
         if self.is_standard_output() {
             let mut out = io::stdout().lock();
@@ -192,10 +192,10 @@ impl OutputDirectory {
         &self.path
     }
 
-    /// Checks a file of the directory before the work, if its name is known by then.
+    /// Checks a file of the directory before the work, if its name is already known.
     ///
     /// # Errors
-    /// Says why the file cannot be written or must not be replaced.
+    /// Returns why the file cannot be written or must not be replaced.
     pub fn check(&self, name: &str) -> Result<(), Error> {
         let path = self.path.join(name);
         self.guard.check_replaced(&self.option, &path, Replaces::Results)?;
@@ -209,7 +209,7 @@ impl OutputDirectory {
     /// Returns the path of the file.
     ///
     /// # Errors
-    /// Says why the file cannot be written or must not be replaced.
+    /// Returns why the file cannot be written or must not be replaced.
     pub fn write(&self, name: &str, bytes: &[u8]) -> Result<PathBuf, Error> {
         fs::create_dir_all(&self.path).map_err(|source| unwritable(&self.path, source))?;
         self.check(name)?;
@@ -223,19 +223,19 @@ fn unwritable(path: &Path, source: io::Error) -> Error {
     Error::File { action: "write", path: path.to_owned(), source }
 }
 
-/// Returns whether two paths lead to one file. Only regular files are opened: a pipe would block, and
-/// a serial port would change its control lines.
+/// Returns whether two paths lead to one file. Only regular files are opened: a pipe would block,
+/// and a serial port would change its control lines.
 fn is_same_file(one: &Path, other: &Path) -> bool {
     let canonical = [one, other].map(|path| fs::canonicalize(path).ok());
-    // Of files that do not exist yet, the paths are all there is to compare.
+    // For files that do not exist yet, only the paths can be compared.
     let [Some(one), Some(other)] = canonical else { return one == other };
     one == other
         || [&one, &other].iter().all(|path| path.is_file())
             && same_file::is_same_file(&one, &other).unwrap_or(false)
 }
 
-/// Finds out whether a file can be written, without creating or truncating it. A pipe or a device
-/// is not opened, since that has effects of its own.
+/// Checks whether a file can be written, without creating or truncating it. A pipe or a device is
+/// not opened, since that has side effects.
 fn check_file(path: &Path) -> io::Result<()> {
     match fs::metadata(path) {
         Ok(found) if found.is_dir() => return Err(ErrorKind::IsADirectory.into()),
@@ -247,7 +247,7 @@ fn check_file(path: &Path) -> io::Result<()> {
         Err(error) if error.kind() == ErrorKind::NotFound => {}
         Err(error) => return Err(error),
     }
-    // The file is written beside what a link points to, and renamed.
+    // The file is written next to the target of a link, and renamed.
     let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
     let directory = directory_of(&target);
     match fs::metadata(directory) {
@@ -261,8 +261,8 @@ fn check_file(path: &Path) -> io::Result<()> {
     }
 }
 
-/// Finds out whether files can be written into a directory, or into the nearest existing one above
-/// it, in which it would be made.
+/// Checks whether files can be written into a directory, or into the nearest existing parent, in
+/// which it would be created.
 fn check_directory(path: &Path) -> io::Result<()> {
     let existing = path.ancestors().find(|path| fs::symlink_metadata(path).is_ok());
     let existing = existing.unwrap_or_else(|| Path::new("."));

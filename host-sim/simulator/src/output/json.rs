@@ -1,4 +1,4 @@
-//! The JSON of `stiction run`: one object, keys as documented in docs/command-line.md.
+//! JSON of `stiction run`: one object. docs/command-line.md documents its keys.
 
 use std::borrow::Cow;
 
@@ -8,10 +8,10 @@ use serde_json::{Value, json};
 use crate::data_sheet::UnseenSlack;
 use crate::experiment::{Experiment, RunPlan, Task};
 use crate::goal::GoalInBothUnits;
-use crate::run::{RunResult, Tripped};
+use crate::run::{RunResult, ServoTrip};
 use crate::solver::EventKind;
 
-/// Raised when a key changes its meaning or goes away.
+/// Version of the object; raised when a key changes its meaning or is removed.
 const SCHEMA: u32 = 1;
 
 /// The whole object.
@@ -20,83 +20,83 @@ struct Report<'a, M> {
     schema: u32,
     experiment: &'a str,
     source: &'a str,
-    /// Left out for what has no gear; null if the encoder sees all of the gear.
+    /// Left out without a gear; null if the encoder measures the load.
     #[serde(skip_serializing_if = "Option::is_none")]
     unseen_slack: Option<Option<UnseenSlack>>,
-    runs: Vec<Run<'a, M>>,
+    runs: Vec<RunRecord<'a, M>>,
 }
 
-/// A run, of whatever is judged by the metrics `M`.
+/// A run with the metrics `M`.
 #[derive(Serialize)]
-pub struct Run<'a, M> {
-    /// What it is called.
+pub struct RunRecord<'a, M> {
+    /// Label.
     pub label: &'a str,
-    /// What it was made with.
+    /// Parameters of the run.
     pub parameters: Cow<'a, Value>,
-    /// In the order of time.
-    pub events: Vec<Event>,
-    /// The goal by which its success is judged; left out if there is none.
+    /// Events, in the order of time.
+    pub events: Vec<EventRecord>,
+    /// Goal by which success is judged; left out if there is none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub goal: Option<GoalInBothUnits>,
-    /// What it is judged by.
+    /// Metrics.
     pub metrics: &'a M,
-    /// What it took.
-    pub cost: Cost,
+    /// Computing time.
+    pub cost: RunCost,
     /// Whether the loop is unstable.
     pub unstable: bool,
-    /// When the motion grew beyond every bound, s.
+    /// Time at which a state was no longer finite, s.
     pub diverged_at_s: Option<f64>,
-    /// Only there if a servo has tripped.
+    /// Fault of a servo; left out if there is none.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub fault: Option<Tripped>,
+    pub fault: Option<ServoTrip>,
 }
 
 /// A change between sticking and slipping; bodies are counted from 1.
 #[derive(Serialize)]
-pub struct Event {
-    /// When, s.
+pub struct EventRecord {
+    /// Time, s.
     pub time_s: f64,
-    /// Of which body.
+    /// Number of the body.
     pub body: usize,
-    /// Which way.
+    /// Kind of the change.
     pub kind: EventKind,
 }
 
-/// What a run took.
+/// Computing time of a run.
 #[derive(Serialize)]
-pub struct Cost {
-    /// Time on the wall, s.
+pub struct RunCost {
+    /// Wall-clock time, s.
     pub wall_s: f64,
-    /// How often a derivative was evaluated.
+    /// Number of evaluations of the derivative.
     pub derivative_evaluations: u64,
 }
 
-/// Runs of an experiment and where it comes from, as one object, indented.
+/// Returns the runs and the source of an experiment as one indented object.
 pub fn object<M: Serialize>(
     experiment: &str,
     source: &str,
-    runs: Vec<Run<M>>,
+    runs: Vec<RunRecord<M>>,
 ) -> serde_json::Result<String> {
     let unseen_slack = None;
     serde_json::to_string_pretty(&Report { schema: SCHEMA, experiment, source, unseen_slack, runs })
 }
 
-/// Writes the whole object, indented.
+/// Returns the whole object, indented.
 ///
 /// # Errors
-/// If a number cannot be written as JSON.
+/// Returns an error if a number cannot be written as JSON.
 pub fn render(experiment: &Experiment, results: &[RunResult]) -> serde_json::Result<String> {
-    let runs = results.iter().map(|result| Run {
+    let runs = results.iter().map(|result| RunRecord {
         label: &result.plan.label,
         parameters: Cow::Owned(parameters(&result.plan)),
         events: result
             .events
             .iter()
-            .map(|event| Event { time_s: event.time_s, body: 1, kind: event.kind })
+            .map(|event| EventRecord { time_s: event.time_s, body: 1, kind: event.kind })
             .collect(),
         goal: Some(goal(&result.plan)),
         metrics: &result.metrics,
-        cost: Cost {
+        cost: RunCost {
             wall_s: result.wall.as_secs_f64(),
             derivative_evaluations: result.derivative_evaluations,
         },
@@ -118,7 +118,7 @@ fn goal(plan: &RunPlan) -> GoalInBothUnits {
     plan.machine.goal.in_both_units(plan.machine.encoder.resolution_deg())
 }
 
-/// The tables of the machine's file as this run used them, with its own controller only.
+/// Returns the tables of the machine's file for this run, with its own controller only.
 fn parameters(plan: &RunPlan) -> Value {
     let machine = &plan.machine;
     let controller = plan.controller.as_ref().and_then(|name| machine.controller.get(name));

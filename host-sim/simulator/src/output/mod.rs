@@ -1,5 +1,5 @@
-//! What a run leaves behind: a table for people, JSON, CSV that can be read back; and the guard that
-//! every output file passes, which is written whole or not at all.
+//! Output of a run: a text table, JSON, and CSV that can be read back. Every output file passes a
+//! guard, and is written completely or not at all.
 
 mod cell;
 pub mod columns;

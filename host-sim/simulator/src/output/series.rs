@@ -1,17 +1,17 @@
-//! Reads the time series back that [`csv`](super::csv) or a device's log has written.
+//! Reads a time series written by [`csv`](super::csv) or by the log of a device.
 
 use std::path::Path;
 
-use super::columns::{Column, DRAWN};
+use super::columns::{DRAWN, SeriesColumn};
 use crate::error::Error;
 
-/// One sample of a run or a log; a ramp lacks the optional ones.
+/// One sample of a run or a log; a ramp lacks the optional signals.
 #[derive(Clone, Debug, PartialEq, serde::Deserialize)]
-pub struct Sample {
-    /// The label of the run, if the file holds several.
+pub struct SeriesSample {
+    /// Label of the run, if the file has several.
     #[serde(default)]
     label: Option<String>,
-    /// Time since the begin of the run or log, s.
+    /// Time since the start of the run or log, s.
     pub time_s: f64,
     /// Set point, deg.
     pub reference_deg: Option<f64>,
@@ -29,20 +29,20 @@ pub struct Sample {
     pub v_v: f64,
 }
 
-/// The samples of one run.
+/// Samples of one run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Series {
-    /// The file's name, and the run's label if the file holds several.
+    /// Name of the file, and label of the run if the file has several.
     pub name: String,
-    /// The samples in the order of the file.
-    pub samples: Vec<Sample>,
+    /// Samples in the order of the file.
+    pub samples: Vec<SeriesSample>,
 }
 
 /// Reads the runs of a file.
 ///
 /// # Errors
-/// Names the file and the column or line that is not as `stiction run --csv` and `stiction device
-/// ... log` write it.
+/// Returns an error with the file, and the column or line that differs from the format of `stiction
+/// run --csv` and `stiction device ... log`.
 pub fn read(path: &Path) -> Result<Vec<Series>, Error> {
     let bytes = std::fs::read(path).map_err(|source| Error::File {
         action: "read",
@@ -59,13 +59,13 @@ pub fn read(path: &Path) -> Result<Vec<Series>, Error> {
         .find(|name| !header.iter().any(|found| found == *name))
     {
         return Err(refuse(format!(
-            "there is no column `{missing}`; it has to be a file of `stiction run --csv` of a \
-             controller's run, or of `stiction device ... log`"
+            "there is no column `{missing}`; the file must be from `stiction run --csv` with a \
+             controller, or from `stiction device ... log`"
         )));
     }
     let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let mut all: Vec<Series> = Vec::new();
-    let position = Column::Position.name();
+    let position = SeriesColumn::Position.name();
     let header = header.clone();
     let position = header.iter().position(|found| found == position);
     for record in reader.into_records() {
@@ -75,7 +75,7 @@ pub fn read(path: &Path) -> Result<Vec<Series>, Error> {
         if position.is_some_and(|place| record.get(place) == Some("")) {
             continue;
         }
-        let sample: Sample =
+        let sample: SeriesSample =
             record.deserialize(Some(&header)).map_err(|error| refuse(error.to_string()))?;
         let name =
             sample.label.as_ref().map_or_else(|| stem.clone(), |label| format!("{stem}, {label}"));
@@ -85,7 +85,7 @@ pub fn read(path: &Path) -> Result<Vec<Series>, Error> {
         }
     }
     if all.is_empty() {
-        return Err(refuse("it has no samples".into()));
+        return Err(refuse("the file has no samples".into()));
     }
     Ok(all)
 }

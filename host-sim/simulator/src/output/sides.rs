@@ -14,7 +14,7 @@ pub const SETTLED: &str = "settled\ns";
 
 /// What is shown of the end of a motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Shown {
+pub enum ShownSides {
     /// The encoder sees the load, and the file has no goal: other tables show rest and settling.
     Nothing,
     /// The encoder sees the load: one column for settling by the file's goal, and one for success.
@@ -23,8 +23,8 @@ pub enum Shown {
     BothSides,
 }
 
-impl Shown {
-    /// Returns what a joint with this slack shows of its motions.
+impl ShownSides {
+    /// Returns the columns for a joint with this slack and goal.
     pub fn of(slack: Option<&UnseenSlack>, goal: &PositionGoal) -> Self {
         match slack {
             Some(_) => Self::BothSides,
@@ -84,7 +84,7 @@ impl Shown {
     }
 }
 
-/// Returns a success as a cell of a table.
+/// Returns the cell for a success.
 const fn in_a_word(success: Option<bool>) -> &'static str {
     match success {
         Some(true) => "met",
@@ -93,7 +93,7 @@ const fn in_a_word(success: Option<bool>) -> &'static str {
     }
 }
 
-/// Returns the sides that met the goal as a cell of a table.
+/// Returns the cell for the sides that met the goal.
 const fn met_at(sides: &BothSides) -> &'static str {
     match (sides.success_at_encoder, sides.success_at_load) {
         (Some(true), Some(true)) => "both",
@@ -104,8 +104,8 @@ const fn met_at(sides: &BothSides) -> &'static str {
     }
 }
 
-/// Returns the legend of [`Shown::table`] in lines of 80 columns: the goal in words, and the slack
-/// that the encoder cannot see.
+/// Returns the legend of [`ShownSides::table`] in lines of 80 columns: the goal in words, and the
+/// slack that the encoder cannot see.
 pub fn legend(slack: Option<&UnseenSlack>, goal: &PositionGoal) -> String {
     let after = "Times count from the end of the set point's motion.";
     let text = wrapped(&format!("Goal: {}. {after}", goal.describe()), 0);
@@ -140,18 +140,18 @@ mod tests {
         let goal = PositionGoal::default();
         let named = "twenty-letters-at-mo/step-5.0".to_owned();
         let rows = || std::iter::once((named.clone(), sides()));
-        let drawn = |shown: Shown| {
+        let drawn = |shown: ShownSides| {
             let rows: Vec<_> = rows().collect();
             shown.table("step", rows.iter().map(|(name, sides)| (name.clone(), sides)))
         };
-        let both = drawn(Shown::of(Some(&SLACK), &goal));
+        let both = drawn(ShownSides::of(Some(&SLACK), &goal));
         let last = both.lines().last().unwrap();
         let cells: Vec<&str> = last.split_whitespace().skip(1).collect();
         assert_eq!(cells, ["0.2", "-104.9", "0.31", "never", "encoder"], "{both}");
         assert!(both.lines().all(|line| line.chars().count() <= 80), "{both}");
-        assert_eq!(drawn(Shown::of(None, &goal)), "");
+        assert_eq!(drawn(ShownSides::of(None, &goal)), "");
         let own = PositionGoal { tolerance_deg: Some(0.1), ..goal };
-        let one = drawn(Shown::of(None, &own));
+        let one = drawn(ShownSides::of(None, &own));
         assert!(one.lines().last().unwrap().ends_with("missed"), "{one}");
         assert!(!one.contains("encoder"), "{one}");
     }

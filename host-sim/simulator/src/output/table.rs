@@ -1,15 +1,15 @@
-//! Tables for people, within 80 columns.
+//! Text tables within 80 columns.
 
 use comfy_table::{Cell, CellAlignment, ColumnConstraint, ContentArrangement, Table, presets};
 
-use super::sides::{self, Shown};
+use super::sides::{self, ShownSides};
 use crate::experiment::Task;
-use crate::run::{RunResult, Tripped};
+use crate::run::{RunResult, ServoTrip};
 
-/// The width that a terminal is sure to have.
+/// Least width of a terminal, columns.
 const WIDTH: u16 = 80;
 
-/// Makes a table with a header, the first column to the left and all others to the right.
+/// Creates a table with a header; the first column is left-aligned, all others right-aligned.
 pub fn new(header: &[&str]) -> Table {
     let mut table = Table::new();
     table
@@ -29,9 +29,9 @@ pub fn new(header: &[&str]) -> Table {
     table
 }
 
-/// The results of an experiment: a table for each kind of motion and each variant, and a line below
-/// for each run that went wrong. Where the encoder cannot see slack, rest and settling are in a
-/// table of both sides of the gear.
+/// Returns the results of an experiment: a table for each kind of motion and each variant, and a
+/// line for each failed run. If the encoder cannot see slack, rest and settling are in a table of
+/// both sides of the gear.
 pub fn render(results: &[RunResult]) -> String {
     type Kind = (fn(&Task) -> bool, &'static [&'static str], fn(&RunResult) -> Vec<String>);
     let kinds: [Kind; 3] = [
@@ -41,7 +41,7 @@ pub fn render(results: &[RunResult]) -> String {
     ];
     let slack = results.iter().find_map(|result| result.unseen_slack.as_ref());
     let goal = results.first().map(|result| result.plan.machine.goal).unwrap_or_default();
-    let shown = Shown::of(slack, &goal);
+    let shown = ShownSides::of(slack, &goal);
     let is_kept = |column: &str| !shown.replaces().contains(&column);
     let mut parts = Vec::new();
     for (is_kind, columns, cells) in kinds {
@@ -66,7 +66,7 @@ pub fn render(results: &[RunResult]) -> String {
         parts.push(table.trim_fmt() + "\n");
     }
     let is_judged = |result: &&RunResult| !matches!(result.plan.task, Task::Ramp(_));
-    if shown != Shown::Nothing && results.iter().any(|result| is_judged(&result)) {
+    if shown != ShownSides::Nothing && results.iter().any(|result| is_judged(&result)) {
         let judged = results.iter().filter(is_judged);
         let rows = judged.map(|one| (one.plan.label.clone(), &one.metrics.sides));
         parts.push(shown.table("run", rows));
@@ -79,18 +79,19 @@ pub fn render(results: &[RunResult]) -> String {
     parts.join("\n")
 }
 
-/// Without the slugs, which stand in a line above those of their runs.
+/// Returns the name of a run without its slugs, which are in a line above.
 fn row_name(result: &RunResult) -> String {
     let driven_by = result.plan.controller.as_deref().unwrap_or("ramp");
     format!("{driven_by}/{}", result.plan.task.slug())
 }
 
-/// Writes a number with so many digits behind the point, or a dash.
+/// Formats a number with the given number of decimals; a dash for `None`.
 pub fn number(value: Option<f64>, digits: usize) -> String {
     value.map_or_else(
         || "-".into(),
         |value| {
-            // No column has room for more; what is not finite is said in a line of its own.
+            // Columns have no room for more digits; a value that is not finite has a line of its
+            // own.
             if !value.is_finite() || value.abs() >= 1e6 {
                 return if value.is_finite() { format!("{value:.1e}") } else { "-".into() };
             }
@@ -152,7 +153,7 @@ fn ramp_cells(result: &RunResult) -> Vec<String> {
 
 fn remark(result: &RunResult) -> Option<String> {
     let label = &result.plan.label;
-    if let Some(Tripped { code, name, time_s, .. }) = result.fault {
+    if let Some(ServoTrip { code, name, time_s, .. }) = result.fault {
         return Some(format!("{label}: fault {code} ({name}) at {time_s} s turned the output off"));
     }
     match result.diverged_at_s {

@@ -6,9 +6,9 @@ use crate::hardware::STM32F405;
 
 const NAME: &str = "joint.toml";
 
-/// Why there may be no file of what a device runs, as `device::machine_file` has it: its decimals
-/// are those of another number, or a motion that only holds.
-const NO_FILE: [&str; 2] = ["a value lies between those that a file can have", "nothing to run"];
+/// Reasons of `device::machine_file` for parameters that no file can hold: a number without exact
+/// decimals, or a motion that only holds.
+const NO_FILE: [&str; 2] = ["a value cannot be written exactly", "nothing to run"];
 
 /// Returns whether the text is a machine that a device can run.
 pub fn holds(text: &str) -> bool {
@@ -30,8 +30,8 @@ pub fn holds(text: &str) -> bool {
             return false;
         }
     };
-    assert!(parameters.prepare(&STM32F405).is_ok(), "what a file says is valid");
-    // What is pulled from the device that it was pushed to.
+    assert!(parameters.prepare(&STM32F405).is_ok(), "parameters of a file are valid");
+    // Pulls the parameters back from a device.
     match render(&parameters, &machine.joint, NAME) {
         Ok(pulled) => assert_eq!(read(NAME, &pulled).ok().as_ref(), Some(&parameters), "{pulled}"),
         Err(error) => {

@@ -1,8 +1,8 @@
-//! Frames: garbage costs itself, and the next frame is whole.
+//! Property of frames: garbage does not damage the next frame.
 
 use stiction::link::{Deframer, MAX_MESSAGE, Numbered, Request, encode};
 
-/// Returns how many whole messages the bytes hold.
+/// Returns the number of whole messages in the bytes.
 pub fn holds(bytes: &[u8]) -> usize {
     let mut deframer = Deframer::default();
     let mut whole = 0;
@@ -12,7 +12,7 @@ pub fn holds(bytes: &[u8]) -> usize {
             whole += 1;
         }
     }
-    // A zero ends a frame, whole or not; one that is too long counts before its end.
+    // A zero ends a frame, whole or not; a frame that is too long counts before its end.
     let ends = bytes.iter().filter(|&&byte| byte == 0).count();
     assert!(whole + deframer.bad() as usize <= ends + 1);
 

@@ -1,4 +1,4 @@
-//! Records of parameters: any bytes are parameters, all of which are valid, or a reason.
+//! Property of parameter records: any bytes decode to valid parameters or to an error.
 
 use crc::{CRC_32_ISO_HDLC, Crc};
 use stiction::Parameters;
@@ -8,17 +8,17 @@ use crate::hardware::STM32F405;
 
 const HEADER: usize = 20;
 
-/// The bytes as they are, and with a header that is right, so that the body is looked at. Returns
-/// whether either is a record.
+/// Decodes the bytes as they are, and as a body with a valid header. Returns whether either is a
+/// record.
 pub fn holds(bytes: &[u8]) -> bool {
     let as_it_is = decoded(bytes);
     let Some((_, body)) = bytes.split_at_checked(HEADER) else { return as_it_is };
-    // Every version that there is, and the two beside them.
+    // Every existing version, and the two next to them.
     let version = u32::from(bytes.get(4).copied().unwrap_or_default()) % (FORMAT_VERSION + 2);
     decoded(&with_header(version, body)) || as_it_is
 }
 
-/// A record of this body, with the header that belongs to it.
+/// Returns a record of this body, with a valid header.
 fn with_header(version: u32, body: &[u8]) -> Vec<u8> {
     let mut record = b"STIC".to_vec();
     record.extend(version.to_le_bytes());
@@ -35,9 +35,8 @@ fn with_header(version: u32, body: &[u8]) -> Vec<u8> {
 
 fn decoded(bytes: &[u8]) -> bool {
     let Ok((parameters, _)) = Parameters::decode(bytes) else { return false };
-    assert_eq!(parameters.check(), Ok(()), "what is decoded is valid");
-    // A record does not know its board: whether the timers can make its times and its frequency is
-    // seen when it is prepared.
+    assert_eq!(parameters.check(), Ok(()), "decoded parameters are valid");
+    // A record is independent of its board: `prepare` checks the times and the frequency of timers.
     let prepared = parameters.prepare(&STM32F405).map(|_| ()).map_err(DecodeError::Value);
     assert_eq!(prepared, parameters.fits(&STM32F405), "all else that a board needs is valid");
     let mut room = [0; ROOM];
@@ -47,7 +46,7 @@ fn decoded(bytes: &[u8]) -> bool {
         Ok(&(parameters.clone(), 7)),
         "and is the same again"
     );
-    // A header of another layout than the core's would be refused, and no body be looked at.
+    // Otherwise a header of another layout would be refused, and the bodies would not be tested.
     let by_hand = with_header(FORMAT_VERSION, record.get(HEADER..).unwrap_or_default());
     assert_eq!(Parameters::decode(&by_hand), Ok((parameters, 1)), "and so with a header made here");
     true

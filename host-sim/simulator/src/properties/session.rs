@@ -1,4 +1,4 @@
-//! A whole session against a device: whatever is said, a faulted drive is not armed, and none
+//! Property of a session with a device: with any input, a faulted drive is not armed, and no drive
 //! leaves its limits.
 
 use stiction::control::drive::Drive;
@@ -12,23 +12,23 @@ use stiction::{Fault, Parameters};
 use crate::flash::{SECTOR, SimulatedFlash};
 use crate::hardware::STM32F405;
 
-/// A device under a tester who looks at every tick.
+/// A device whose properties are checked in every tick.
 #[derive(Debug)]
-pub struct Watched {
+pub struct WatchedDevice {
     device: Option<Device<SimulatedFlash>>,
-    /// Of the same bytes: whether a request that ends a fault was among them.
+    /// Decoder of the same bytes, which detects requests that end a fault.
     deframer: Deframer,
     counter: u32,
     /// Ticks with the output on.
     pub armed: u64,
-    /// Of those, on a move.
+    /// Ticks with the output on during a move.
     pub moved: u64,
     /// Ticks with a fault.
     pub faulted: u64,
 }
 
-impl Watched {
-    /// Power is on.
+impl WatchedDevice {
+    /// Powers a device up.
     pub fn new(parameters: &Parameters) -> Self {
         let mut store = Store::new(SimulatedFlash::new(2), [0, SECTOR]);
         // Cannot fail: the flash is new.
@@ -41,7 +41,7 @@ impl Watched {
         self.device.as_mut().map_or(State::Boot, |device| device.servo().state())
     }
 
-    /// A reset, if nothing else ends the fault.
+    /// Resets the device, if only a reset ends its fault.
     pub fn revive(&mut self) {
         if let State::Faulted(fault) = self.state()
             && !fault.is_clearable()
@@ -51,8 +51,8 @@ impl Watched {
         }
     }
 
-    /// Bytes from the wire. Only a clear, or other parameters, end a fault; and nothing that comes
-    /// over the wire latches one.
+    /// Receives bytes from the wire. Only a clear request or new parameters can end a fault; no
+    /// bytes latch one.
     pub fn receive(&mut self, bytes: &[u8]) {
         let before = self.state();
         let mut may_clear = false;
@@ -72,13 +72,13 @@ impl Watched {
         if matches!(before, State::Faulted(_)) && after != before {
             assert!(
                 may_clear && after != State::Boot,
-                "{before:?} -> {after:?}, and nobody cleared it"
+                "{before:?} -> {after:?} without a clear request"
             );
         }
         assert!(after == before || !matches!(after, State::Faulted(_)), "{before:?} -> {after:?}");
     }
 
-    /// A fault from the board.
+    /// Latches a fault from the board.
     pub fn latch(&mut self, which: usize) {
         let Some(fault) = Fault::ALL.get(which % Fault::ALL.len()) else { return };
         if let Some(device) = &mut self.device {
@@ -86,7 +86,7 @@ impl Watched {
         }
     }
 
-    /// One tick, after the joint has travelled so many counts.
+    /// Runs one tick, after the joint has moved by `travel` counts.
     pub fn tick(&mut self, travel: i32, supply: u16) {
         self.counter = self.counter.wrapping_add_signed(travel);
         let before = self.state();
@@ -95,12 +95,12 @@ impl Watched {
         let Some(drive) =
             device.parameters().and_then(|p| Drive::new(&p.controller.drive, &STM32F405).ok())
         else {
-            assert!(!output.enable, "without parameters nothing is driven");
+            assert!(!output.enable, "without parameters the output is off");
             return;
         };
-        // Off means off: neutral, whatever was said.
+        // With the output off, the duty is neutral.
         assert!(output.enable || output.duty() == drive.duty(0));
-        // Armed is on, but for a driver that wakes up before its first duty or is reset before.
+        // Armed means on, except while a driver wakes up or is reset before its first duty.
         let times = device.parameters().map(|parameters| &parameters.device);
         let may_wait = times.is_some_and(|times| times.wake_up + times.reset_pulse > 0.0);
         let is_armed = output.state == State::Armed;
@@ -116,7 +116,7 @@ impl Watched {
         self.faulted += u64::from(matches!(output.state, State::Faulted(_)));
     }
 
-    /// The wire takes at most so many bytes.
+    /// Lets the wire send up to `at_most` bytes.
     pub fn drain(&mut self, at_most: usize) {
         if let Some(device) = &mut self.device {
             device.transmit(&mut vec![0; at_most]);
@@ -124,17 +124,18 @@ impl Watched {
     }
 }
 
-/// Reads a script from bytes: a letter for what happens, its arguments, and so on. Any bytes are a
-/// script.
+/// Runs a script from bytes: a letter for each action, and its arguments. Any bytes are a script.
 ///
 /// ```text
-/// m LENGTH MESSAGE   a message, in a frame with a good checksum     t TICKS TRAVEL   so many
-/// ticks, counts each r LENGTH BYTES     bytes as they are                              f FAULT    
-///      a fault from the board d LENGTH           the wire takes so many bytes, times four      
-/// others           nothing
+/// m LENGTH MESSAGE   receive a message in a frame with a valid checksum
+/// t TICKS TRAVEL     run TICKS ticks; the joint moves by TRAVEL counts in each
+/// r LENGTH BYTES     receive raw bytes
+/// f FAULT            latch a fault from the board
+/// d LENGTH           let the wire send 4 LENGTH bytes
+/// others             no action
 /// ```
-pub fn holds(parameters: &Parameters, script: &[u8]) -> Watched {
-    let mut watched = Watched::new(parameters);
+pub fn holds(parameters: &Parameters, script: &[u8]) -> WatchedDevice {
+    let mut watched = WatchedDevice::new(parameters);
     let mut rest = script.iter();
     let mut next = || rest.next().copied();
     while let Some(letter) = next() {
@@ -161,7 +162,7 @@ pub fn holds(parameters: &Parameters, script: &[u8]) -> Watched {
     watched
 }
 
-/// A frame of a message that is in postcard already.
+/// Returns the frame of a message encoded in postcard.
 fn framed(message: &[u8]) -> Option<Vec<u8>> {
     struct Raw<'a>(&'a [u8]);
     impl serde::Serialize for Raw<'_> {

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::Path;
 
 use host_sim::Error;
-use host_sim::firmware::stack::Bound;
+use host_sim::firmware::stack::StackBound;
 use host_sim::firmware::{Code, routines};
 
 use crate::measure::stack_room;
@@ -62,7 +62,7 @@ pub fn pass(image: &Path) -> Result<(), Error> {
     println!("no panic in the image's control path: {count} functions below {names}");
 
     let room = stack_room(&code);
-    let bound = Bound::of(&code)?;
+    let bound = StackBound::of(&code)?;
     println!("stack: at most {} of {room} bytes", bound.total());
     println!("  {:>5} the start, with interrupts masked; or, all at once:", bound.start);
     for (name, bytes) in &bound.entries {

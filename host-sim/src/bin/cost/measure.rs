@@ -16,8 +16,8 @@ use host_sim::emulator::{FirmwareImage, counted, yardstick};
 use host_sim::experiment::{Document, Experiment, RunPlan, every_controller, find, with_every_law};
 use host_sim::firmware::Code;
 use host_sim::firmware::size::Size;
-use host_sim::firmware::stack::Bound;
-use host_sim::run::{Trace, run_all};
+use host_sim::firmware::stack::StackBound;
+use host_sim::run::{RunTrace, run_all};
 
 /// The experiments of the benchmark.
 const EXPERIMENTS: [&str; 2] = ["step-response", "trajectory"];
@@ -42,7 +42,7 @@ pub struct CostMeasurement {
     /// Largest part of the stack that any run has written to, bytes.
     pub painted: u32,
     /// Upper bound of the stack that the code can use.
-    pub bound: Bound,
+    pub bound: StackBound,
     /// Room that the image reserves for the stack, bytes.
     pub stack: u32,
 }
@@ -90,7 +90,7 @@ pub fn measure(image: &Path, yardstick: &Path) -> Result<CostMeasurement, Error>
         yardsticks: names.into_iter().zip(counts).collect(),
         size,
         painted,
-        bound: Bound::of(&code)?,
+        bound: StackBound::of(&code)?,
         stack: stack_room(&code),
     })
 }
@@ -132,7 +132,7 @@ fn feed() -> Result<Vec<[f32; 2]>, Error> {
     plans.retain(|plan| plan.controller.as_deref() == Some(FEEDS));
     let mut samples = Vec::new();
     for run in run_all(&plans)? {
-        let Trace::Loop(moments) = &run.trace else { continue };
+        let RunTrace::Loop(moments) = &run.trace else { continue };
         let resolution = run.plan.machine.encoder.resolution_deg();
         samples.extend(moments.iter().map(|moment| {
             [moment.reference_deg as f32, (f64::from(moment.tick.counts) * resolution) as f32]

@@ -2,7 +2,7 @@
 
 use host_sim::Error;
 use host_sim::emulator::board::CLOCK_HZ;
-use host_sim::emulator::probe::{Cost, TickCost};
+use host_sim::emulator::probe::{PassageCost, TickCost};
 use host_sim::firmware::budgets::{
     CONTROLLER_STATE_BYTES, CORE_INSTRUCTIONS, FLASH_BYTES, INTERRUPT_INSTRUCTIONS,
     LAW_STATE_BYTES, RAM_BYTES, of_law,
@@ -136,8 +136,9 @@ fn cycles(laws: &[(String, Vec<TickCost>)]) -> Vec<String> {
 }
 
 fn columns(ticks: &[TickCost]) -> [Vec<u32>; 2] {
-    let of =
-        |cost: fn(&TickCost) -> Cost| ticks.iter().map(|tick| cost(tick).instructions).collect();
+    let of = |cost: fn(&TickCost) -> PassageCost| {
+        ticks.iter().map(|tick| cost(tick).instructions).collect()
+    };
     [of(|tick| tick.core), of(|tick| tick.interrupt)]
 }
 

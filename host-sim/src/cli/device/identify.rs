@@ -10,7 +10,7 @@ use stiction::link::StateCode;
 use super::{OFF, by};
 use crate::cli::outputs::check_standard_output;
 use crate::device::client::Client;
-use crate::device::identified::{Identified, ended};
+use crate::device::identified::{IdentifiedJoint, ended};
 use crate::device::wire::Wire;
 use crate::device::{into, words};
 use crate::error::Error;
@@ -137,7 +137,7 @@ impl DeviceIdentifyArguments {
                 "identify: ended by {by}, before anything was found (docs/faults.md)"
             ))
         })?;
-        let found = Identified { summary, map, parameters, units };
+        let found = IdentifiedJoint { summary, map, parameters, units };
         let warning = client.warning();
         let outcome = found.summary.outcome;
         let mut ended = if outcome == Outcome::Done {
@@ -146,7 +146,7 @@ impl DeviceIdentifyArguments {
             Err(Error::Device(format!("identify: {}", ended(outcome))))
         };
         // A run takes minutes, so its result is printed even if the file cannot be written.
-        let (mut file, mut new) = (None, into::Written::default());
+        let (mut file, mut new) = (None, into::IdentifiedFile::default());
         if let Some(wanted) = into {
             match written(wanted, &found, &document, warning) {
                 Ok(written) => (file, new) = (Some(wanted), written),
@@ -175,10 +175,10 @@ impl DeviceIdentifyArguments {
 /// Writes the file of an identified joint, and returns what it keeps, contradicts and leaves out.
 fn written(
     file: &OutputFile,
-    found: &Identified,
+    found: &IdentifiedJoint,
     of: &Document,
     warning: Option<&str>,
-) -> Result<into::Written, Error> {
+) -> Result<into::IdentifiedFile, Error> {
     let nothing = |why: Error| Error::Device(format!("identify --into: nothing is written: {why}"));
     found.joint().map_err(nothing)?;
     let header = warning.map_or(String::new(), |warning| format!("# {warning}\n"));

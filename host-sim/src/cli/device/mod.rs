@@ -23,7 +23,7 @@ use super::outputs::print_beside;
 use super::{interrupt, print};
 use crate::device::client::Client;
 use crate::device::json;
-use crate::device::log::Log;
+use crate::device::log::SampleLog;
 use crate::device::signals::Signals;
 use crate::device::simulated::SimulatedDevice;
 use crate::device::wire::{SimulatedWire, Wire};
@@ -354,7 +354,7 @@ fn with(
         }
         Action::Log { r#for, every, signals, .. } => {
             let time = time("--for", *r#for)?;
-            let mut samples = Log::new(Signals::new(client.signals()?), signals)?;
+            let mut samples = SampleLog::new(Signals::new(client.signals()?), signals)?;
             client.subscribe(samples.mask(), *every)?;
             let (status, ended) = kept(&mut client, |client| client.pass(time))?;
             while let Some(sample) = client.sample(Duration::ZERO)? {
@@ -450,7 +450,7 @@ fn ended(what: &str, status: &Status) -> Result<(), Error> {
 fn by(status: &Status) -> String {
     match status.fault.code {
         0 => "a stop".into(),
-        _ => words::told(&status.fault, status.sample_time),
+        _ => words::fault(&status.fault, status.sample_time),
     }
 }
 

@@ -12,8 +12,8 @@ use crate::cli::warn;
 use crate::data_sheet::UnseenSlack;
 use crate::device::client::Client;
 use crate::device::json;
-use crate::device::log::Log;
-use crate::device::moved::Moved;
+use crate::device::log::SampleLog;
+use crate::device::moved::MoveResult;
 use crate::device::signals::Signals;
 use crate::device::travel::Travel;
 use crate::device::wire::Wire;
@@ -112,9 +112,9 @@ pub fn go<W: Wire>(
         other => other,
     })?;
     let signals = Signals::new(client.signals()?);
-    let mut samples = Log::new(signals.clone(), &[])?;
+    let mut samples = SampleLog::new(signals.clone(), &[])?;
     let before = client.status()?;
-    let mut moved = Moved::to(*deg, before.resolution.into(), before.sample_time.into())
+    let mut moved = MoveResult::to(*deg, before.resolution.into(), before.sample_time.into())
         .judged_by(judged.goal, judged.slack);
     let (status, interrupted) = then_off(client, |client| {
         let was_armed = client.status()?.state == StateCode::Armed;
@@ -237,7 +237,7 @@ mod tests {
             let error = refused.err().unwrap().to_string();
             assert!(error.starts_with("move: the simulated device refuses: "), "{error}");
             assert!(
-                error.contains("leads out of `limits.position_min_deg`")
+                error.contains("leaves the range `limits.position_min_deg`")
                     && error.ends_with("; the motor is off"),
                 "{error}"
             );

@@ -7,7 +7,7 @@ use crate::cli::warn;
 use crate::device::client::Client;
 use crate::device::wire::Wire;
 use crate::error::Error;
-use crate::selftest::{Asked, JOINTS, MOVES, SEED, object, run_while, words};
+use crate::selftest::{JOINTS, MOVES, SEED, SelfTestRequest, object, run_while, words};
 use crate::typed_number;
 
 #[derive(Debug, clap::Args)]
@@ -52,7 +52,7 @@ pub fn test<W: Wire>(
     client: &mut Client<W>,
     machine: &str,
 ) -> Result<SelftestReport, Error> {
-    let asked = Asked {
+    let asked = SelfTestRequest {
         machine: machine.into(),
         range_deg: arguments.range,
         moves: arguments.moves.into(),

@@ -52,7 +52,7 @@ const HIGH: [&str; 5] = ["pd", "ri", "roi", "dnpf", "srnf"];
 fn high(
     evidence: &ReportEvidence,
     suffix: &str,
-    of: fn(&crate::metrics::Metrics) -> Option<f64>,
+    of: fn(&crate::metrics::RunMetrics) -> Option<f64>,
 ) -> Option<Vec<f64>> {
     let labels = HIGH.map(|name| format!("{name}/trajectory-5.0{suffix}"));
     evidence.metrics("high-gain", &labels.each_ref().map(String::as_str), of)
@@ -60,7 +60,7 @@ fn high(
 
 fn low(
     evidence: &ReportEvidence,
-    of: fn(&crate::metrics::Metrics) -> Option<f64>,
+    of: fn(&crate::metrics::RunMetrics) -> Option<f64>,
 ) -> Option<Vec<f64>> {
     let labels = HIGH.map(|name| format!("{name}/trajectory-5.0"));
     evidence.metrics("trajectory", &labels.each_ref().map(String::as_str), of)
@@ -219,7 +219,7 @@ pub(super) const CONCLUSIONS: &[Claim] = &[
         says: "High gains increase the oscillations of the control signal.",
         quantity: "5 deg/s, total variation by that of Table 17: PD, RI, ROI, DNPF, SRNF",
         measure: |e| {
-            let of = |m: &crate::metrics::Metrics| m.control_total_variation_v_per_s;
+            let of = |m: &crate::metrics::RunMetrics| m.control_total_variation_v_per_s;
             ratios(high(e, "", of), low(e, of))
         },
         holds: Above(1.0),

@@ -1,7 +1,7 @@
 //! Readings of the friction lab's runs.
 
 use super::ratios;
-use crate::lab::{LabResult, Row};
+use crate::lab::{LabResult, LabSample};
 use crate::report::evidence::ReportEvidence;
 use crate::solver::EventKind;
 
@@ -34,7 +34,7 @@ pub(super) fn times(result: &LabResult, body: usize, kinds: &[EventKind]) -> Vec
 }
 
 /// Returns the samples from one time to another.
-pub(super) fn rows(result: &LabResult, from_s: f64, to_s: f64) -> &[Row] {
+pub(super) fn rows(result: &LabResult, from_s: f64, to_s: f64) -> &[LabSample] {
     let begin = result.rows.partition_point(|row| row.time_s < from_s);
     let end = result.rows.partition_point(|row| row.time_s <= to_s);
     result.rows.get(begin..end).unwrap_or_default()
@@ -115,7 +115,7 @@ pub(super) fn changes_of_side(
 ) -> Option<Vec<f64>> {
     let result = evidence.lab(name)?;
     let levels = levels(result, level);
-    let resting: Vec<&Row> =
+    let resting: Vec<&LabSample> =
         result.rows.iter().filter(|row| row.stuck.iter().all(|stuck| *stuck)).collect();
     let changes = |body: usize| {
         let frictions = resting.iter().map(|row| row.friction[body]);
@@ -142,7 +142,7 @@ pub(super) fn swings(evidence: &ReportEvidence, name: &str) -> Option<Vec<f64>> 
         (times(result, 0, &[EventKind::Stick]), times(result, 0, &[EventKind::Break]));
     let swing = |stop_s: &f64| {
         let break_s = *breaks.iter().find(|break_s| *break_s > stop_s)?;
-        let swinging = |row: &&Row| (row.friction[0] - row.input[0]).abs() > margin;
+        let swinging = |row: &&LabSample| (row.friction[0] - row.input[0]).abs() > margin;
         // Without the last hundredth, in which the bristle gives way.
         let stay = rows(result, *stop_s, break_s - 0.01 * (break_s - stop_s));
         let last_s = stay.iter().rev().find(swinging).map_or(*stop_s, |row| row.time_s);

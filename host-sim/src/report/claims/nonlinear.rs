@@ -5,11 +5,15 @@ use super::chapter3::{
     TORQUE_PER_VOLT, chatter, cruise, overshoots, rest, steps, tracking, trajectories,
 };
 use super::{Claim, ratios};
-use crate::metrics::Metrics;
+use crate::metrics::RunMetrics;
 use crate::report::evidence::ReportEvidence;
 
 /// Returns a metric of Table 18's tests, relative to Table 17's SRNF: 5 and 2.5 deg/s.
-fn test(evidence: &ReportEvidence, test: u32, of: fn(&Metrics) -> Option<f64>) -> Option<Vec<f64>> {
+fn test(
+    evidence: &ReportEvidence,
+    test: u32,
+    of: fn(&RunMetrics) -> Option<f64>,
+) -> Option<Vec<f64>> {
     let plain = trajectories("srnf");
     let with = plain.each_ref().map(|label| format!("{label}/test-{test}"));
     let with = evidence.metrics("srnf-robustness", &with.each_ref().map(String::as_str), of);

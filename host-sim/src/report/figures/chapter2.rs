@@ -3,8 +3,8 @@
 use serde::Deserialize;
 
 use crate::error::Error;
-use crate::figure::{Figure, Line, NamedFigure, Panel, Style};
-use crate::lab::{LabResult, Row};
+use crate::figure::{Figure, NamedFigure, Panel, PlotCurve, Style};
+use crate::lab::{LabResult, LabSample};
 use crate::report::content::{LabDrawing, PanelText, drawings};
 use crate::report::evidence::ReportEvidence;
 
@@ -52,14 +52,14 @@ fn panel(text: &PanelText, evidence: &ReportEvidence) -> Option<Panel> {
     let curves = text.curves.iter().zip(STYLES);
     let lines = curves.map(|((name, run, body, quantity), style)| {
         let points = points(evidence.lab(run)?, body.checked_sub(1)?, *quantity)?;
-        Some(Line::new(name, style, points))
+        Some(PlotCurve::new(name, style, points))
     });
     Some(Panel { height: text.height, ..Panel::new(&text.label, lines.collect::<Option<_>>()?) })
 }
 
 fn points(result: &LabResult, body: usize, quantity: Quantity) -> Option<Vec<(f64, f64)>> {
     let speed = || result.plan.setup.mechanism.pull.as_ref().map(|pull| pull.speed_m_per_s);
-    let value = |row: &Row| match quantity {
+    let value = |row: &LabSample| match quantity {
         Quantity::Position => row.position.get(body).copied(),
         Quantity::FarEnd => speed().map(|speed| speed * row.time_s),
         Quantity::Velocity => row.velocity.get(body).copied(),

@@ -24,7 +24,7 @@ use crate::experiment::{Experiment, RunPlan};
 use crate::figure::figures;
 use crate::output::OutputDirectory;
 use crate::run::RunResult;
-use crate::selftest::{self, Range, targets};
+use crate::selftest::{self, MoveRange, targets};
 use crate::tuning::{Goal, Request, Tuned, spreads};
 
 /// Moves, joints and seed of the predicted self-test: the defaults of `device selftest`.
@@ -150,12 +150,12 @@ fn expected(
 ) -> Result<Option<ExpectedSelftest>, Error> {
     let runs = Experiment::without_variants(document, &[controller.to_owned()])?;
     let Some(Ok(parameters)) = runs.first().map(device::parameters) else { return Ok(None) };
-    let range = Range::derived(&parameters, 0.0);
+    let range = MoveRange::derived(&parameters, 0.0);
     if range.deg < range.least_deg() {
         return Ok(None);
     }
     let (moves, joints, seed) = SELFTEST;
-    let request = selftest::Request {
+    let request = selftest::PredictionRequest {
         document: document.clone(),
         parameters,
         spreads: spreads.to_vec(),

@@ -3,13 +3,13 @@
 use serde::Serialize;
 
 use crate::benchmark::Score;
-use crate::data_sheet::told;
+use crate::data_sheet::overview;
 use crate::document::Document;
 use crate::ensemble::{Row, Sorted};
 use crate::error::{Error, rounded};
-use crate::machine::Machine;
+use crate::machine::MachineFile;
 use crate::selftest::{
-    Measures, Prediction, Range, bounds, ends, late, late_at_load, rest_at_load,
+    MoveMeasures, MoveRange, Prediction, bounds, ends, late, late_at_load, rest_at_load,
 };
 use crate::tuning::{Request, SideFigures, Tuned};
 
@@ -29,9 +29,9 @@ pub struct DescriptionRow {
 pub fn described(document: &Document) -> Result<Vec<DescriptionRow>, Error> {
     let machine = document.machine()?;
     let mut rows: Vec<DescriptionRow> = match document.mapping()? {
-        Some((sheet, mapping)) => told::rows(&sheet, &mapping)
+        Some((sheet, mapping)) => overview::rows(&sheet, &mapping)
             .into_iter()
-            .map(|told::Row { what, si, core, how }| DescriptionRow {
+            .map(|overview::DerivedNumber { what, si, core, how }| DescriptionRow {
                 what: what.into(),
                 core,
                 si,
@@ -47,7 +47,7 @@ pub fn described(document: &Document) -> Result<Vec<DescriptionRow>, Error> {
                 how: String::new(),
             };
             vec![
-                row("acceleration of a volt", joint.gain_deg_per_s2_per_v, "deg/s^2"),
+                row("acceleration per volt", joint.gain_deg_per_s2_per_v, "deg/s^2"),
                 row("viscous friction", joint.viscous_v_per_deg_per_s, "V s/deg"),
                 row("stick friction", joint.friction.stick_v, "V"),
                 row("slip friction", joint.friction.slip_v, "V"),
@@ -195,7 +195,7 @@ pub struct GainRow {
 }
 
 /// Returns the gains of a controller, with the values before tuning.
-pub fn gains(machine: &Machine, controller: &str, tuned: &[Tuned]) -> Vec<GainRow> {
+pub fn gains(machine: &MachineFile, controller: &str, tuned: &[Tuned]) -> Vec<GainRow> {
     let turned = tuned.iter().find(|one| one.controller == controller && one.better);
     let turned = turned.map_or(&[][..], |one| &one.gains);
     let written = machine.controller.get(controller);
@@ -277,7 +277,7 @@ struct Move {
 
 /// Returns the figures of a prediction with their bounds, and its moves one by one.
 pub fn expected(
-    range: Range,
+    range: MoveRange,
     targets: &[f64],
     prediction: &Prediction,
     parameters: String,
@@ -292,7 +292,7 @@ pub fn expected(
         };
         Figure { what: check.words, low, median, high, allowed }
     });
-    let spread = |place: usize, digits: usize, of: &dyn Fn(&Measures) -> f64| {
+    let spread = |place: usize, digits: usize, of: &dyn Fn(&MoveMeasures) -> f64| {
         let all = prediction.moves.iter().filter_map(|moves| moves.get(place)).map(of);
         let sorted = Sorted::new(all);
         let both = sorted.quantile(0.0).zip(sorted.max());

@@ -15,7 +15,7 @@ use crate::data_sheet::UnseenSlack;
 use crate::error::Error;
 use crate::experiment::{Document, Experiment, RunPlan, Task};
 use crate::goal::PositionGoal;
-use crate::run::{RunResult, Trace, run_all};
+use crate::run::{RunResult, RunTrace, run_all};
 
 /// How long a step is watched for hunting.
 const HUNTING_DURATION: &str = "run.duration_s=120";
@@ -178,7 +178,7 @@ fn settles(result: &RunResult) -> bool {
 
 /// Tells whether the joint left its place by a count.
 fn moves(result: &RunResult) -> bool {
-    let Trace::Loop(moments) = &result.trace else { return false };
+    let RunTrace::Loop(moments) = &result.trace else { return false };
     let count_deg = result.plan.machine.encoder.resolution_deg();
     let Some(first) = moments.first() else { return false };
     moments.iter().any(|moment| (moment.position_deg - first.position_deg).abs() > count_deg)

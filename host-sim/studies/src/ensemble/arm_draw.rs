@@ -17,7 +17,9 @@ use super::distribution::Draws;
 use super::draw::{BREAKAWAY, Case, EFFORT, HARD_BREAKAWAY, Kind, NOMINAL, Scale, Trapezoid};
 use super::family::Family;
 use super::rules::Told;
-use crate::joint::{ArmDescription, Body, Description, Encoder, Side, Stribeck, Train};
+use crate::joint::{
+    ArmDescription, Body, Description, DiscSide, JointEncoder, StribeckCurve, Train,
+};
 use crate::mechanism::{GRAVITY, Mechanism as _, TwoLinkArm};
 use crate::plant::Delay;
 
@@ -40,7 +42,7 @@ pub struct ArmCase {
 
 /// One joint of it, without what the links add.
 struct Drawn {
-    curve: Stribeck,
+    curve: StribeckCurve,
     rotor: f64,
     error_of_inertia: f64,
     step: f64,
@@ -54,7 +56,7 @@ fn joint(draws: &mut Draws, kind: Kind) -> Drawn {
     let coulomb = draws.uniform(2.0, 6.0);
     let ratio = if kind.hard { draws.uniform(2.0, 4.0) } else { draws.uniform(1.05, 2.0) };
     let stribeck_velocity = draws.log_uniform(5e-3, 0.2);
-    let curve = Stribeck { coulomb, stick: ratio * coulomb, stribeck_velocity, viscous };
+    let curve = StribeckCurve { coulomb, stick: ratio * coulomb, stribeck_velocity, viscous };
     Drawn {
         curve,
         rotor,
@@ -102,7 +104,7 @@ pub(super) fn arm(draws: &mut Draws, family: Family, number: u64, kind: Kind) ->
         family,
         number,
         joint: Description { start: first.start, ..Description::of(Train::Rigid(body), count) },
-        encoder: Encoder { count, side: Side::Motor },
+        encoder: JointEncoder { count, side: DiscSide::Motor },
         delay: first.delay,
         scale,
         told: told(&first, mass[0][0]),

@@ -66,7 +66,7 @@ impl ArmRig {
     /// tick. `count` is the angle of a count, rad.
     pub fn tick(&mut self, count: f64) -> [Sample; 2] {
         let turns = [self.arm.turn(0), self.arm.turn(1)];
-        let encoder = crate::joint::Encoder { count, side: crate::joint::Side::Motor };
+        let encoder = crate::joint::JointEncoder { count, side: crate::joint::DiscSide::Motor };
         let mut samples = [Sample::default(); 2];
         for ((joint, turn), sample) in self.joints.iter_mut().zip(turns).zip(&mut samples) {
             let tick = joint.servo.tick(encoder.count_at(turn.position) as u32);

@@ -11,8 +11,8 @@ use super::family::Family;
 use super::rules::{Rule, Told, Tuned};
 use super::thesis_draw;
 use crate::joint::{
-    Body, Bristle, Description, Dwell, Encoder, Friction, Gravity, Load, Shaft, Side, Stops,
-    Stribeck, Thermal, Train,
+    Body, Bristle, Description, DiscSide, Dwell, Gravity, JointEncoder, LoadTorque,
+    SetValuedFriction, ShaftDescription, Stops, StribeckCurve, Thermal, Train,
 };
 use crate::plant::Delay;
 
@@ -78,7 +78,7 @@ pub struct Case {
     /// The joint.
     pub joint: Description,
     /// Its encoder.
-    pub encoder: Encoder,
+    pub encoder: JointEncoder,
     /// Computation delay.
     pub delay: Delay,
     /// Units.
@@ -134,7 +134,7 @@ fn in_si(draws: &mut Draws, family: Family, number: u64, kind: Kind) -> Case {
     let hard = kind.hard && !family.is_overhauling();
     let ratio = if hard { draws.uniform(2.0, 4.0) } else { draws.uniform(1.05, 2.0) };
     let stribeck_velocity = draws.log_uniform(5e-3, 0.2);
-    let curve = Stribeck { coulomb, stick: ratio * coulomb, stribeck_velocity, viscous };
+    let curve = StribeckCurve { coulomb, stick: ratio * coulomb, stribeck_velocity, viscous };
     // So far that the coarse encoder has more counts than the wall is before the target.
     let least = if family.has_wall() { 0.01 } else { 1e-3 };
     let step = draws.sign() * draws.log_uniform(least, 0.5);
@@ -144,9 +144,9 @@ fn in_si(draws: &mut Draws, family: Family, number: u64, kind: Kind) -> Case {
     let delay = if draws.coin() { Delay::OneSample } else { Delay::None };
     let lag_s = if draws.coin() { 0.7e-3 } else { 0.0 };
 
-    let mut load = Load::default();
+    let mut load = LoadTorque::default();
     let mut jump_counts = None;
-    let side = if family == Family::FlexibleLoad { Side::Load } else { Side::Motor };
+    let side = if family == Family::FlexibleLoad { DiscSide::Load } else { DiscSide::Motor };
     let train = match family {
         Family::Loaded => {
             load.constant = draws.uniform(-1.2, 1.2);
@@ -191,7 +191,7 @@ fn in_si(draws: &mut Draws, family: Family, number: u64, kind: Kind) -> Case {
                 _ => draws.uniform(0.0, 4.0 * count),
             };
             let (train, jump) = flexible(draws, inertia, &curve, backlash);
-            jump_counts = (side == Side::Load).then_some(jump / count);
+            jump_counts = (side == DiscSide::Load).then_some(jump / count);
             if family.is_overhauling() {
                 load.constant = draws.sign() * overhauling(draws) * curve.stick;
             }
@@ -200,7 +200,7 @@ fn in_si(draws: &mut Draws, family: Family, number: u64, kind: Kind) -> Case {
         Family::Dwell => {
             let [growth, time_s] = [draws.uniform(0.2, 1.0), draws.log_uniform(0.1, 10.0)];
             let dwell = Some(Dwell { growth, time_s });
-            Train::Rigid(Body { inertia, friction: Friction { dwell, ..curve.into() } })
+            Train::Rigid(Body { inertia, friction: SetValuedFriction { dwell, ..curve.into() } })
         }
         Family::Drifting => {
             // The levels begin at half to twice of what they tend to.
@@ -211,7 +211,7 @@ fn in_si(draws: &mut Draws, family: Family, number: u64, kind: Kind) -> Case {
                 levels_per_k: 0.01,
                 viscous_per_k: 0.01,
             });
-            Train::Rigid(Body { inertia, friction: Friction { thermal, ..curve.into() } })
+            Train::Rigid(Body { inertia, friction: SetValuedFriction { thermal, ..curve.into() } })
         }
         Family::Rigid
         | Family::Noisy
@@ -232,7 +232,7 @@ fn in_si(draws: &mut Draws, family: Family, number: u64, kind: Kind) -> Case {
     // Last of all, so that the joints are the same without it.
     let known = if is_braked { draws.uniform(0.8, 1.2) } else { 0.0 };
     let told = Told {
-        encoder_at_load: side == Side::Load,
+        encoder_at_load: side == DiscSide::Load,
         jitter: if family == Family::NoisyTold { 2.0 } else { 0.0 },
         hold_effort: -known * load.at(start) / scale.effort,
         ..told
@@ -242,7 +242,7 @@ fn in_si(draws: &mut Draws, family: Family, number: u64, kind: Kind) -> Case {
         family,
         number,
         joint: Description { load, lag_s, start, stops, ..Description::of(train, count) },
-        encoder: Encoder { count, side },
+        encoder: JointEncoder { count, side },
         delay,
         scale,
         told,
@@ -274,7 +274,7 @@ pub(super) fn wall(step: f64, count: f64) -> Stops {
 fn flexible(
     draws: &mut Draws,
     inertia: f64,
-    curve: &Stribeck,
+    curve: &StribeckCurve,
     backlash: impl Fn(&mut Draws) -> f64,
 ) -> (Train, f64) {
     let of_motor = draws.uniform(0.2, 0.8);
@@ -285,7 +285,7 @@ fn flexible(
     let damping = 2.0 * ratio * (stiffness * motor_inertia * load_inertia / inertia).sqrt();
     let backlash = backlash(draws);
     let of_friction = draws.uniform(0.3, 0.9);
-    let share = |share: f64| Stribeck {
+    let share = |share: f64| StribeckCurve {
         coulomb: share * curve.coulomb,
         stick: share * curve.stick,
         viscous: share * curve.viscous,
@@ -297,7 +297,7 @@ fn flexible(
     let train = Train::Flexible {
         motor: Body { inertia: motor_inertia, friction: of_motor.into() },
         load: Body { inertia: load_inertia, friction: of_load.into() },
-        shaft: Shaft { stiffness, damping, backlash },
+        shaft: ShaftDescription { stiffness, damping, backlash },
     };
     (train, jump)
 }
@@ -397,7 +397,7 @@ mod tests {
                     assert!(bounds.contains(&stick_v), "{family:?}: {stick_v}");
                     assert!(case.joint.build().is_ok(), "{case:?}");
                     // The motor can move every joint.
-                    let Load { constant, gravity } = case.joint.load;
+                    let LoadTorque { constant, gravity } = case.joint.load;
                     let load = constant.abs() + gravity.map_or(0.0, |of| of.amplitude.abs());
                     let [full_scale, count] = [case.told.full_scale, case.told.count];
                     assert!(load + stick < full_scale * case.scale.effort, "{case:?}");

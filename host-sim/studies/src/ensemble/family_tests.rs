@@ -4,7 +4,7 @@ use super::case::{self, Row};
 use super::draw::{Case, Kind};
 use super::family::Family;
 use super::rules::rules;
-use crate::joint::{Friction, Stribeck, Train};
+use crate::joint::{SetValuedFriction, StribeckCurve, Train};
 
 const EASY: Kind = Kind { hard: false, rate_hz: 1000.0 };
 
@@ -53,8 +53,8 @@ fn a_joint_of_an_arm_pushes_the_other_one_only_if_they_are_coupled() {
         let mut arm = drawn;
         let level = share * (coupling * acceleration + gravity).abs();
         arm.friction[0] =
-            Stribeck { coulomb: 0.0, stick: 0.0, stribeck_velocity: 0.0, viscous: 0.0 };
-        arm.friction[1] = Stribeck { coulomb: level, stick: level, ..arm.friction[0] };
+            StribeckCurve { coulomb: 0.0, stick: 0.0, stribeck_velocity: 0.0, viscous: 0.0 };
+        arm.friction[1] = StribeckCurve { coulomb: level, stick: level, ..arm.friction[0] };
         let arm = arm.build().unwrap();
         let mut arm = if is_coupled { arm } else { arm.without_coupling() };
         (0..2).for_each(|_| arm.hold([first * acceleration + load, 0.0], 1e-3));
@@ -78,7 +78,7 @@ fn noise_dwell_and_drift_each_change_what_a_joint_does() {
         let case = Case::draw(2, family, 0, EASY);
         let mut constant = case.clone();
         let Train::Rigid(body) = &mut constant.joint.train else { panic!("{case:?}") };
-        let Friction { dwell, thermal, .. } = &mut body.friction;
+        let SetValuedFriction { dwell, thermal, .. } = &mut body.friction;
         assert!(dwell.take().is_some() != thermal.take().is_some(), "{family:?}");
         let [changing, constant] = [&case, &constant].map(|case| ran(case, "srnf"));
         assert!(changing != constant, "{family:?}: {changing:?}");

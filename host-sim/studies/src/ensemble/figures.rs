@@ -8,9 +8,9 @@ use super::rows::{Group, Header};
 use super::rules::Rule;
 use super::summary::{SideSummary, Summary};
 use crate::error::Error;
-use crate::figure::chart::{Chart, Cloud, LogAxis, Share, Shown};
+use crate::figure::chart::{Chart, ChartContent, Cloud, LogAxis, Share};
 use crate::figure::compared::judged_from_s;
-use crate::figure::{Figure, Line, NamedFigure, Panel, Style};
+use crate::figure::{Figure, NamedFigure, Panel, PlotCurve, Style};
 
 /// Returns the charts of all rows.
 pub fn charts(header: &Header, families: &[(Group, Vec<Summary>)], rows: &[Row]) -> Vec<Chart> {
@@ -36,7 +36,7 @@ pub fn charts(header: &Header, families: &[(Group, Vec<Summary>)], rows: &[Row])
         stem: "success".into(),
         title: "Joints that come to rest at their target in time and stay there".into(),
         subtitle: "simulated; share of the joints and its 95 % interval (Wilson)".into(),
-        shown: Shown::Shares(groups.collect()),
+        shown: ChartContent::Shares(groups.collect()),
     };
     let judged = families.iter().filter(|(_, laws)| !laws.is_empty());
     let clouds = judged.map(|(group, laws)| cloud(header, group, rows, is_two_sided(laws)));
@@ -83,7 +83,7 @@ fn cloud(header: &Header, group: &Group, rows: &[Row], is_two_sided: bool) -> Ch
         title: format!("Settling against rest error: {}", group.name),
         subtitle: "simulated; a point is a joint, and a success lies below and left of the lines"
             .into(),
-        shown: Shown::Clouds {
+        shown: ChartContent::Clouds {
             axes: [settling, rest],
             clouds: clouds.collect(),
             columns: if is_two_sided { 2 } else { 3 },
@@ -130,26 +130,26 @@ fn figure(
     let has_other = joint.family.has_unseen_load() || joint.family.is_arm();
     let farther = |s: &Sample| far(s.error).max(if has_other { far(s.load_error) } else { 0.0 });
     let half = 1.25 * settled.map(|(_, s)| farther(s)).fold(2.0 * BAND_COUNTS, f64::max);
-    let mut errors = vec![Line::new("at the encoder", Style::Primary, points(|s| s.error))];
+    let mut errors = vec![PlotCurve::new("at the encoder", Style::Primary, points(|s| s.error))];
     if joint.family.has_unseen_load() {
-        errors.push(Line::new("at the load", Style::Second, points(|s| s.load_error)));
+        errors.push(PlotCurve::new("at the load", Style::Second, points(|s| s.load_error)));
     }
     if joint.family.is_arm() {
-        errors.push(Line::new("of the second joint", Style::Second, points(|s| s.load_error)));
+        errors.push(PlotCurve::new("of the second joint", Style::Second, points(|s| s.load_error)));
     }
     let ends = [samples.first(), samples.last()].map(|end| end.map_or(0.0, |(time_s, _)| *time_s));
     for (name, bound) in [("2 counts", BAND_COUNTS), ("", -BAND_COUNTS)] {
         let at = ends.iter().map(|time_s| (*time_s, bound)).collect();
-        errors.push(Line::new(name, Style::Limit, at));
+        errors.push(PlotCurve::new(name, Style::Limit, at));
     }
     let unit = joint.family.units().effort;
-    let effort = Line::new("effort", Style::Total, points(|s| s.effort)).held();
+    let effort = PlotCurve::new("effort", Style::Total, points(|s| s.effort)).held();
     let panels = vec![
         Panel::new(
             "position (counts)",
             vec![
-                Line::new("joint", Style::Primary, points(|s| s.position)),
-                Line::new("set point", Style::Reference, points(|s| s.position + s.error)),
+                PlotCurve::new("joint", Style::Primary, points(|s| s.position)),
+                PlotCurve::new("set point", Style::Reference, points(|s| s.position + s.error)),
             ],
         ),
         Panel { y_range: Some((-half, half)), ..Panel::new("error (counts)", errors) },

@@ -15,12 +15,12 @@ use super::case::Row;
 use super::distribution::{Draws, Purpose};
 use super::measures::{Sample, StepJudge, TrackingJudge};
 use super::rows::Group;
-use crate::closed_loop::Moment;
+use crate::closed_loop::LoopSample;
 use crate::document::refused_spread;
 use crate::error::Error;
 use crate::experiment::{Document, Experiment, RunPlan, Task, parameters};
 use crate::goal::PositionGoal;
-use crate::joint::Side;
+use crate::joint::DiscSide;
 use crate::solver::AxisSolver;
 use crate::target::WatchedServo;
 
@@ -266,15 +266,15 @@ struct Driven {
     fault: Option<String>,
     /// Side of the joint's own position, by which `success` is judged: the load of a data sheet,
     /// the encoder's side of a `[joint]`.
-    side: Side,
+    side: DiscSide,
 }
 
 impl Driven {
     /// Chooses the joint's side of two.
     fn of<T>(&self, at_encoder: T, at_load: T) -> T {
         match self.side {
-            Side::Motor => at_encoder,
-            Side::Load => at_load,
+            DiscSide::Motor => at_encoder,
+            DiscSide::Load => at_load,
         }
     }
 }
@@ -283,8 +283,8 @@ impl Driven {
 fn drive(pair: [&RunPlan; 2], samples: u32, see: impl FnMut(&Sample)) -> Result<Driven, Error> {
     let [_, joint] = pair;
     let (fault, side) = match joint.sheet_axis()? {
-        Some(axis) => (drive_with(axis, pair, samples, see)?, Side::Load),
-        None => (drive_with(joint.joint()?, pair, samples, see)?, Side::Motor),
+        Some(axis) => (drive_with(axis, pair, samples, see)?, DiscSide::Load),
+        None => (drive_with(joint.joint()?, pair, samples, see)?, DiscSide::Motor),
     };
     Ok(Driven { fault, side })
 }
@@ -302,7 +302,7 @@ fn drive_with<S: AxisSolver>(
     let mut servo = WatchedServo::new(parameters(nominal)?, counter, counts)?;
     let count = closed_loop.encoder.resolution;
     let mut seen: Vec<Sample> = Vec::new();
-    let on_moment = |moment: &Moment| {
+    let on_moment = |moment: &LoopSample| {
         let speed = f64::from(moment.tick.reference_velocity);
         let error = |position_deg: f64| (moment.reference_deg - position_deg) / count;
         seen.push(Sample {
@@ -385,8 +385,8 @@ mod tests {
         for (text, said) in [
             ("joint.friction.stick_v", "write KEY=LOW..HIGH"),
             ("joint.friction.stick_v=0.6..0.3", "the lower one first"),
-            ("joint.friction.stick_v=0.3", "LOW..HIGH of two numbers"),
-            ("controller.pd.kp_v_per_deg=1..2", "only keys of the joint vary"),
+            ("joint.friction.stick_v=0.3", "LOW..HIGH: two numbers"),
+            ("controller.pd.kp_v_per_deg=1..2", "only keys of the joint can vary"),
         ] {
             let message = Spread::read(text).unwrap_err().to_string();
             assert!(message.contains(said) && message.contains("--spread"), "{message}");

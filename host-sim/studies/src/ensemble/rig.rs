@@ -16,7 +16,7 @@ use super::draw::Case;
 use super::measures::Sample;
 use super::rules::{Told, Tuned};
 use crate::error::Error;
-use crate::joint::{AnyJoint, CountNoise, Encoder, Joint, Side, Turn};
+use crate::joint::{AnyJoint, CountNoise, DiscSide, Joint, JointEncoder, Turn};
 use crate::plant::{Delay, DelayLine};
 use crate::target::{Target, WatchedServo};
 
@@ -27,7 +27,7 @@ const BRAKE: f64 = 10.0;
 #[derive(Debug)]
 pub struct Rig {
     joint: AnyJoint,
-    encoder: Encoder,
+    encoder: JointEncoder,
     noise: Option<CountNoise>,
     amplified: Amplified,
     sample_time_s: f64,
@@ -169,8 +169,8 @@ impl Rig {
         let tick = self.amplified.servo.tick(counter).unwrap_or_default();
         let load = self.joint.load();
         let turn = match self.encoder.side {
-            Side::Motor => self.joint.motor(),
-            Side::Load => load,
+            DiscSide::Motor => self.joint.motor(),
+            DiscSide::Load => load,
         };
         let count = self.encoder.count;
         let sample = self.amplified.sample(&tick, [turn, load], [count, self.sample_time_s]);

@@ -3,7 +3,7 @@
 use super::distribution::Draws;
 use super::draw::{Case, Scale, Trapezoid, wall};
 use super::family::Family;
-use crate::joint::{Body, Description, Encoder, Side, Stops, Stribeck, Train};
+use crate::joint::{Body, Description, DiscSide, JointEncoder, Stops, StribeckCurve, Train};
 use crate::plant::Delay;
 
 /// Nominal inertia of the thesis's axis, V s^2/deg, and viscous friction, V s/deg.
@@ -27,7 +27,7 @@ pub(super) fn axis(draws: &mut Draws, family: Family, number: u64) -> Case {
     let viscous = NOMINAL[1] * draws.uniform(0.5, 1.5);
     let coulomb = 0.38 * draws.log_uniform(0.5, 2.0);
     let stick = coulomb * draws.uniform(1.0, 1.35);
-    let curve = Stribeck { coulomb, stick, stribeck_velocity: 0.0, viscous };
+    let curve = StribeckCurve { coulomb, stick, stribeck_velocity: 0.0, viscous };
     let [count, sample_time] = LOOP;
     let start = -count * draws.uniform(0.0, 1.0);
     let delay = if draws.coin() { Delay::OneSample } else { Delay::None };
@@ -38,7 +38,7 @@ pub(super) fn axis(draws: &mut Draws, family: Family, number: u64) -> Case {
         family,
         number,
         joint: Description { start, stops, ..Description::of(train, count) },
-        encoder: Encoder { count, side: Side::Motor },
+        encoder: JointEncoder { count, side: DiscSide::Motor },
         delay,
         scale,
         told: scale.told(NOMINAL, BREAKAWAY, 0.0, EFFORT, [count, sample_time]),

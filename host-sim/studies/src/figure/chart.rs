@@ -1,20 +1,19 @@
-//! Figures without a time axis: shares with their intervals, clouds of points, and layers of points
-//! over each other.
+//! Charts without a time axis: shares with their intervals, clouds of points, and layers of points.
 //!
-//! The types here say what to show; `marks.rs` and `layers.rs` draw it.
+//! The types here describe the content; `marks.rs` and `layers.rs` draw it.
 
 /// A row of a chart of shares.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Share {
-    /// What it is of.
+    /// Label.
     pub name: String,
-    /// The share, from 0 to 1.
+    /// Share, from 0 to 1.
     pub share: f64,
-    /// Its interval.
+    /// Confidence interval.
     pub interval: [f64; 2],
 }
 
-/// A point of a cloud; what is infinite lies on the edge that says so.
+/// A point of a cloud; an infinite value is drawn on the upper edge.
 pub type Point = [f64; 2];
 
 /// One cloud among others of the same axes.
@@ -33,13 +32,13 @@ pub struct LogAxis {
     pub label: String,
     /// Powers of ten of its ends.
     pub decades: [i32; 2],
-    /// A bound that is drawn across.
+    /// Bound, drawn as a line across.
     pub bound: f64,
-    /// What stands beyond the upper end.
+    /// Label for values beyond the upper end.
     pub beyond: String,
 }
 
-/// How the points of a layer are drawn.
+/// Marker of the points of a layer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mark {
     /// A small grey dot each.
@@ -72,9 +71,9 @@ pub struct LayeredPanel {
     pub layers: Vec<Layer>,
 }
 
-/// What is shown.
+/// Content of a chart.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Shown {
+pub enum ChartContent {
     /// Groups of shares under each other.
     Shares(Vec<(String, Vec<Share>)>),
     /// Clouds beside each other.
@@ -107,7 +106,7 @@ pub struct Chart {
     /// Smaller line below the title.
     pub subtitle: String,
     /// What is shown.
-    pub shown: Shown,
+    pub shown: ChartContent,
 }
 
 impl Chart {

@@ -2,10 +2,10 @@
 //! joint.
 
 use super::results::{COMPARED, NamedFigure, in_words, shown_until, sides_differ};
-use super::{Figure, Line, Panel, Style};
-use crate::closed_loop::Moment;
+use super::{Figure, Panel, PlotCurve, Style};
+use crate::closed_loop::LoopSample;
 use crate::experiment::Task;
-use crate::run::{RunResult, Trace};
+use crate::run::{RunResult, RunTrace};
 
 /// Panels of a figure; more of them are taller than a screen.
 const PANELS: usize = 4;
@@ -62,29 +62,33 @@ fn panel(joint: &Joint, end_s: f64) -> Panel {
     let mut half = 4.0 * BAND_COUNTS;
     let mut lines = Vec::new();
     for (run, style) in joint.iter().zip(styles(joint.len())) {
-        let Trace::Loop(moments) = &run.trace else { continue };
+        let RunTrace::Loop(moments) = &run.trace else { continue };
         let count_deg = run.plan.machine.encoder.resolution_deg();
-        let counts = |of: fn(&Moment) -> f64| -> Vec<(f64, f64)> {
+        let counts = |of: fn(&LoopSample) -> f64| -> Vec<(f64, f64)> {
             let shown = moments.iter().take_while(|moment| moment.time_s <= end_s + 1e-9);
             shown.map(|moment| (moment.time_s, of(moment) / count_deg)).collect()
         };
         let is_two_sided = sides_differ(run);
-        let points = counts(Moment::error_deg);
+        let points = counts(LoopSample::error_deg);
         let settled = points.iter().filter(|(time_s, _)| *time_s >= judged_from_s(end_s));
         half = settled.map(|(_, error)| 1.25 * error.abs()).fold(half, f64::max);
         let rest = run.metrics.rest_error_counts.unwrap_or(f64::NAN);
         let name = run.plan.controller.as_deref().unwrap_or_default();
         let side = if is_two_sided { " at the load" } else { "" };
-        lines.push(Line::new(format!("{name}: {:.1} counts off{side}", rest.abs()), style, points));
+        lines.push(PlotCurve::new(
+            format!("{name}: {:.1} counts off{side}", rest.abs()),
+            style,
+            points,
+        ));
         if is_two_sided {
             let rest = run.metrics.sides.rest_at_encoder_counts.unwrap_or(f64::NAN);
             let name = format!("{name}: {:.1} at the encoder", rest.abs());
             let points = counts(|moment| moment.reference_deg - moment.at_encoder_deg);
-            lines.push(Line::new(name, style.at_encoder(), points));
+            lines.push(PlotCurve::new(name, style.at_encoder(), points));
         }
     }
     for (name, bound) in [("2 counts", BAND_COUNTS), ("", -BAND_COUNTS)] {
-        lines.push(Line::new(name, Style::Limit, vec![(0.0, bound), (end_s, bound)]));
+        lines.push(PlotCurve::new(name, Style::Limit, vec![(0.0, bound), (end_s, bound)]));
     }
     let label = format!("{}: error (counts)", name_of(joint));
     Panel { height: 0.9, y_range: Some((-half, half)), ..Panel::new(label, lines) }

@@ -14,7 +14,7 @@ use kuva::{AxisLine, TickFormat};
 use super::raster::FONT;
 use super::shape::{Axis, drawable, extent, visible};
 use super::thin::thin;
-use super::{Error, Figure, Line, Panel, Style, Window};
+use super::{Figure, FigureError, InsetRange, Panel, PlotCurve, Style};
 
 const LEFT: f64 = 92.0;
 const RIGHT: f64 = 22.0;
@@ -26,7 +26,7 @@ const SWATCH: f64 = 34.0;
 const TITLE: u32 = 22;
 const TEXT: u32 = 16;
 
-/// What a figure is drawn on.
+/// Page on which a figure is drawn.
 #[derive(Clone, Copy)]
 pub(super) struct Sheet<'a> {
     width: f64,
@@ -99,14 +99,14 @@ fn look(style: Style) -> Look {
     }
 }
 
-pub(super) fn svg(figure: &Figure, sheet: Sheet) -> Result<String, Error> {
+pub(super) fn svg(figure: &Figure, sheet: Sheet) -> Result<String, FigureError> {
     let panels = &figure.panels;
     let points = panels.iter().flat_map(|panel| drawable(&panel.lines));
-    let time = extent(points.map(|point| point.0)).ok_or(Error::Empty)?;
+    let time = extent(points.map(|point| point.0)).ok_or(FigureError::Empty)?;
     // A hair more, or rounding would lose a tick at the very end.
     let time = Axis::new((time.0, time.1 + 1e-9 * (time.1 - time.0)), sheet.width / 64.0)?;
     if !panels.iter().all(|p| HEIGHTS.contains(&p.height)) {
-        return Err(Error::Size);
+        return Err(FigureError::Size);
     }
     let height: f64 = panels.iter().map(|panel| panel.height * PANEL).sum();
     let has_title = sheet.header > TITLE_AT;
@@ -147,8 +147,7 @@ fn captions(figure: &Figure, width: f64) -> Vec<(String, u32, f64)> {
     lines
 }
 
-/// A text in lines of at most so many letters, cut between words; a word that is longer has a line
-/// of its own.
+/// Wraps a text to lines of at most `letters` characters; a longer word has a line of its own.
 pub(super) fn wrapped(content: &str, letters: usize) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for word in content.split_whitespace() {
@@ -169,7 +168,7 @@ fn draw_panel(
     width: f64,
     (top, page_height): (f64, f64),
     is_last: bool,
-) -> Result<Vec<Scene>, Error> {
+) -> Result<Vec<Scene>, FigureError> {
     let data = extent(drawable(&panel.lines).map(|point| point.1));
     let padded = |(low, high)| (1.05 * low - 0.05 * high, 1.05 * high - 0.05 * low);
     let range = panel.y_range.or(data.map(padded)).unwrap_or((-1.0, 1.0));
@@ -184,7 +183,7 @@ fn draw_panel(
     let bottom = top + panel.height * PANEL - GAP;
     let top = top + legend_height;
     if bottom - top < LEAST_FRAME {
-        return Err(Error::Size);
+        return Err(FigureError::Size);
     }
 
     let frame = Frame { left: LEFT, right: width - RIGHT, top, bottom };
@@ -211,7 +210,7 @@ struct Frame {
 
 /// Axes in a frame, with curves in them.
 fn axes(
-    lines: &[Line],
+    lines: &[PlotCurve],
     [time, values]: [&Axis; 2],
     frame: &Frame,
     (width, height): (f64, f64),
@@ -263,11 +262,11 @@ fn axes(
 /// the right. Nothing, if they leave too little to read it in.
 fn inset(
     panel: &Panel,
-    window: &Window,
+    window: &InsetRange,
     [time, axis]: [&Axis; 2],
     frame: &Frame,
     sheet: (f64, f64),
-) -> Result<Option<Scene>, Error> {
+) -> Result<Option<Scene>, FigureError> {
     let left = frame.left + INSET_FROM * (frame.right - frame.left);
     let begin =
         time.low + (left - frame.left) / (frame.right - frame.left) * (time.high - time.low);
@@ -290,7 +289,7 @@ fn inset(
     let until = window.time.1.min(time.high);
     let own_time = Axis::new((window.time.0, until), (own.right - own.left) / 64.0)?;
     let values = Axis::new(window.values, ((own.bottom - own.top) / 26.0).max(3.0))?;
-    let lines: Vec<Line> = panel.lines.iter().map(|line| line.since(own_time.low)).collect();
+    let lines: Vec<PlotCurve> = panel.lines.iter().map(|line| line.since(own_time.low)).collect();
     let mut scene = axes(&lines, [&own_time, &values], &own, sheet, true);
     let paper = Primitive::Rect {
         x: left,

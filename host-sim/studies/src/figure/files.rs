@@ -64,8 +64,9 @@ pub fn write_figures(directory: &OutputDirectory, figures: &[NamedFigure]) -> Re
     let drawn: Vec<(String, Vec<u8>)> = figures
         .par_iter()
         .map(|named| {
-            draw(named)
-                .map_err(|error: super::Error| Error::Figure(format!("`{}`: {error}", named.stem)))
+            draw(named).map_err(|error: super::FigureError| {
+                Error::Figure(format!("`{}`: {error}", named.stem))
+            })
         })
         .collect::<Result<_, _>>()?;
     for (named, (svg, png)) in figures.iter().zip(&drawn) {

@@ -1,11 +1,10 @@
 //! An SVG document as an element of an HTML page.
 
-/// Digits behind the point that a page needs: a hundredth of a unit is nothing to see.
+/// Decimals in a page: smaller differences are invisible.
 const DIGITS: usize = 2;
 
-/// The document scaled by the page and not by itself, without its background, and with its name for
-/// those who cannot see it. Numbers lose the digits that nobody sees, which are half of the
-/// document.
+/// Returns an SVG document as an element that scales with the page, without background, and with
+/// its name for screen readers. Invisible digits of numbers are dropped, which halves the document.
 pub(super) fn element(svg: &str, name: &str) -> String {
     let (head, body) = svg.split_once('>').unwrap_or(("", svg));
     let size =

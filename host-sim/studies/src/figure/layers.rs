@@ -221,7 +221,7 @@ impl Panel<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::chart::{Chart, Shown};
+    use super::super::chart::{Chart, ChartContent};
     use super::super::{marks, raster};
     use super::*;
 
@@ -244,7 +244,7 @@ mod tests {
         let [stem, title, subtitle] = ["a", "A title", "simulated"].map(str::to_owned);
         let axes = [axis([-2, 1], 5.0), axis([0, 3], 2.0)];
         let bounds = "limits of success".to_owned();
-        let shown = Shown::Layers { axes, bounds, panels };
+        let shown = ChartContent::Layers { axes, bounds, panels };
         let drawn = marks::svg(&Chart { stem, title, subtitle, shown });
         for name in ["tried", "Pareto front", "kept", "limits of success", "srnf", "robust"] {
             assert_eq!(drawn.matches(&format!(">{name}<")).count(), 1, "{name}: {drawn}");

@@ -3,7 +3,7 @@
 use kuva::backend::svg::SvgBackend;
 use kuva::render::render::{Primitive, Scene, TextAnchor};
 
-use super::chart::{Chart, Cloud, LogAxis, Share, Shown};
+use super::chart::{Chart, ChartContent, Cloud, LogAxis, Share};
 use super::layers;
 use super::raster::FONT;
 
@@ -33,21 +33,21 @@ pub(super) fn svg(chart: &Chart) -> String {
     let height = HEADER
         + FOOTER
         + match &chart.shown {
-            Shown::Shares(groups) => {
+            ChartContent::Shares(groups) => {
                 groups.iter().map(|(_, rows)| ROW * (rows.len() as f64 + 1.6)).sum()
             }
-            Shown::Clouds { clouds, columns, .. } => {
+            ChartContent::Clouds { clouds, columns, .. } => {
                 CELLS[1] * clouds.len().div_ceil((*columns).max(1)) as f64
             }
-            Shown::Layers { panels, .. } => layers::height(panels.len()),
+            ChartContent::Layers { panels, .. } => layers::height(panels.len()),
         };
     let mut page = Scene::new(WIDTH, height);
     page.font_family = Some(format!("{FONT}, Linux Libertine O, Times New Roman, serif"));
     page.add(text(&chart.title, TITLE, [0.5 * WIDTH, 30.0], TextAnchor::Middle));
     page.add(text(&chart.subtitle, TEXT, [0.5 * WIDTH, 53.0], TextAnchor::Middle));
     match &chart.shown {
-        Shown::Shares(groups) => shares(&mut page, groups, height),
-        Shown::Clouds { axes, clouds, columns } => {
+        ChartContent::Shares(groups) => shares(&mut page, groups, height),
+        ChartContent::Clouds { axes, clouds, columns } => {
             let columns = (*columns).max(1);
             let cell = [CELLS[0] / columns as f64, CELLS[1]];
             for (place, one) in clouds.iter().enumerate() {
@@ -61,7 +61,7 @@ pub(super) fn svg(chart: &Chart) -> String {
             page.add(text(&axes[0].label, TEXT, below, TextAnchor::Middle));
             page.add(turned(&axes[1].label, [18.0, 0.5 * height]));
         }
-        Shown::Layers { axes, bounds, panels } => {
+        ChartContent::Layers { axes, bounds, panels } => {
             layers::draw(&mut page, axes, bounds, panels);
             let below = [0.5 * WIDTH, height - 14.0];
             page.add(text(&axes[0].label, TEXT, below, TextAnchor::Middle));
@@ -213,7 +213,7 @@ mod tests {
     use super::*;
     use crate::figure::raster;
 
-    fn chart(shown: Shown) -> Chart {
+    fn chart(shown: ChartContent) -> Chart {
         let [stem, title, subtitle] = ["a", "A title", "simulated"].map(str::to_owned);
         Chart { stem, title, subtitle, shown }
     }
@@ -222,7 +222,7 @@ mod tests {
     fn shares_lie_where_they_are_on_the_axis_and_the_png_is_one() {
         let share = |name: &str, share| Share { name: name.into(), share, interval: [0.0, share] };
         let rows = vec![share("none", 0.0), share("half", 0.5), share("all", 1.0)];
-        let drawn = svg(&chart(Shown::Shares(vec![("rigid".into(), rows)])));
+        let drawn = svg(&chart(ChartContent::Shares(vec![("rigid".into(), rows)])));
         for x in [210.0, 495.0, 780.0] {
             assert!(drawn.contains(&format!("cx=\"{x}\"")), "{x}: {drawn}");
         }
@@ -241,7 +241,7 @@ mod tests {
         let axes = [axis([-2, 1], 5.0), axis([-1, 3], 2.0)];
         let points = vec![[f64::INFINITY, 1e9], [1e-9, 0.0], [0.1, 10.0]];
         let clouds = vec![Cloud { name: "pd".into(), points }];
-        let drawn = svg(&chart(Shown::Clouds { axes, clouds, columns: 3 }));
+        let drawn = svg(&chart(ChartContent::Clouds { axes, clouds, columns: 3 }));
         let found: Vec<f64> = drawn
             .split("cx=\"")
             .skip(1)

@@ -28,16 +28,16 @@ mod thin;
 use std::fmt;
 
 pub use files::{figure_directory, write_charts, write_figures};
-pub use results::{NamedFigure, entitle, figures};
+pub use results::{NamedFigure, figures, set_title};
 
-/// What a curve stands for; colour, weight and dashes follow from it.
+/// Role of a curve; it determines colour, weight and dashes.
 ///
 /// The roles differ in weight or dash pattern as well as in colour, so that they
-/// can be told apart in a black-and-white print. The two meant for chattering
-/// signals are solid, as dashes on such a signal turn to noise.
+/// can be distinguished in a black-and-white print. The two for chattering
+/// signals are solid, since dashes on such a signal look like noise.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Style {
-    /// What the joint was asked to do: thin black dashes.
+    /// Reference of the joint: thin black dashes.
     Reference,
     /// The curve the panel is about: thick solid blue.
     Primary,
@@ -72,7 +72,7 @@ impl Style {
 
 /// One curve of a panel. Points that are not finite leave a gap.
 #[derive(Debug, Clone)]
-pub struct Line {
+pub struct PlotCurve {
     /// Name in the legend; an empty name keeps the curve out of the legend.
     pub name: String,
     /// Time and value of each sample.
@@ -83,7 +83,7 @@ pub struct Line {
     pub held: bool,
 }
 
-impl Line {
+impl PlotCurve {
     /// A curve with straight lines between its points.
     pub fn new(name: impl Into<String>, style: Style, points: Vec<(f64, f64)>) -> Self {
         Self { name: name.into(), points, style, held: false }
@@ -120,7 +120,7 @@ pub struct Panel {
     /// Label of the value axis, with its unit.
     pub y_label: String,
     /// The curves.
-    pub lines: Vec<Line>,
+    pub lines: Vec<PlotCurve>,
     /// Height relative to an ordinary panel, between 0.4 and 4.
     pub height: f64,
     /// Fixed range of the value axis; without it the axis covers all points.
@@ -128,12 +128,12 @@ pub struct Panel {
     /// Curves are cut at the range, and the legend then states what the data span.
     pub y_range: Option<(f64, f64)>,
     /// A part of the panel that is drawn once more, enlarged, where the curves leave room for it.
-    pub inset: Option<Window>,
+    pub inset: Option<InsetRange>,
 }
 
 /// A part of a panel.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Window {
+pub struct InsetRange {
     /// Begin and end on the time axis.
     pub time: (f64, f64),
     /// Lowest and highest value.
@@ -142,7 +142,7 @@ pub struct Window {
 
 impl Panel {
     /// A panel of ordinary height that covers all its points.
-    pub fn new(y_label: impl Into<String>, lines: Vec<Line>) -> Self {
+    pub fn new(y_label: impl Into<String>, lines: Vec<PlotCurve>) -> Self {
         Self { y_label: y_label.into(), lines, height: 1.0, y_range: None, inset: None }
     }
 
@@ -170,27 +170,27 @@ pub struct Figure {
 impl Figure {
     /// Draws the figure as an SVG document, 900 units wide.
     #[cfg(feature = "figures")]
-    pub fn to_svg(&self) -> Result<String, Error> {
+    pub fn to_svg(&self) -> Result<String, FigureError> {
         draw::svg(self, draw::Sheet::FILE)
     }
 
     /// Draws the figure as an element of an HTML page, without a title. Its names begin with `id`,
     /// which no other element of the page should have.
     #[cfg(feature = "figures")]
-    pub fn to_inline_svg(&self, id: &str) -> Result<String, Error> {
+    pub fn to_inline_svg(&self, id: &str) -> Result<String, FigureError> {
         Ok(inline::element(&draw::svg(self, draw::Sheet::inline(id))?, &self.title))
     }
 
     /// Draws the figure as a PNG file with `scale` pixels for each SVG unit.
     #[cfg(feature = "figures")]
-    pub fn to_png(&self, scale: f32) -> Result<Vec<u8>, Error> {
+    pub fn to_png(&self, scale: f32) -> Result<Vec<u8>, FigureError> {
         raster::png(&self.to_svg()?, scale)
     }
 }
 
-/// Why a figure could not be drawn.
+/// Error of a figure that cannot be drawn.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Error {
+pub enum FigureError {
     /// No panel has a finite point, so there is no time axis to draw.
     Empty,
     /// An axis range is empty, reversed or not finite.
@@ -203,7 +203,7 @@ pub enum Error {
     Raster(String),
 }
 
-impl fmt::Display for Error {
+impl fmt::Display for FigureError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Empty => f.write_str("the figure has no finite point"),
@@ -215,4 +215,4 @@ impl fmt::Display for Error {
     }
 }
 
-impl std::error::Error for Error {}
+impl std::error::Error for FigureError {}

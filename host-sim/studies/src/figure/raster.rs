@@ -3,7 +3,7 @@
 use resvg::tiny_skia::{Pixmap, Transform};
 use resvg::usvg::{Options, Tree};
 
-use super::Error;
+use super::FigureError;
 
 /// Family name of the bundled font.
 pub(super) const FONT: &str = "Libertinus Serif";
@@ -11,9 +11,9 @@ pub(super) const FONT: &str = "Libertinus Serif";
 /// Keeps a mistyped scale from asking for gigabytes of pixels.
 const LARGEST_SCALE: f32 = 8.0;
 
-pub(super) fn png(svg: &str, scale: f32) -> Result<Vec<u8>, Error> {
+pub(super) fn png(svg: &str, scale: f32) -> Result<Vec<u8>, FigureError> {
     if !(scale > 0.0 && scale <= LARGEST_SCALE) {
-        return Err(Error::Size);
+        return Err(FigureError::Size);
     }
     let mut options = Options::default();
     let fonts = options.fontdb_mut();
@@ -23,13 +23,13 @@ pub(super) fn png(svg: &str, scale: f32) -> Result<Vec<u8>, Error> {
     }
     // Text in an unknown font is silently left out, so look before drawing.
     if !fonts.faces().any(|face| face.families.iter().any(|(name, _)| name == FONT)) {
-        return Err(Error::Font);
+        return Err(FigureError::Font);
     }
-    let tree = Tree::from_str(svg, &options).map_err(|e| Error::Raster(e.to_string()))?;
+    let tree = Tree::from_str(svg, &options).map_err(|e| FigureError::Raster(e.to_string()))?;
     let size = tree.size().to_int_size().scale_by(scale);
-    let size = size.ok_or(Error::Size)?;
-    let mut pixels = Pixmap::new(size.width(), size.height()).ok_or(Error::Size)?;
+    let size = size.ok_or(FigureError::Size)?;
+    let mut pixels = Pixmap::new(size.width(), size.height()).ok_or(FigureError::Size)?;
     let zoom = Transform::from_scale(scale, scale);
     resvg::render(&tree, zoom, &mut pixels.as_mut());
-    pixels.encode_png().map_err(|e| Error::Raster(e.to_string()))
+    pixels.encode_png().map_err(|e| FigureError::Raster(e.to_string()))
 }

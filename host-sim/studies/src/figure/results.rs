@@ -1,4 +1,4 @@
-//! Which figures a set of runs makes, and what is in them.
+//! Figures of a set of runs.
 //!
 //! One figure for each result of the thesis's Figs. 26-59 and 63-67: displacements, errors and the
 //! breakdown of the control signal under each other. Where the thesis shows one result measured and
@@ -7,11 +7,11 @@
 use std::path::Path;
 
 use super::compared::compared;
-use super::{Figure, Line, Panel, Style, Window};
-use crate::closed_loop::Moment;
+use super::{Figure, InsetRange, Panel, PlotCurve, Style};
+use crate::closed_loop::LoopSample;
 use crate::experiment::Task;
-use crate::machine::FigureSource;
-use crate::run::{RunResult, Trace};
+use crate::machine::ThesisFigures;
+use crate::run::{RunResult, RunTrace};
 
 /// The roles of the curves that are compared in one panel; no more can be distinguished in print.
 pub(super) const COMPARED: [Style; 3] = [Style::Primary, Style::Second, Style::Third];
@@ -44,12 +44,12 @@ pub struct NamedFigure {
     pub figure: Figure,
 }
 
-/// The figures of an experiment's results. `sources` tells which figures of the thesis they answer
-/// to; a run that diverged has none, since its last values fit no axis.
+/// Returns the figures of an experiment's results. `sources` are the figures of the thesis to
+/// compare them with. A run that diverged has no figure, since its last values fit no axis.
 pub fn figures(
     experiment: &str,
     results: &[RunResult],
-    sources: &[FigureSource],
+    sources: &[ThesisFigures],
 ) -> Vec<NamedFigure> {
     let mut figures = Vec::new();
     // So that the figures of several experiments can lie in one directory.
@@ -72,8 +72,8 @@ pub fn figures(
     figures
 }
 
-/// Puts a title of a user's own above what the figures say by themselves.
-pub fn entitle(figures: &mut [NamedFigure], title: &str) {
+/// Sets a title of the user; the own title of each figure becomes part of its subtitle.
+pub fn set_title(figures: &mut [NamedFigure], title: &str) {
     for NamedFigure { figure, .. } in figures {
         figure.subtitle = format!("{}; {}", figure.title, figure.subtitle);
         figure.title = title.into();
@@ -84,11 +84,11 @@ pub fn entitle(figures: &mut [NamedFigure], title: &str) {
 struct Group<'a> {
     /// `srnf` or `srnf/test-1`.
     name: String,
-    thesis: Option<&'a FigureSource>,
+    thesis: Option<&'a ThesisFigures>,
     results: Vec<&'a RunResult>,
 }
 
-fn groups<'a>(results: &'a [RunResult], sources: &'a [FigureSource]) -> Vec<Group<'a>> {
+fn groups<'a>(results: &'a [RunResult], sources: &'a [ThesisFigures]) -> Vec<Group<'a>> {
     let mut groups: Vec<Group<'a>> = Vec::new();
     for result in results.iter().filter(|result| result.diverged_at_s.is_none()) {
         let driven_by = result.plan.controller.as_deref().unwrap_or("ramp");
@@ -171,12 +171,12 @@ fn brief(seconds: f64) -> f64 {
 /// The end of the time axis, s: a little after the last of the motions is over.
 pub(super) fn shown_until(results: &[&RunResult]) -> f64 {
     let ends = results.iter().filter_map(|result| {
-        let (Trace::Loop(moments), Some(last_s)) = (&result.trace, last_time(result)) else {
+        let (RunTrace::Loop(moments), Some(last_s)) = (&result.trace, last_time(result)) else {
             return None;
         };
         let last = moments.last()?;
         let span = STILL * moments.iter().map(|m| m.position_deg.abs()).fold(0.0, f64::max);
-        let moves = |m: &&Moment| {
+        let moves = |m: &&LoopSample| {
             (m.position_deg - last.position_deg).abs() > span
                 || (m.reference_deg - last.reference_deg).abs() > span
         };
@@ -189,7 +189,7 @@ pub(super) fn shown_until(results: &[&RunResult]) -> f64 {
 
 fn last_time(result: &RunResult) -> Option<f64> {
     match &result.trace {
-        Trace::Loop(moments) | Trace::Ramp(moments) => moments.last().map(|m| m.time_s),
+        RunTrace::Loop(moments) | RunTrace::Ramp(moments) => moments.last().map(|m| m.time_s),
     }
 }
 
@@ -236,7 +236,11 @@ fn displacements(results: &[&RunResult], end_s: f64) -> Panel {
     }
     for (i, result) in results.iter().enumerate() {
         let name = if i == 0 { "reference" } else { "" };
-        lines.push(Line::new(name, Style::Reference, points(result, end_s, |m| m.reference_deg)));
+        lines.push(PlotCurve::new(
+            name,
+            Style::Reference,
+            points(result, end_s, |m| m.reference_deg),
+        ));
     }
     Panel { height: 0.75, ..Panel::new("displacement (deg)", lines) }
 }
@@ -246,7 +250,8 @@ fn errors(results: &[&RunResult], end_s: f64) -> Panel {
         let name = curve_name(result, results);
         sides(result, &name, style, end_s, |m, position_deg| m.reference_deg - position_deg)
     });
-    let inset = around(results.iter().filter_map(|one| rest(one, end_s, Moment::error_deg, 0.02)));
+    let inset =
+        around(results.iter().filter_map(|one| rest(one, end_s, LoopSample::error_deg, 0.02)));
     Panel { height: 0.85, inset, ..Panel::new("error (deg)", curves.collect()) }
 }
 
@@ -257,31 +262,31 @@ fn sides(
     name: &str,
     style: Style,
     end_s: f64,
-    of: impl Fn(&Moment, f64) -> f64,
-) -> Vec<Line> {
+    of: impl Fn(&LoopSample, f64) -> f64,
+) -> Vec<PlotCurve> {
     let joint = points(result, end_s, |m| of(m, m.position_deg));
     if !sides_differ(result) {
-        return vec![Line::new(name, style, joint)];
+        return vec![PlotCurve::new(name, style, joint)];
     }
     let load = points(result, end_s, |m| of(m, m.at_load_deg));
     let encoder = points(result, end_s, |m| of(m, m.at_encoder_deg));
     vec![
-        Line::new(format!("{name}, at the load"), style, load),
-        Line::new(format!("{name}, at the encoder"), style.at_encoder(), encoder),
+        PlotCurve::new(format!("{name}, at the load"), style, load),
+        PlotCurve::new(format!("{name}, at the encoder"), style.at_encoder(), encoder),
     ]
 }
 
 /// Returns whether the sides of the gear are ever two counts apart.
 pub(super) fn sides_differ(result: &RunResult) -> bool {
     let least_deg = ONE_LINE * result.plan.machine.encoder.resolution_deg();
-    let (Trace::Loop(moments) | Trace::Ramp(moments)) = &result.trace;
+    let (RunTrace::Loop(moments) | RunTrace::Ramp(moments)) = &result.trace;
     moments.iter().any(|m| (m.at_load_deg - m.at_encoder_deg).abs() >= least_deg)
 }
 
 /// v_PD, v_c and v of one run, each in its own panel: signals that chatter would hide each other in
 /// one.
 fn breakdown(result: &RunResult, curve: &str, end_s: f64) -> Vec<Panel> {
-    type Signal = (&'static str, &'static str, Style, fn(&Moment) -> f64);
+    type Signal = (&'static str, &'static str, Style, fn(&LoopSample) -> f64);
     let all: [Signal; 3] = [
         ("v_PD", "v_PD (V)", Style::Primary, |m| f64::from(m.tick.v_pd)),
         ("v_c", "v_c (V)", Style::Compensation, |m| f64::from(m.tick.v_c)),
@@ -292,7 +297,7 @@ fn breakdown(result: &RunResult, curve: &str, end_s: f64) -> Vec<Panel> {
     shown
         .map(|(name, label, style, of)| {
             let name = if plain { "v = v_PD".into() } else { name.to_owned() };
-            let line = Line::new(format!("{name}, {curve}"), style, points(result, end_s, of));
+            let line = PlotCurve::new(format!("{name}, {curve}"), style, points(result, end_s, of));
             let inset = around(rest(result, end_s, of, 0.5).into_iter());
             Panel { height: 0.62, inset, ..Panel::new(label, vec![line.held()]) }
         })
@@ -300,11 +305,11 @@ fn breakdown(result: &RunResult, curve: &str, end_s: f64) -> Vec<Panel> {
 }
 
 fn ramp_figure(result: &RunResult, prefix: &str) -> Option<NamedFigure> {
-    let Trace::Ramp(moments) = &result.trace else { return None };
+    let RunTrace::Ramp(moments) = &result.trace else { return None };
     let series =
-        |of: fn(&Moment) -> f64| moments.iter().map(|m| (m.time_s, of(m))).collect::<Vec<_>>();
+        |of: fn(&LoopSample) -> f64| moments.iter().map(|m| (m.time_s, of(m))).collect::<Vec<_>>();
     let rate = result.plan.task.slug();
-    let mut effort = vec![Line::new("v", Style::Total, series(|m| m.tick.v.into())).held()];
+    let mut effort = vec![PlotCurve::new("v", Style::Total, series(|m| m.tick.v.into())).held()];
     let (begin_s, end_s) = (moments.first()?.time_s, moments.last()?.time_s);
     let levels = [
         ("stick", result.metrics.stick_v, Style::Second),
@@ -314,18 +319,18 @@ fn ramp_figure(result: &RunResult, prefix: &str) -> Option<NamedFigure> {
     for (name, level, style) in levels {
         if let Some(level) = level {
             let ends = vec![(begin_s, level), (end_s, level)];
-            effort.push(Line::new(format!("{name}: {level:.4} V"), style, ends));
+            effort.push(PlotCurve::new(format!("{name}: {level:.4} V"), style, ends));
         }
     }
     let panels = vec![
         Panel::new("effort (V)", effort),
         Panel::new(
             "displacement (deg)",
-            vec![Line::new("joint", Style::Primary, series(|m| m.position_deg))],
+            vec![PlotCurve::new("joint", Style::Primary, series(|m| m.position_deg))],
         ),
         Panel::new(
             "velocity (deg/s)",
-            vec![Line::new("joint", Style::Primary, series(|m| m.velocity_deg_per_s))],
+            vec![PlotCurve::new("joint", Style::Primary, series(|m| m.velocity_deg_per_s))],
         ),
     ];
     let title =
@@ -334,22 +339,27 @@ fn ramp_figure(result: &RunResult, prefix: &str) -> Option<NamedFigure> {
     Some(NamedFigure { stem: format!("{prefix}-{rate}"), figure })
 }
 
-fn points(result: &RunResult, end_s: f64, of: impl Fn(&Moment) -> f64) -> Vec<(f64, f64)> {
+fn points(result: &RunResult, end_s: f64, of: impl Fn(&LoopSample) -> f64) -> Vec<(f64, f64)> {
     match &result.trace {
-        Trace::Loop(moments) => {
+        RunTrace::Loop(moments) => {
             // A hair more: the end is a decimal, and the times are products.
             let shown = moments.iter().take_while(|m| m.time_s <= end_s + 1e-9);
             shown.map(|m| (m.time_s, of(m))).collect()
         }
-        Trace::Ramp(_) => Vec::new(),
+        RunTrace::Ramp(_) => Vec::new(),
     }
 }
 
 /// For a step: what is left of a signal after the transient, in a symmetric range of at least
 /// `least` on either side. Nothing, if the whole signal shows it as well. A trajectory has no
 /// transient that dwarfs the rest.
-fn rest(result: &RunResult, end_s: f64, of: impl Fn(&Moment) -> f64, least: f64) -> Option<Window> {
-    let (Task::Step(_), Trace::Loop(moments)) = (&result.plan.task, &result.trace) else {
+fn rest(
+    result: &RunResult,
+    end_s: f64,
+    of: impl Fn(&LoopSample) -> f64,
+    least: f64,
+) -> Option<InsetRange> {
+    let (Task::Step(_), RunTrace::Loop(moments)) = (&result.plan.task, &result.trace) else {
         return None;
     };
     let near = TRANSIENT * moments.first()?.error_deg().abs();
@@ -361,12 +371,12 @@ fn rest(result: &RunResult, end_s: f64, of: impl Fn(&Moment) -> f64, least: f64)
     };
     let half = 1.25 * size(near_s).max(least);
     (size(0.0) > LEAST_ZOOM * half && near_s < end_s)
-        .then_some(Window { time: (0.8 * near_s, end_s), values: (-half, half) })
+        .then_some(InsetRange { time: (0.8 * near_s, end_s), values: (-half, half) })
 }
 
 /// The smallest window around all of them.
-fn around(windows: impl Iterator<Item = Window>) -> Option<Window> {
-    windows.reduce(|a, b| Window {
+fn around(windows: impl Iterator<Item = InsetRange>) -> Option<InsetRange> {
+    windows.reduce(|a, b| InsetRange {
         time: (a.time.0.min(b.time.0), a.time.1.max(b.time.1)),
         values: (a.values.0.min(b.values.0), a.values.1.max(b.values.1)),
     })

@@ -1,6 +1,6 @@
 //! Axis ranges, ticks and the visible pieces of a curve, in data coordinates.
 
-use super::{Error, Line};
+use super::{FigureError, PlotCurve};
 
 type Point = (f64, f64);
 
@@ -14,10 +14,10 @@ pub(super) struct Axis {
 
 impl Axis {
     /// Ticks at a round distance, about `ticks` of them at most.
-    pub fn new((low, high): (f64, f64), ticks: f64) -> Result<Self, Error> {
+    pub fn new((low, high): (f64, f64), ticks: f64) -> Result<Self, FigureError> {
         let span = high - low;
         if !(span > 0.0 && span.is_finite()) {
-            return Err(Error::Range);
+            return Err(FigureError::Range);
         }
         let decade = 10f64.powf((span / ticks).log10().floor());
         let enough = |factor: &f64| factor * decade * ticks >= span;
@@ -57,13 +57,13 @@ fn is_finite(point: &Point) -> bool {
 }
 
 /// All points of the lines that can be drawn.
-pub(super) fn drawable(lines: &[Line]) -> impl Iterator<Item = Point> {
+pub(super) fn drawable(lines: &[PlotCurve]) -> impl Iterator<Item = Point> {
     let points = lines.iter().flat_map(|line| &line.points);
     points.copied().filter(is_finite)
 }
 
 /// The pieces of a line that lie between `low` and `high`.
-pub(super) fn visible(line: &Line, low: f64, high: f64) -> Vec<Vec<Point>> {
+pub(super) fn visible(line: &PlotCurve, low: f64, high: f64) -> Vec<Vec<Point>> {
     let mut pieces: Vec<Vec<Point>> = Vec::new();
     for run in line.points.split(|point| !is_finite(point)) {
         let mut end = None;

@@ -3,7 +3,7 @@
 use super::draw::wrapped;
 use super::results::figures;
 use super::shape::{Axis, extent, visible};
-use super::{Error, Figure, Line, Panel, Style, Window};
+use super::{Figure, FigureError, InsetRange, Panel, PlotCurve, Style};
 
 fn figure(panels: Vec<Panel>) -> Figure {
     Figure {
@@ -19,7 +19,7 @@ fn ramp(gain: f64) -> Vec<(f64, f64)> {
 }
 
 fn panel(label: &str, gain: f64) -> Panel {
-    Panel::new(label, vec![Line::new("PD", Style::Primary, ramp(gain))])
+    Panel::new(label, vec![PlotCurve::new("PD", Style::Primary, ramp(gain))])
 }
 
 /// Points of the curves: of each path in the order of drawing.
@@ -32,7 +32,7 @@ fn paths(svg: &str) -> Vec<Vec<(f64, f64)>> {
 }
 
 #[test]
-fn every_label_is_in_the_drawing() -> Result<(), Error> {
+fn every_label_is_in_the_drawing() -> Result<(), FigureError> {
     let svg = figure(vec![panel("angle (deg)", 1.0), panel("error (deg)", 1e-3)]).to_svg()?;
     for label in ["Step &amp; hold", "simulated", "time (s)", "angle (deg)", "error (deg)"] {
         assert_eq!(svg.matches(&format!(">{label}<")).count(), 1, "{label}");
@@ -42,10 +42,10 @@ fn every_label_is_in_the_drawing() -> Result<(), Error> {
 }
 
 #[test]
-fn cut_curves_stay_in_the_frame() -> Result<(), Error> {
+fn cut_curves_stay_in_the_frame() -> Result<(), FigureError> {
     let mut cut = panel("control signal (V)", 1.0);
     cut.lines[0].points[10].1 = 1e300;
-    cut.lines.push(Line::new("total", Style::Total, ramp(-1.0)).held());
+    cut.lines.push(PlotCurve::new("total", Style::Total, ramp(-1.0)).held());
     cut.y_range = Some((-5.0, 5.0));
     let svg = figure(vec![cut]).to_svg()?;
     let frame =
@@ -62,7 +62,7 @@ fn cut_curves_stay_in_the_frame() -> Result<(), Error> {
 }
 
 #[test]
-fn points_that_are_not_finite_leave_a_gap() -> Result<(), Error> {
+fn points_that_are_not_finite_leave_a_gap() -> Result<(), FigureError> {
     let whole = figure(vec![panel("angle (deg)", 1.0)]);
     let mut broken = whole.clone();
     let points = &mut broken.panels[0].lines[0].points;
@@ -77,7 +77,7 @@ fn points_that_are_not_finite_leave_a_gap() -> Result<(), Error> {
 
 #[test]
 fn a_held_line_keeps_each_value_until_the_next() {
-    let line = Line::new("u", Style::Total, vec![(0.0, 1.0), (1.0, 3.0), (2.0, 3.0)]).held();
+    let line = PlotCurve::new("u", Style::Total, vec![(0.0, 1.0), (1.0, 3.0), (2.0, 3.0)]).held();
     let whole = vec![(0.0, 1.0), (1.0, 1.0), (1.0, 3.0), (2.0, 3.0)];
     assert_eq!(visible(&line, 0.0, 4.0), [whole]);
     let cut = vec![(0.0, 1.0), (1.0, 1.0), (1.0, 2.0)];
@@ -85,7 +85,7 @@ fn a_held_line_keeps_each_value_until_the_next() {
 }
 
 #[test]
-fn ticks_are_round_and_flat_signals_get_an_axis() -> Result<(), Error> {
+fn ticks_are_round_and_flat_signals_get_an_axis() -> Result<(), FigureError> {
     let axis = Axis::new((-0.3, 0.31), 7.0)?;
     assert_eq!(axis.step, 0.1);
     assert_eq!(axis.number(-0.1, 0), "\u{2212}0.1");
@@ -96,7 +96,7 @@ fn ticks_are_round_and_flat_signals_get_an_axis() -> Result<(), Error> {
 }
 
 #[test]
-fn png_shows_the_text_and_has_the_asked_size() -> Result<(), Error> {
+fn png_shows_the_text_and_has_the_asked_size() -> Result<(), FigureError> {
     let with_title = figure(vec![panel("angle (deg)", 1.0)]);
     let mut without = with_title.clone();
     without.title.clear();
@@ -119,26 +119,26 @@ fn what_cannot_be_drawn_is_refused() {
     let with_range = |range| Panel { y_range: Some(range), ..whole.clone() };
     let with_height = |height| Panel { height, ..whole.clone() };
     let refusal = |panel| figure(vec![panel]).to_svg().err();
-    assert_eq!(figure(vec![]).to_svg(), Err(Error::Empty));
-    assert_eq!(refusal(Panel::new("none", vec![])), Some(Error::Empty));
-    assert_eq!(refusal(with_range((1.0, -1.0))), Some(Error::Range));
-    assert_eq!(refusal(with_range((0.0, f64::NAN))), Some(Error::Range));
-    assert_eq!(refusal(panel("huge", 1e307)), Some(Error::Range));
-    assert_eq!(refusal(with_height(0.0)), Some(Error::Size));
-    assert_eq!(refusal(with_height(f64::NAN)), Some(Error::Size));
+    assert_eq!(figure(vec![]).to_svg(), Err(FigureError::Empty));
+    assert_eq!(refusal(Panel::new("none", vec![])), Some(FigureError::Empty));
+    assert_eq!(refusal(with_range((1.0, -1.0))), Some(FigureError::Range));
+    assert_eq!(refusal(with_range((0.0, f64::NAN))), Some(FigureError::Range));
+    assert_eq!(refusal(panel("huge", 1e307)), Some(FigureError::Range));
+    assert_eq!(refusal(with_height(0.0)), Some(FigureError::Size));
+    assert_eq!(refusal(with_height(f64::NAN)), Some(FigureError::Size));
     let mut crowded = with_height(0.4);
     crowded.lines = vec![crowded.lines[0].clone(); 40];
-    assert_eq!(refusal(crowded), Some(Error::Size));
+    assert_eq!(refusal(crowded), Some(FigureError::Size));
     let scaled = figure(vec![whole.clone()]).to_png(f32::NAN);
-    assert_eq!(scaled.err(), Some(Error::Size));
+    assert_eq!(scaled.err(), Some(FigureError::Size));
 }
 
 #[test]
-fn a_title_that_is_too_long_for_a_line_takes_two_and_the_page_grows() -> Result<(), Error> {
+fn a_title_that_is_too_long_for_a_line_takes_two_and_the_page_grows() -> Result<(), FigureError> {
     assert_eq!(wrapped("one two three", 7), ["one two", "three"]);
     assert_eq!(wrapped("one two three", 6), ["one", "two", "three"]);
     assert_eq!(wrapped("unbreakable", 3), ["unbreakable"]);
-    let height = |figure: &Figure| -> Result<f64, Error> {
+    let height = |figure: &Figure| -> Result<f64, FigureError> {
         let svg = figure.to_svg()?;
         let text = svg.split("height=\"").nth(1).and_then(|rest| rest.split('"').next());
         Ok(text.and_then(|text| text.parse().ok()).unwrap_or_default())
@@ -153,15 +153,15 @@ fn a_title_that_is_too_long_for_a_line_takes_two_and_the_page_grows() -> Result<
 }
 
 #[test]
-fn an_inset_shows_its_window_where_the_curves_leave_room() -> Result<(), Error> {
+fn an_inset_shows_its_window_where_the_curves_leave_room() -> Result<(), FigureError> {
     // Falls from 5 to 0.01 within the first fifth, and stays there.
     let fall =
         |k: i32| (f64::from(k) * 0.01, if k < 20 { 5.0 - 0.25 * f64::from(k) } else { 0.01 });
     let step = |y: fn(f64) -> f64| {
         let points = (0..=100).map(fall).map(|(t, v)| (t, y(v))).collect();
-        Panel::new("error (deg)", vec![Line::new("PD", Style::Primary, points)])
+        Panel::new("error (deg)", vec![PlotCurve::new("PD", Style::Primary, points)])
     };
-    let window = Window { time: (0.5, 1.0), values: (-0.02, 0.02) };
+    let window = InsetRange { time: (0.5, 1.0), values: (-0.02, 0.02) };
     let with = |panel: Panel| figure(vec![Panel { inset: Some(window), ..panel }]).to_svg();
     for sign in [|v: f64| v, |v: f64| -v] {
         let svg = with(step(sign))?;
@@ -170,7 +170,7 @@ fn an_inset_shows_its_window_where_the_curves_leave_room() -> Result<(), Error> 
     }
     // A signal that fills its panel to the end leaves none.
     let full = (0..=100).map(|k| (f64::from(k) * 0.01, f64::from(k % 2))).collect();
-    let full = Panel::new("v (V)", vec![Line::new("v", Style::Total, full)]);
+    let full = Panel::new("v (V)", vec![PlotCurve::new("v", Style::Total, full)]);
     assert!(!with(full)?.contains("panel-0-inset"));
     Ok(())
 }
@@ -239,8 +239,8 @@ fn the_figure_of_several_laws_is_never_cut_to_nothing() {
 /// Feedforward adds nothing while the set point rests, so its part of a step is zero.
 #[test]
 fn a_panel_whose_data_are_all_zero_is_left_out() {
-    let zero = Panel::new("v_c (V)", vec![Line::new("v_c", Style::Total, vec![(0.0, 0.0)])]);
-    let limit = Line::new("", Style::Limit, vec![(0.0, 2.0)]);
+    let zero = Panel::new("v_c (V)", vec![PlotCurve::new("v_c", Style::Total, vec![(0.0, 0.0)])]);
+    let limit = PlotCurve::new("", Style::Limit, vec![(0.0, 2.0)]);
     assert!(zero.is_zero() && !panel("v (V)", 1.0).is_zero());
     assert!(Panel { lines: vec![zero.lines[0].clone(), limit], ..zero.clone() }.is_zero());
     assert!(!Panel::new("empty", vec![]).is_zero());

@@ -2,12 +2,12 @@
 
 type Point = (f64, f64);
 
-/// No point that is left out is farther than this from the curve that is drawn, in units of the
-/// sheet: a tenth of a thin line's width.
+/// Largest distance of a removed point from the drawn curve, in units of the sheet: a tenth of a
+/// thin line's width.
 const TOLERANCE: f64 = 0.1;
 
-/// The points of a curve without those that nobody would see. `unit` is what a unit of the sheet is
-/// on either axis.
+/// Returns the points of a curve without those that make no visible difference. `unit` is the size
+/// of a unit of the sheet on either axis.
 pub(super) fn thin(points: &[Point], unit: [f64; 2]) -> Vec<Point> {
     if points.len() < 3 {
         return points.to_vec();

@@ -1,51 +1,53 @@
-//! From a file's tables to a mechanism. Every value is checked here, once.
+//! Builds a mechanism from the tables of a file. Every value is checked here, once.
 
 use super::plan::LabPlan;
 use crate::error::Error;
 use crate::mechanism::{
-    Block, CoupledBlocks, GRAVITY, IndependentBlocks, Mechanism, Pendulum, Pull, SpringMass,
+    CoupledBlocks, DrivenBlock, GRAVITY, IndependentBlocks, Mechanism, Pendulum, Pull, SpringMass,
     TwoBlocks, TwoLinkArm, Wave,
 };
-use crate::setup::Kind;
+use crate::setup::MechanismKind;
 
-/// A mechanism with so many coordinates.
-pub type Boxed<const N: usize> = Box<dyn Mechanism<N> + Send + Sync>;
+/// A boxed mechanism with `N` coordinates.
+pub type BoxedMechanism<const N: usize> = Box<dyn Mechanism<N> + Send + Sync>;
 
 /// A mechanism of any kind.
 pub enum AnyMechanism {
     /// One coordinate.
-    One(Boxed<1>),
+    One(BoxedMechanism<1>),
     /// Two coordinates.
-    Two(Boxed<2>),
+    Two(BoxedMechanism<2>),
 }
 
 impl LabPlan {
     /// The mechanism.
     ///
     /// # Errors
-    /// Names the key, what was found and what is allowed.
+    /// Returns an error with the key, the value found and the allowed values.
     pub fn mechanism(&self) -> Result<AnyMechanism, Error> {
         self.only_own_keys()?;
         let kind = self.setup.mechanism.kind;
         Ok(match kind {
-            Kind::Block => {
+            MechanismKind::Block => {
                 let [mass] = self.masses()?;
-                AnyMechanism::One(Box::new(Block { mass, push: self.push()? }))
+                AnyMechanism::One(Box::new(DrivenBlock { mass, push: self.push()? }))
             }
-            Kind::SpringMass => {
+            MechanismKind::SpringMass => {
                 let ([mass], [stiffness]) = (self.masses()?, self.stiffnesses()?);
                 AnyMechanism::One(Box::new(SpringMass { mass, stiffness, pull: self.pull()? }))
             }
-            Kind::CoupledBlocks => AnyMechanism::Two(Box::new(CoupledBlocks(self.two_blocks()?))),
-            Kind::IndependentBlocks => {
+            MechanismKind::CoupledBlocks => {
+                AnyMechanism::Two(Box::new(CoupledBlocks(self.two_blocks()?)))
+            }
+            MechanismKind::IndependentBlocks => {
                 AnyMechanism::Two(Box::new(IndependentBlocks(self.two_blocks()?)))
             }
-            Kind::Pendulum => {
+            MechanismKind::Pendulum => {
                 let ([mass], [length]) = (self.masses()?, self.lengths()?);
                 let ([torque], [start]) = (self.torques()?, self.starts()?);
                 AnyMechanism::One(Box::new(Pendulum { mass, length, torque, start }))
             }
-            Kind::TwoLinkArm => AnyMechanism::Two(Box::new(TwoLinkArm {
+            MechanismKind::TwoLinkArm => AnyMechanism::Two(Box::new(TwoLinkArm {
                 mass: self.masses()?,
                 length: self.lengths()?,
                 torque: self.torques()?,
@@ -166,7 +168,7 @@ impl LabPlan {
     fn only_own_keys(&self) -> Result<(), Error> {
         let table = &self.setup.mechanism;
         let kind = table.kind;
-        let (block, turns) = (kind == Kind::Block, kind.turns());
+        let (block, turns) = (kind == MechanismKind::Block, kind.turns());
         let springs = !block && !turns;
         let given = [
             ("stiffness_n_per_m", table.stiffness_n_per_m.is_some(), springs),

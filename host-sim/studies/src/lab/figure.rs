@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use super::run::LabResult;
-use crate::figure::{Figure, Line, NamedFigure, Panel, Style};
-use crate::setup::{FigureSource, Setup};
+use crate::figure::{Figure, NamedFigure, Panel, PlotCurve, Style};
+use crate::setup::{LabFigureSource, Setup};
 
 /// Roles of the bodies' curves.
 const BODIES: [Style; 3] = [Style::Primary, Style::Second, Style::Third];
@@ -25,7 +25,7 @@ fn figure(result: &LabResult, setup: &Setup) -> Figure {
     let turns = setup.mechanism.kind.turns();
     let (length, force) = if turns { ("rad", "N m") } else { ("m", "N") };
     let several = result.plan.bodies() > 1;
-    let panel = |label: String, of: fn(&super::Row) -> &Vec<f64>| {
+    let panel = |label: String, of: fn(&super::LabSample) -> &Vec<f64>| {
         let curves = (0..result.plan.bodies()).zip(BODIES).map(|(i, style)| {
             let name = match (several, turns) {
                 (false, _) => String::new(),
@@ -33,7 +33,7 @@ fn figure(result: &LabResult, setup: &Setup) -> Figure {
                 (true, false) => format!("block {}", i + 1),
             };
             let points = result.rows.iter().map(|row| (row.time_s, of(row)[i])).collect();
-            Line::new(name, style, points)
+            PlotCurve::new(name, style, points)
         });
         Panel::new(label, curves.collect())
     };
@@ -46,7 +46,7 @@ fn figure(result: &LabResult, setup: &Setup) -> Figure {
     ];
     let source = setup.figures.iter().find(|source| source.of == result.plan.model);
     let subtitle = match source {
-        Some(FigureSource { thesis, .. }) => format!(
+        Some(LabFigureSource { thesis, .. }) => format!(
             "simulated; to compare with {thesis} of the \
             thesis"
         ),

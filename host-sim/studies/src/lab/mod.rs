@@ -2,8 +2,8 @@
 //! Chapter 2 and Appendix A.1). In SI throughout.
 //!
 //! [`Setup`] is the file, [`plan`] makes runs of it, [`run_all`] runs them; [`output`] and
-//! [`figures`] show them. A new mechanism for the command line is a variant of [`Kind`] and a line
-//! in `build.rs`; a new model one of [`Model`] and a line in `models.rs`.
+//! [`figures`] show them. A new mechanism for the command line is a variant of [`MechanismKind`] and a line
+//! in `build.rs`; a new model one of [`FrictionModel`] and a line in `models.rs`.
 
 mod build;
 mod figure;
@@ -13,8 +13,8 @@ mod plan;
 mod recorder;
 mod run;
 
-pub use crate::setup::{Kind, Model, Setup, SolverName};
+pub use crate::setup::{FrictionModel, MechanismKind, Setup, SolverName};
 pub use figure::figures;
 pub use plan::{LabPlan, plan};
-pub use recorder::{Metrics, Row};
+pub use recorder::{LabMetrics, LabSample};
 pub use run::{LabResult, run, run_all};

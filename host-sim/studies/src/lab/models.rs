@@ -6,7 +6,7 @@ use crate::error::{Error, rounded, suggestion};
 use crate::friction::{
     Coulomb, Dahl, ElasticCoulomb, LuGre, MaxwellSlip, ResetIntegrator, Stribeck, Tanh,
 };
-use crate::setup::{Model, ModelTable, name_of};
+use crate::setup::{FrictionModel, ModelTable, name_of};
 
 const ABOVE_ZERO: &str = "a number above 0";
 const NOT_BELOW_ZERO: &str = "a number not below 0";
@@ -15,18 +15,18 @@ const NOT_BELOW_ZERO: &str = "a number not below 0";
 pub(super) const ELEMENTS: usize = 4;
 
 /// The keys that each model's table may have.
-fn keys_of(model: Model) -> &'static [&'static str] {
+fn keys_of(model: FrictionModel) -> &'static [&'static str] {
     match model {
-        Model::Classical | Model::Karnopp => &[],
-        Model::KarnoppBanded => &["band"],
-        Model::ResetIntegrator => &["stiffness", "damping", "gradient"],
-        Model::Tanh => &["speed"],
-        Model::Stribeck => &["speed", "exponent", "viscous"],
-        Model::Dahl => &["stiffness"],
-        Model::LuGre | Model::ElasticCoulomb => {
+        FrictionModel::Classical | FrictionModel::Karnopp => &[],
+        FrictionModel::KarnoppBanded => &["band"],
+        FrictionModel::ResetIntegrator => &["stiffness", "damping", "gradient"],
+        FrictionModel::Tanh => &["speed"],
+        FrictionModel::Stribeck => &["speed", "exponent", "viscous"],
+        FrictionModel::Dahl => &["stiffness"],
+        FrictionModel::LuGre | FrictionModel::ElasticCoulomb => {
             &["stiffness", "damping", "speed", "exponent", "viscous"]
         }
-        Model::MaxwellSlip => &["attraction", "speed", "exponent", "viscous"],
+        FrictionModel::MaxwellSlip => &["attraction", "speed", "exponent", "viscous"],
     }
 }
 
@@ -55,15 +55,15 @@ impl LabPlan {
         self.only_own_keys_of_model()?;
         self.levels::<N>()?;
         match self.model {
-            Model::Classical | Model::Karnopp => Ok(()),
-            Model::KarnoppBanded => self.bands::<N>().map(|_| ()),
-            Model::ResetIntegrator => self.reset_integrators::<N>().map(|_| ()),
-            Model::Tanh => self.tanhs::<N>().map(|_| ()),
-            Model::Stribeck => self.stribecks::<N>().map(|_| ()),
-            Model::Dahl => self.dahls::<N>().map(|_| ()),
-            Model::LuGre => self.lugres::<N>().map(|_| ()),
-            Model::ElasticCoulomb => self.elastic_coulombs::<N>().map(|_| ()),
-            Model::MaxwellSlip => self.maxwell_slips::<N>().map(|_| ()),
+            FrictionModel::Classical | FrictionModel::Karnopp => Ok(()),
+            FrictionModel::KarnoppBanded => self.bands::<N>().map(|_| ()),
+            FrictionModel::ResetIntegrator => self.reset_integrators::<N>().map(|_| ()),
+            FrictionModel::Tanh => self.tanhs::<N>().map(|_| ()),
+            FrictionModel::Stribeck => self.stribecks::<N>().map(|_| ()),
+            FrictionModel::Dahl => self.dahls::<N>().map(|_| ()),
+            FrictionModel::LuGre => self.lugres::<N>().map(|_| ()),
+            FrictionModel::ElasticCoulomb => self.elastic_coulombs::<N>().map(|_| ()),
+            FrictionModel::MaxwellSlip => self.maxwell_slips::<N>().map(|_| ()),
         }
     }
 
@@ -261,15 +261,15 @@ impl LabPlan {
     fn own(&self) -> ModelTable {
         let all = &self.setup.friction;
         let own = match self.model {
-            Model::Classical | Model::Karnopp => &None,
-            Model::KarnoppBanded => &all.karnopp_banded,
-            Model::ResetIntegrator => &all.reset_integrator,
-            Model::Tanh => &all.tanh,
-            Model::Stribeck => &all.stribeck,
-            Model::Dahl => &all.dahl,
-            Model::LuGre => &all.lugre,
-            Model::ElasticCoulomb => &all.elastic_coulomb,
-            Model::MaxwellSlip => &all.maxwell_slip,
+            FrictionModel::Classical | FrictionModel::Karnopp => &None,
+            FrictionModel::KarnoppBanded => &all.karnopp_banded,
+            FrictionModel::ResetIntegrator => &all.reset_integrator,
+            FrictionModel::Tanh => &all.tanh,
+            FrictionModel::Stribeck => &all.stribeck,
+            FrictionModel::Dahl => &all.dahl,
+            FrictionModel::LuGre => &all.lugre,
+            FrictionModel::ElasticCoulomb => &all.elastic_coulomb,
+            FrictionModel::MaxwellSlip => &all.maxwell_slip,
         };
         own.clone().unwrap_or_default()
     }

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 
 use super::run::LabResult;
-use crate::output::json::{Cost, Event, Run, object};
+use crate::output::json::{EventRecord, RunCost, RunRecord, object};
 use crate::setup::name_of;
 use crate::solver::state::BodyEvent;
 
@@ -12,17 +12,21 @@ use crate::solver::state::BodyEvent;
 /// # Errors
 /// If a number cannot be written as JSON.
 pub fn json(experiment: &str, source: &str, results: &[LabResult]) -> serde_json::Result<String> {
-    let runs = results.iter().map(|result| Run {
+    let runs = results.iter().map(|result| RunRecord {
         label: &result.plan.label,
         parameters: Cow::Borrowed(&result.plan.parameters),
         events: result
             .events
             .iter()
-            .map(|event| Event { time_s: event.time_s, body: event.body + 1, kind: event.kind })
+            .map(|event| EventRecord {
+                time_s: event.time_s,
+                body: event.body + 1,
+                kind: event.kind,
+            })
             .collect(),
         goal: None,
         metrics: &result.metrics,
-        cost: Cost {
+        cost: RunCost {
             wall_s: result.wall.as_secs_f64(),
             derivative_evaluations: result.evaluations,
         },

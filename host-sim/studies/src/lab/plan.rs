@@ -4,13 +4,13 @@ use std::sync::Arc;
 
 use crate::document::{Document, Origin};
 use crate::error::{Error, rounded, shown};
-use crate::setup::{Model, Setup, SolverName, name_of};
-use crate::solver::banded::Coupling;
+use crate::setup::{FrictionModel, Setup, SolverName, name_of};
+use crate::solver::banded::BandCoupling;
 
 /// Steps of a fixed-step solver, and a guess at those of the exact one: minutes.
 const MAX_STEPS: f64 = 1e8;
 
-/// A shorter run would have samples that its time cannot tell apart.
+/// Shortest run, s: the times of its samples must differ.
 const SHORTEST_S: f64 = 1e-9;
 
 /// One run of the friction lab.
@@ -19,7 +19,7 @@ pub struct LabPlan {
     /// The name of the run in all output, such as `karnopp-banded/rk4/neglected`.
     pub label: String,
     /// The model of friction.
-    pub model: Model,
+    pub model: FrictionModel,
     /// The tables of the file.
     pub setup: Arc<Setup>,
     /// The file and what was set by hand, for messages.
@@ -64,9 +64,9 @@ pub fn plan(document: &Document) -> Result<Vec<LabPlan>, Error> {
     Ok(plans)
 }
 
-fn label(model: Model, setup: &Setup) -> String {
+fn label(model: FrictionModel, setup: &Setup) -> String {
     let mut label = format!("{}/{}", name_of(&model), name_of(&setup.run.solver));
-    if setup.run.coupling != Coupling::Simultaneous {
+    if setup.run.coupling != BandCoupling::Simultaneous {
         label += &format!("/{}", name_of(&setup.run.coupling));
     }
     label
@@ -74,7 +74,7 @@ fn label(model: Model, setup: &Setup) -> String {
 
 /// What the file says, without the tables of other models, and with what it leaves to the defaults
 /// of `run`.
-fn parameters(document: &Document, model: Model, setup: &Setup) -> serde_json::Value {
+fn parameters(document: &Document, model: FrictionModel, setup: &Setup) -> serde_json::Value {
     let table = |key: &str| serde_json::to_value(document.get(key)).unwrap_or_default();
     let (mut friction, own) = (table("friction"), name_of(&model));
     if let Some(tables) = friction.as_object_mut() {
@@ -86,7 +86,7 @@ fn parameters(document: &Document, model: Model, setup: &Setup) -> serde_json::V
 }
 
 impl LabPlan {
-    /// Tells which solver runs it.
+    /// Returns the solver.
     pub fn solver(&self) -> SolverName {
         self.setup.run.solver
     }
@@ -102,26 +102,29 @@ impl LabPlan {
             )))
         };
         match (self.model, self.solver()) {
-            (Model::Classical | Model::Karnopp | Model::Stribeck, Rk4 | Rk4Adaptive) => refuse(
+            (
+                FrictionModel::Classical | FrictionModel::Karnopp | FrictionModel::Stribeck,
+                Rk4 | Rk4Adaptive,
+            ) => refuse(
                 "steps that locate nothing never meet the velocity zero at which it sticks; take \
                  `karnopp-banded`, or the solver `exact` or `nonsmooth`",
             ),
-            (Model::KarnoppBanded, Exact | Nonsmooth) => refuse(
+            (FrictionModel::KarnoppBanded, Exact | Nonsmooth) => refuse(
                 "a body in its velocity band is neither at rest nor in motion, and there is no \
                  switch to locate; take `karnopp`, or the solver `rk4` or `rk4-adaptive`",
             ),
-            (Model::MaxwellSlip, Exact) => refuse(
+            (FrictionModel::MaxwellSlip, Exact) => refuse(
                 "the rates of its elements jump where they begin to slip, and those instants are \
                  not located; take the solver `nonsmooth`, `rk4` or `rk4-adaptive`",
             ),
-            (Model::ResetIntegrator, Nonsmooth) => refuse(
+            (FrictionModel::ResetIntegrator, Nonsmooth) => refuse(
                 "its friction drops at the end of its range, so that its implicit step has no \
                  single \
                  solution; take the solver `exact`, `rk4` or `rk4-adaptive`",
             ),
             _ => Ok(()),
         }?;
-        if self.setup.run.coupling == Coupling::Simultaneous {
+        if self.setup.run.coupling == BandCoupling::Simultaneous {
             return Ok(());
         }
         let coupling = name_of(&self.setup.run.coupling);
@@ -129,7 +132,7 @@ impl LabPlan {
             let at = self.origin.of("run.coupling");
             Err(Error::Input(format!("{at}: the coupling `{coupling}` does not go with {why}")))
         };
-        if self.model != Model::KarnoppBanded {
+        if self.model != FrictionModel::KarnoppBanded {
             return refuse(&format!("`{model}`: it is a way to compute `karnopp-banded` only"));
         }
         if self.bodies() == 1 {
@@ -138,7 +141,7 @@ impl LabPlan {
         Ok(())
     }
 
-    /// Refuses what would take for ever.
+    /// Refuses runs that would take too long.
     fn affordable(&self) -> Result<(), Error> {
         let run = &self.setup.run;
         self.check("run.duration_s", run.duration_s, run.duration_s >= SHORTEST_S, || {

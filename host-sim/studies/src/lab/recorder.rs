@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use crate::mechanism::Mechanism;
 use crate::solver::EventKind;
-use crate::solver::state::{BodyEvent, Finish, Observer, Sample};
+use crate::solver::state::{BodyEvent, BodySample, Finish, Observer};
 
 /// Samples of a run that lie evenly; those on both sides of events come on top. The Reset
 /// Integrator's oscillation on the thesis's spring has a period of 13 ms in 5 s: 25 samples.
@@ -16,7 +16,7 @@ const MOST_ROWS: usize = 200_000;
 
 /// The bodies at one instant, m or rad, N or N m.
 #[derive(Clone, Debug)]
-pub struct Row {
+pub struct LabSample {
     /// Time, s.
     pub time_s: f64,
     /// Positions of the bodies.
@@ -37,7 +37,7 @@ pub struct Row {
 
 /// What a run is judged by; each an entry a body.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct Metrics {
+pub struct LabMetrics {
     /// Position of each body at the end.
     pub final_position: Vec<f64>,
     /// Velocity of each body at the end.
@@ -57,9 +57,9 @@ pub struct Recorder<'a, const N: usize> {
     bar: &'a ProgressBar,
     interval_s: f64,
     next: u64,
-    last: Option<Sample<N>>,
+    last: Option<BodySample<N>>,
     last_is_kept: bool,
-    pub rows: Vec<Row>,
+    pub rows: Vec<LabSample>,
     pub events: Vec<BodyEvent>,
     breaks: [u64; N],
     max_speed: [f64; N],
@@ -84,8 +84,8 @@ impl<'a, const N: usize> Recorder<'a, N> {
     }
 
     /// The metrics of a run that ended.
-    pub fn metrics(&self, finish: &Finish<N>) -> Metrics {
-        Metrics {
+    pub fn metrics(&self, finish: &Finish<N>) -> LabMetrics {
+        LabMetrics {
             final_position: self.mechanism.bodies(&finish.q).to_vec(),
             final_velocity: self.mechanism.bodies(&finish.v).to_vec(),
             max_speed: self.max_speed.to_vec(),
@@ -94,13 +94,13 @@ impl<'a, const N: usize> Recorder<'a, N> {
         }
     }
 
-    fn keep(&mut self, sample: &Sample<N>) {
+    fn keep(&mut self, sample: &BodySample<N>) {
         let mass = self.mechanism.terms(sample.time_s, &sample.q, &sample.v).mass;
         let input = (0..N).map(|i| {
             let inertia: f64 = mass[i].iter().zip(&sample.a).map(|(m, a)| m * a).sum();
             inertia + sample.friction[i]
         });
-        self.rows.push(Row {
+        self.rows.push(LabSample {
             time_s: sample.time_s,
             position: self.mechanism.bodies(&sample.q).to_vec(),
             velocity: self.mechanism.bodies(&sample.v).to_vec(),
@@ -113,7 +113,7 @@ impl<'a, const N: usize> Recorder<'a, N> {
     }
 
     /// The largest speeds between two samples, velocities taken as cubic there.
-    fn peaks_between(&mut self, from: &Sample<N>, to: &Sample<N>) {
+    fn peaks_between(&mut self, from: &BodySample<N>, to: &BodySample<N>) {
         let h = to.time_s - from.time_s;
         let bodies = |x: &[f64; N]| self.mechanism.bodies(x);
         let (v0, a0, v1, a1) = (bodies(&from.v), bodies(&from.a), bodies(&to.v), bodies(&to.a));
@@ -141,7 +141,7 @@ impl<const N: usize> Observer<N> for Recorder<'_, N> {
         self.next as f64 * self.interval_s
     }
 
-    fn sample(&mut self, sample: &Sample<N>) {
+    fn sample(&mut self, sample: &BodySample<N>) {
         for i in 0..N {
             self.peak_friction[i] = self.peak_friction[i].max(sample.friction[i].abs());
         }

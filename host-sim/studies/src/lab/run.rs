@@ -7,17 +7,17 @@ use rayon::prelude::*;
 
 use super::build::AnyMechanism;
 use super::plan::LabPlan;
-use super::recorder::{EVEN_SAMPLES, Metrics, Recorder, Row};
+use super::recorder::{EVEN_SAMPLES, LabMetrics, LabSample, Recorder};
 use crate::error::Error;
 use crate::friction::{Implicit, SetValued, SingleValued};
 use crate::mechanism::Mechanism;
-use crate::setup::{Model, SolverName};
+use crate::setup::{FrictionModel, SolverName};
 use crate::solver::banded::Banded;
 use crate::solver::dynamics::{Dynamics, SingleValuedDynamics};
 use crate::solver::state::{BodyEvent, Finish, Observer};
 use crate::solver::step_doubling::Accuracy;
 use crate::solver::{
-    Trouble, event_driven, fixed_step, nonsmooth, piecewise_smooth, step_doubling,
+    SolverFailure, event_driven, fixed_step, nonsmooth, piecewise_smooth, step_doubling,
 };
 
 /// Evaluations of `rk4-adaptive` before it is given up: minutes.
@@ -29,11 +29,11 @@ pub struct LabResult {
     /// The plan that was run.
     pub plan: LabPlan,
     /// Samples in order of time; at events one on either side.
-    pub rows: Vec<Row>,
+    pub rows: Vec<LabSample>,
     /// Breaks, sticks and reversals, in order.
     pub events: Vec<BodyEvent>,
     /// The metrics of the run.
-    pub metrics: Metrics,
+    pub metrics: LabMetrics,
     /// Wall time of the solver with its events: of a second run without samples, which would take
     /// most of the time.
     pub wall: Duration,
@@ -99,19 +99,19 @@ fn solved<const N: usize, O: Observer<N>>(
 ) -> Result<Finish<N>, Error> {
     let case = Case { plan, mechanism, observer };
     let solved = match plan.model {
-        Model::Classical | Model::Karnopp => case.set_valued(&plan.levels::<N>()?),
-        Model::KarnoppBanded => {
+        FrictionModel::Classical | FrictionModel::Karnopp => case.set_valued(&plan.levels::<N>()?),
+        FrictionModel::KarnoppBanded => {
             let (levels, bands) = (plan.levels::<N>()?, plan.bands::<N>()?);
             let mut dynamics = Banded::new(mechanism, levels, bands, plan.setup.run.coupling);
             case.explicit(&mut dynamics)
         }
-        Model::Stribeck => case.set_valued(&plan.stribecks::<N>()?),
-        Model::ResetIntegrator => case.single_valued(plan.reset_integrators::<N>()?),
-        Model::Tanh => case.implicit(plan.tanhs::<N>()?),
-        Model::Dahl => case.implicit(plan.dahls::<N>()?),
-        Model::LuGre => case.implicit(plan.lugres::<N>()?),
-        Model::ElasticCoulomb => case.implicit(plan.elastic_coulombs::<N>()?),
-        Model::MaxwellSlip => case.implicit(plan.maxwell_slips::<N>()?),
+        FrictionModel::Stribeck => case.set_valued(&plan.stribecks::<N>()?),
+        FrictionModel::ResetIntegrator => case.single_valued(plan.reset_integrators::<N>()?),
+        FrictionModel::Tanh => case.implicit(plan.tanhs::<N>()?),
+        FrictionModel::Dahl => case.implicit(plan.dahls::<N>()?),
+        FrictionModel::LuGre => case.implicit(plan.lugres::<N>()?),
+        FrictionModel::ElasticCoulomb => case.implicit(plan.elastic_coulombs::<N>()?),
+        FrictionModel::MaxwellSlip => case.implicit(plan.maxwell_slips::<N>()?),
     };
     solved.map_err(|trouble| Error::Run(format!("{}: {}: {trouble}", plan.origin, plan.label)))
 }
@@ -124,7 +124,7 @@ struct Case<'a, const N: usize, O> {
 }
 
 impl<const N: usize, O: Observer<N>> Case<'_, N, O> {
-    fn set_valued<F: SetValued>(self, friction: &[F; N]) -> Result<Finish<N>, Trouble> {
+    fn set_valued<F: SetValued>(self, friction: &[F; N]) -> Result<Finish<N>, SolverFailure> {
         let run = &self.plan.setup.run;
         match run.solver {
             SolverName::Nonsmooth => {
@@ -144,7 +144,7 @@ impl<const N: usize, O: Observer<N>> Case<'_, N, O> {
     fn implicit<const Z: usize, F: Implicit<Z>>(
         self,
         friction: [F; N],
-    ) -> Result<Finish<N>, Trouble> {
+    ) -> Result<Finish<N>, SolverFailure> {
         let run = &self.plan.setup.run;
         match run.solver {
             SolverName::Nonsmooth => nonsmooth::run_implicit(
@@ -161,7 +161,7 @@ impl<const N: usize, O: Observer<N>> Case<'_, N, O> {
     fn single_valued<const Z: usize, F: SingleValued<Z>>(
         self,
         friction: [F; N],
-    ) -> Result<Finish<N>, Trouble> {
+    ) -> Result<Finish<N>, SolverFailure> {
         let run = &self.plan.setup.run;
         match run.solver {
             SolverName::Exact => piecewise_smooth::run(
@@ -181,7 +181,7 @@ impl<const N: usize, O: Observer<N>> Case<'_, N, O> {
     fn explicit<const Z: usize, D: Dynamics<N, Z>>(
         self,
         dynamics: &mut D,
-    ) -> Result<Finish<N>, Trouble> {
+    ) -> Result<Finish<N>, SolverFailure> {
         let run = &self.plan.setup.run;
         match run.solver {
             SolverName::Rk4Adaptive => {

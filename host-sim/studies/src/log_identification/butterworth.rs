@@ -12,10 +12,10 @@
 /// Sections of the second order.
 const SECTIONS: usize = 2;
 
-/// The length of the ends' mirror images, in periods of the cut-off.
+/// Length of the mirror images at the ends, in periods of the cut-off.
 const MIRRORED: f64 = 6.0;
 
-/// A low-pass.
+/// Low-pass filter without phase.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LowPass {
     sections: [Section; SECTIONS],
@@ -30,8 +30,7 @@ struct Section {
 }
 
 impl LowPass {
-    /// A low-pass with the cut-off given as a part of the sampling frequency, above 0 and below
-    /// 0.5.
+    /// Creates a low-pass; the cut-off is a share of the sampling frequency, above 0 and below 0.5.
     pub fn new(cut_off: f64) -> Self {
         let k = (std::f64::consts::PI * cut_off).tan();
         let mut sections = [Section::default(); SECTIONS];
@@ -48,7 +47,7 @@ impl LowPass {
         Self { sections, mirrored: (MIRRORED / cut_off).ceil() as usize }
     }
 
-    /// The series without what is above the cut-off.
+    /// Returns the filtered series.
     pub fn apply(&self, series: &[f64]) -> Vec<f64> {
         let (Some(first), Some(last)) = (series.first().copied(), series.last().copied()) else {
             return Vec::new();
@@ -67,7 +66,7 @@ impl LowPass {
         all
     }
 
-    /// One pass, as if the first value had been there for ever.
+    /// Filters once, starting from a steady state at the first value.
     fn pass(&self, series: &mut [f64]) {
         let Some(first) = series.first().copied() else { return };
         for Section { b, a } in self.sections {

@@ -1,56 +1,56 @@
-//! The cut-off of the low-pass, from the data.
+//! Chooses the cut-off of the low-pass from the data.
 //!
 //! The acceleration is a regressor, and noise in a regressor makes its coefficient too small: by
-//! the noise's part of its power (errors in variables). Of position noise that is white, the power
-//! of the acceleration below `fc` grows as
+//! the noise's share of its power (errors in variables). With white position noise, the power of
+//! the noise in the acceleration below `fc` is
 //!
 //! ```text
-//! N(fc) = n fc^5        of counts c: n = (c^2/12) (2/fs) (2 pi)^4/5
+//! N(fc) = n fc^5        for counts c: n = (c^2/12) (2/fs) (2 pi)^4/5
 //! ```
 //!
-//! n is the larger one of that of the counts and `(V(f_1) - V(f_1/2))/(f_1^5 (1 - 1/32))`. V is the
-//! power of the logged acceleration below a cut-off, and f_1 = fs/8 is the highest one that is
-//! tried. The cut-off is the highest of `f_1 2^(-k/4)` at which `N(fc) <= 0.002 V(fc)`: the inertia
-//! loses at most 0.2 %.
+//! n is the larger of the count noise and `(V(f_1) - V(f_1/2))/(f_1^5 (1 - 1/32))`. V is the power
+//! of the logged acceleration below a cut-off, and f_1 = fs/8 is the highest cut-off tried. The
+//! chosen one is the highest of `f_1 2^(-k/4)` with `N(fc) <= 0.002 V(fc)`: the inertia loses at
+//! most 0.2 %.
 //!
-//! Guarantees: what moves in the uppermost octave counts as noise, so the cut-off errs to the low
-//! side; effort and position pass the same low-pass, so that this costs information, and no bias.
-//! Does badly: counts that pass more slowly than the cut-off are no white noise.
+//! Guarantees: all motion in the uppermost octave counts as noise, so the cut-off errs on the low
+//! side; effort and position pass the same low-pass, so that this costs information, but adds no
+//! bias. Limits: the noise of counts that change more slowly than the cut-off is not white.
 
 use super::butterworth::LowPass;
 use super::derivative::derivatives;
-use super::time_grid::Grid;
+use super::time_grid::TimeGrid;
 
-/// The noise's part of the acceleration's power.
+/// Largest share of the noise in the acceleration's power.
 const NOISE: f64 = 0.002;
 
-/// The highest cut-off, as a part of the sampling frequency.
+/// Highest cut-off, as a share of the sampling frequency.
 const HIGHEST: f64 = 0.125;
 
-/// Lower cut-offs than this part of the highest are not tried.
+/// Lowest cut-off tried, as a share of the highest.
 const RANGE: f64 = 1.0 / 512.0;
 
-/// Cut-offs to an octave.
+/// Number of cut-offs per octave.
 const TO_AN_OCTAVE: f64 = 4.0;
 
-/// A stretch has to last so many periods of the cut-off.
+/// Least duration of a stretch, in periods of the cut-off.
 pub const PERIODS: f64 = 12.0;
 
-/// A cut-off.
+/// Cut-off of the low-pass.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CutOff {
-    /// Where the gain is a half, Hz.
+    /// Frequency at which the gain is 1/2, Hz.
     pub hz: f64,
-    /// The noise's part of the acceleration's power at it, as far as it is known.
+    /// Estimated share of the noise in the acceleration's power at this cut-off.
     pub noise: f64,
-    /// Whether it was given.
+    /// Whether the user has set it.
     pub is_given: bool,
 }
 
-/// The power of the acceleration below a cut-off.
-fn power(grid: &Grid, hz: f64) -> f64 {
+/// Returns the power of the acceleration below a cut-off.
+fn power(grid: &TimeGrid, hz: f64) -> f64 {
     let low_pass = LowPass::new(hz * grid.step_s);
-    // What begins and ends with the mirror image.
+    // Samples at either end that depend on the mirror image.
     let edge = (1.0 / (hz * grid.step_s)).ceil() as usize;
     let (mut sum, mut count) = (0.0, 0.0);
     for stretch in &grid.stretches {
@@ -63,13 +63,13 @@ fn power(grid: &Grid, hz: f64) -> f64 {
     if count > 0.0 { sum / count } else { 0.0 }
 }
 
-/// The highest cut-off at which a log of this sample time can be differentiated, Hz.
+/// Returns the highest cut-off at which a log of this sample time can be differentiated, Hz.
 pub fn highest(step_s: f64) -> f64 {
     HIGHEST / step_s
 }
 
-/// Chooses the cut-off, or judges the one that is given. `count` is a count of the position.
-pub fn choose(grid: &Grid, count: f64, given: Option<f64>) -> CutOff {
+/// Chooses the cut-off, or evaluates the given one. `count` is one count of the position.
+pub fn choose(grid: &TimeGrid, count: f64, given: Option<f64>) -> CutOff {
     let top = highest(grid.step_s);
     let two_pi = std::f64::consts::TAU;
     let counted = count * count / 12.0 * 2.0 * grid.step_s * two_pi.powi(4) / 5.0;

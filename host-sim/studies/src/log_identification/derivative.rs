@@ -8,7 +8,7 @@
 //! At an eighth of the sampling frequency, the highest cut-off that is chosen, that is 1.3 and
 //! 0.4 %. The two samples at either end have the values of their neighbours.
 
-/// The first and the second derivative of a series in steps of h.
+/// Returns the first and the second derivative of a series in steps of h.
 pub fn derivatives(series: &[f64], h: f64) -> [Vec<f64>; 2] {
     let n = series.len();
     let mut velocity = vec![0.0; n];

@@ -1,4 +1,4 @@
-//! Unit of a logged effort, and what a unit of it is at the joint of a machine's file.
+//! Unit of a logged effort, and its torque at the joint of a machine's file.
 //!
 //! | unit | N m at the joint |
 //! |---|---|
@@ -12,7 +12,7 @@
 use super::units::unit_of_name;
 use crate::data_sheet::{DataSheet, Mapping};
 
-/// Part by which two gains may differ to be the same.
+/// Relative difference up to which two gains are equal.
 const SAME: f64 = 0.02;
 
 /// Unit of a logged effort.
@@ -27,7 +27,7 @@ pub enum EffortUnit {
 }
 
 impl EffortUnit {
-    /// Finds the unit that a column's name ends with.
+    /// Returns the unit at the end of a column's name.
     pub fn of_name(column: &str) -> Option<Self> {
         let unit = unit_of_name(column)?;
         let name = column.to_lowercase();
@@ -43,7 +43,7 @@ impl EffortUnit {
         }
     }
 
-    /// Finds the unit whose gain is the given one.
+    /// Returns the unit with the given gain.
     pub fn of_gain(gain: f64, sheet: &DataSheet, mapping: &Mapping) -> Self {
         [Self::Volt, Self::Ampere]
             .into_iter()
@@ -51,7 +51,7 @@ impl EffortUnit {
             .unwrap_or(Self::NewtonMetre)
     }
 
-    /// Returns N m at the joint for a unit of the effort.
+    /// Returns the torque at the joint for a unit of the effort, N m.
     pub fn gain(self, sheet: &DataSheet, mapping: &Mapping) -> f64 {
         match self {
             Self::Volt => mapping.units.effort(1.0),
@@ -60,12 +60,12 @@ impl EffortUnit {
         }
     }
 
-    /// Whether a gain is that of this unit; its sign is the direction in which the effort counts.
+    /// Returns whether a gain is that of this unit; its sign is the direction of the effort.
     pub fn agrees(self, gain: f64, sheet: &DataSheet, mapping: &Mapping) -> bool {
         (gain.abs() / self.gain(sheet, mapping) - 1.0).abs() <= SAME
     }
 
-    /// Symbol of the unit.
+    /// Returns the symbol of the unit.
     pub const fn symbol(self) -> &'static str {
         match self {
             Self::Volt => "V",
@@ -74,7 +74,7 @@ impl EffortUnit {
         }
     }
 
-    /// Keys of a file that the gain follows from.
+    /// Returns the keys of a file that determine the gain.
     pub const fn keys(self) -> &'static str {
         match self {
             Self::Volt => {

@@ -1,16 +1,16 @@
-//! Text of a log as UTF-8: UTF-16 is decoded by its byte order mark, and anything else is passed on
-//! as it is. Spreadsheets and Windows programs write UTF-16.
+//! Text of a log as UTF-8. UTF-16 with a byte order mark is decoded; any other text is passed on.
+//! Spreadsheets and Windows programs write UTF-16.
 
 use std::io::{self, Read};
 
 use encoding_rs::{Decoder, Encoding, UTF_16BE, UTF_16LE};
 
-/// Bytes that are decoded at a time.
+/// Number of bytes decoded at a time.
 const CHUNK: usize = 1 << 14;
 
-/// What a text without a byte order mark is refused with, if every other byte of it is 0.
-pub const NO_MARK: &str = "the file has a zero in every other byte, as UTF-16 without a byte order \
-                           mark has; save it as UTF-8, or as UTF-16 with the mark";
+/// Error for a text whose every other byte is 0 and that has no byte order mark.
+pub const NO_MARK: &str = "every other byte of the file is zero, as in UTF-16 without a byte order \
+                           mark; save it as UTF-8, or as UTF-16 with the mark";
 
 /// Returns whether a text seems to be UTF-16 without a byte order mark.
 pub fn has_no_mark(begin: &[u8]) -> bool {
@@ -22,9 +22,9 @@ pub fn has_no_mark(begin: &[u8]) -> bool {
 /// Returns the text of a file as UTF-8.
 ///
 /// # Errors
-/// If its first bytes cannot be read.
+/// Returns an error if its first bytes cannot be read.
 pub fn decoded<R: Read>(mut text: R) -> io::Result<Utf8<R>> {
-    // So much that the first line is in it, by which the columns are known.
+    // Enough for the first line, which names the columns.
     let mut begin = Vec::new();
     (&mut text).take(CHUNK as u64).read_to_end(&mut begin)?;
     let encoding = Encoding::for_bom(&begin).map(|(encoding, _)| encoding);
@@ -45,11 +45,11 @@ fn decode(decoder: &mut Decoder, bytes: &[u8], is_last: bool) -> Vec<u8> {
     decoded
 }
 
-/// A text that is read as UTF-8.
+/// Reader of a text as UTF-8.
 pub struct Utf8<R> {
     text: R,
     decoder: Option<Decoder>,
-    /// What was decoded, and how much of it was read.
+    /// Decoded bytes, and the number already read.
     ready: Vec<u8>,
     given: usize,
     has_ended: bool,

@@ -1,27 +1,27 @@
 //! Figures of an identification: fit and residual over time, and friction over velocity.
 
-use super::Identified;
-use super::model::Moment;
-use crate::figure::{Figure, Line, NamedFigure, Panel, Style};
+use super::IdentifiedMachine;
+use super::model::RegressionSample;
+use crate::figure::{Figure, NamedFigure, Panel, PlotCurve, Style};
 
-/// So many points of a curve are drawn.
+/// Largest number of points of a curve.
 const DRAWN: usize = 6_000;
 
-/// Cells of the velocity, each way.
+/// Number of cells of the velocity, each way.
 const CELLS: usize = 24;
 
-/// Rows that a cell needs.
+/// Least number of rows in a cell.
 const FEWEST: usize = 12;
 
-/// Makes the figures; `log` is the name of the log.
-pub fn figures(log: &str, identified: &Identified) -> Vec<NamedFigure> {
+/// Returns the figures; `log` is the name of the log.
+pub fn figures(log: &str, identified: &IdentifiedMachine) -> Vec<NamedFigure> {
     vec![
         NamedFigure { stem: format!("{log}-fit"), figure: over_time(log, identified) },
         NamedFigure { stem: format!("{log}-friction"), figure: over_velocity(log, identified) },
     ]
 }
 
-fn subtitle(identified: &Identified) -> String {
+fn subtitle(identified: &IdentifiedMachine) -> String {
     let parameters: Vec<String> = identified
         .parameters
         .iter()
@@ -33,13 +33,13 @@ fn subtitle(identified: &Identified) -> String {
     parameters.join(", ")
 }
 
-/// Effort and model, residual, position and free run.
-fn over_time(log: &str, identified: &Identified) -> Figure {
+/// Figure of effort and model, residual, position and free run over time.
+fn over_time(log: &str, identified: &IdentifiedMachine) -> Figure {
     let (effort, position) = (identified.scale.effort_unit(), identified.scale.position_unit());
     let moments = &identified.moments;
     let apart = apart(moments);
     let stride = moments.len().div_ceil(DRAWN).max(1);
-    let series = |of: &dyn Fn(&Moment) -> f64| -> Vec<(f64, f64)> {
+    let series = |of: &dyn Fn(&RegressionSample) -> f64| -> Vec<(f64, f64)> {
         let mut points: Vec<(f64, f64)> = Vec::new();
         for at in moments.iter().step_by(stride) {
             let ends = points.last().is_some_and(|(t, _)| at.time_s - t > apart * stride as f64);
@@ -50,7 +50,8 @@ fn over_time(log: &str, identified: &Identified) -> Figure {
         }
         points
     };
-    let model = |at: &Moment| identified.fitted.fit.predict(&identified.fitted.model.columns(at));
+    let model =
+        |at: &RegressionSample| identified.fitted.fit.predict(&identified.fitted.model.columns(at));
     let kept = &identified.free_run.kept;
     let stride = kept.len().div_ceil(DRAWN).max(1);
     let runs = |place: usize| -> Vec<(f64, f64)> {
@@ -66,15 +67,15 @@ fn over_time(log: &str, identified: &Identified) -> Figure {
             Panel::new(
                 format!("effort ({effort})"),
                 vec![
-                    Line::new("logged, in motion", Style::Primary, series(&|at| at.effort)),
-                    Line::new("identified", Style::Second, series(&model)),
+                    PlotCurve::new("logged, in motion", Style::Primary, series(&|at| at.effort)),
+                    PlotCurve::new("identified", Style::Second, series(&model)),
                 ],
             ),
             Panel {
                 height: 0.62,
                 ..Panel::new(
                     format!("residual ({effort})"),
-                    vec![Line::new("", Style::Total, series(&|at| at.effort - model(at)))],
+                    vec![PlotCurve::new("", Style::Total, series(&|at| at.effort - model(at)))],
                 )
             },
             Panel {
@@ -82,8 +83,8 @@ fn over_time(log: &str, identified: &Identified) -> Figure {
                 ..Panel::new(
                     format!("position ({position})"),
                     vec![
-                        Line::new("logged", Style::Primary, runs(1)),
-                        Line::new(
+                        PlotCurve::new("logged", Style::Primary, runs(1)),
+                        PlotCurve::new(
                             "identified, driven by the logged effort",
                             Style::Second,
                             runs(2),
@@ -95,7 +96,8 @@ fn over_time(log: &str, identified: &Identified) -> Figure {
     }
 }
 
-/// The range of the logged position and half of it on either side, if the free run leaves that.
+/// Returns the range of the logged position plus half of it on either side, if the free run leaves
+/// that; `None` otherwise.
 fn around(kept: &[[f64; 3]]) -> Option<(f64, f64)> {
     let finite = kept.iter().filter(|point| !point[1].is_nan());
     let (low, high) = finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), point| {
@@ -107,8 +109,9 @@ fn around(kept: &[[f64; 3]]) -> Option<(f64, f64)> {
     (leaves && half > 0.0).then_some(shown)
 }
 
-/// Between rows that are farther apart than this something was left out, s.
-fn apart(moments: &[Moment]) -> f64 {
+/// Returns the largest distance of neighbouring rows, s; samples between farther ones were left
+/// out.
+fn apart(moments: &[RegressionSample]) -> f64 {
     let mut steps: Vec<f64> = moments.windows(2).map(|two| two[1].time_s - two[0].time_s).collect();
     if steps.is_empty() {
         return f64::INFINITY;
@@ -117,13 +120,14 @@ fn apart(moments: &[Moment]) -> f64 {
     4.0 * *steps.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
-/// What is left of the effort without inertia and gravity, over the velocity: its median, the band
-/// of four fifths of it, and the identified friction.
-fn over_velocity(log: &str, identified: &Identified) -> Figure {
+/// Figure of the effort without inertia and gravity over the velocity: its median, its 10 to 90 %
+/// band, and the identified friction.
+fn over_velocity(log: &str, identified: &IdentifiedMachine) -> Figure {
     let (effort, position) = (identified.scale.effort_unit(), identified.scale.position_unit());
     let fitted = &identified.fitted;
-    let friction =
-        |at: &Moment| at.effort - fitted.inertia() * at.acceleration - fitted.gravity(at.position);
+    let friction = |at: &RegressionSample| {
+        at.effort - fitted.inertia() * at.acceleration - fitted.gravity(at.position)
+    };
     let fast = identified.moments.iter().map(|at| at.velocity.abs()).fold(0.0, f64::max);
     let mut lines: [Vec<(f64, f64)>; 3] = Default::default();
     for way in [-1.0, 1.0] {
@@ -161,10 +165,10 @@ fn over_velocity(log: &str, identified: &Identified) -> Figure {
             ..Panel::new(
                 format!("effort without inertia ({effort})"),
                 vec![
-                    Line::new("logged, 10 to 90 %", Style::Total, low),
-                    Line::new("", Style::Total, high),
-                    Line::new("logged, median", Style::Primary, median),
-                    Line::new("identified", Style::Second, model),
+                    PlotCurve::new("logged, 10 to 90 %", Style::Total, low),
+                    PlotCurve::new("", Style::Total, high),
+                    PlotCurve::new("logged, median", Style::Primary, median),
+                    PlotCurve::new("identified", Style::Second, model),
                 ],
             )
         }],

@@ -1,4 +1,5 @@
-//! The identified machine, driven by the logged effort from the logged first state.
+//! Free run: simulation of the identified machine with the logged effort, from the logged first
+//! state.
 //!
 //! ```text
 //! J dv/dt in u(t) - g(q) - F(v)      F(0) = [-F-, F+], the effort below which it sticks
@@ -9,39 +10,40 @@
 //! and else 0. The step is at most a twentieth of J/B and of a sample. Errors are of the first
 //! order in it.
 //!
-//! Nothing holds the simulated position to the logged one: an error of the effort adds up in it.
-//! The velocity has friction to forget by, so it is the fairer check of a long log; both are told.
+//! No feedback ties the simulated position to the logged one, so an effort error accumulates in it.
+//! Friction damps a velocity error, so the velocity is the fairer check of a long log. Both are
+//! reported.
 
-use super::model::Fitted;
-use super::moments::Filtered;
-use super::time_grid::Grid;
+use super::model::FittedModel;
+use super::moments::FilteredLog;
+use super::time_grid::TimeGrid;
 
-/// Steps to a sample.
+/// Least number of steps per sample.
 const STEPS: f64 = 4.0;
 
-/// Steps to a time constant J/B, and the most to a sample.
+/// Steps per time constant J/B, and the largest number per sample.
 const TO_A_TIME_CONSTANT: f64 = 20.0;
 const MOST_STEPS: f64 = 50.0;
 
-/// So many points are kept for figures.
+/// Number of points kept for figures.
 const KEPT: usize = 20_000;
 
-/// What came out.
+/// Comparison of the free run with the log.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FreeRun {
-    /// Root mean square of simulated minus logged position.
+    /// Root mean square of simulated minus logged position, SI.
     pub rms: f64,
-    /// Part of the position's variance that is explained, at most 1.
+    /// Explained share of the position's variance, at most 1.
     pub r2: f64,
-    /// Both of the velocity.
+    /// Root mean square of simulated minus logged velocity, SI.
     pub velocity_rms: f64,
-    /// Part of the velocity's variance that is explained.
+    /// Explained share of the velocity's variance, at most 1.
     pub velocity_r2: f64,
-    /// Time, logged and simulated position at some samples; a gap is not a number.
+    /// Time (s), logged and simulated position of some samples; NaN in a gap.
     pub kept: Vec<[f64; 3]>,
 }
 
-/// Sums for an error and what it is to be compared with.
+/// Sums for the error and for the variance of the log.
 #[derive(Default)]
 struct Sums {
     count: f64,
@@ -54,7 +56,7 @@ impl Sums {
     fn add(&mut self, logged: f64, simulated: f64) {
         self.count += 1.0;
         self.error += (simulated - logged).powi(2);
-        // Welford's, since positions may lie far from 0.
+        // Welford's method, since positions can be far from 0.
         let before = logged - self.mean;
         self.mean += before / self.count;
         self.spread += before * (logged - self.mean);
@@ -69,8 +71,13 @@ impl Sums {
     }
 }
 
-/// Runs the machine along the whole log; each stretch begins as the log does.
-pub fn free_run(fitted: &Fitted, grid: &Grid, filtered: &Filtered, delay_s: f64) -> FreeRun {
+/// Simulates the machine over the whole log; each stretch starts from the logged state.
+pub fn free_run(
+    fitted: &FittedModel,
+    grid: &TimeGrid,
+    filtered: &FilteredLog,
+    delay_s: f64,
+) -> FreeRun {
     let h = grid.step_s;
     let inertia = fitted.inertia();
     let [b, other] = fitted.viscous();
@@ -110,8 +117,8 @@ pub fn free_run(fitted: &Fitted, grid: &Grid, filtered: &Filtered, delay_s: f64)
     }
 }
 
-/// The velocity after a step.
-fn step(fitted: &Fitted, v: f64, effort: f64, h: f64, inertia: f64) -> f64 {
+/// Returns the velocity after a step.
+fn step(fitted: &FittedModel, v: f64, effort: f64, h: f64, inertia: f64) -> f64 {
     let [forward, backward] = fitted.levels();
     let [b_forward, b_backward] = fitted.viscous();
     let stribeck = fitted.stribeck(v);
@@ -127,7 +134,7 @@ fn step(fitted: &Fitted, v: f64, effort: f64, h: f64, inertia: f64) -> f64 {
     }
 }
 
-/// A series between two samples.
+/// Interpolates a series between two samples.
 fn at_place(series: &[f64], at: f64) -> f64 {
     let last = series.len() - 1;
     let at = at.clamp(0.0, last as f64);

@@ -1,48 +1,47 @@
-//! Which moments of a log tell something of a machine in motion.
+//! Selects the samples of a log that the regression uses: those of a machine in motion.
 //!
 //! Left out are: standstill and creeping, below `max(0.05 v_99, 2 c fc)` with the speed v_99 that a
-//! hundredth of the samples exceeds, the count c and the cut-off fc; what the low-pass mixes with
-//! them, `0.5/fc` on either side; the same around a saturated effort; and `1/fc` at the ends of a
-//! stretch. At standstill friction is whatever the effort is. Below two counts in a period of the
-//! cut-off, the staircase of the counts passes the low-pass.
+//! hundredth of the samples exceeds, the count c and the cut-off fc; the samples that the low-pass
+//! mixes with them, `0.5/fc` on either side; the same around a saturated effort; and `1/fc` at the
+//! ends of a stretch. At standstill the friction equals the effort, whatever that is. Below two
+//! counts in a period of the cut-off, the staircase of the counts passes the low-pass.
 //!
-//! An effort counts as saturated where it holds its largest or its smallest value for three samples
-//! or more, if twice as many samples lie there as in the next fiftieth of its range, and if at most
-//! a fifth of all samples do. An effort that is switched between two values is known, not
-//! saturated.
+//! An effort counts as saturated while it holds its largest or smallest value for three samples or
+//! more, if twice as many samples lie there as in the next fiftieth of its range, and if at most a
+//! fifth of all samples do. An effort that switches between two values is not saturated.
 
-use super::time_grid::Grid;
+use super::time_grid::TimeGrid;
 
-/// Part of the fast end of the speeds below which a machine creeps, and its friction is another one
-/// (Stribeck, bristles).
+/// Creeping speed as a share of the fast speed; below it friction differs (Stribeck, bristles).
 pub const CREEPING: f64 = 0.05;
 
-/// The same, if the model has a Stribeck term.
+/// Creeping speed as a share of the fast speed, if the model has a Stribeck term.
 pub const CREEPING_WITH_STRIBECK: f64 = 0.01;
 
-/// A count's speed is this many counts in a period of the cut-off.
+/// Least speed, in counts per period of the cut-off.
 const COUNTS: f64 = 2.0;
 
-/// The count's bound on the speed does not take more than this part of the speeds.
+/// Largest creeping speed due to counts, as a share of the fast speed.
 const MOST_OF_SPEED: f64 = 0.25;
 
-/// How far the low-pass mixes moments, in periods of the cut-off; less, if too little is left.
+/// Reach of the low-pass, in periods of the cut-off; the next one is tried if too few samples are
+/// left.
 const MIXED: [f64; 4] = [0.5, 0.35, 0.2, 0.1];
 
-/// Part of the moving samples that is to be left.
+/// Least share of the moving samples that must be left.
 const LEFT: f64 = 0.3;
 
-/// Part of an effort's range next to its ends.
+/// Width of the band next to an end of the effort's range, as a share of the range.
 const NEXT: f64 = 0.02;
 
-/// So many times as many samples lie at the end as next to it. Of a sine in a hundred codes it is a
-/// half, of one that is cut at 0.95 it is 3.
+/// Least ratio of samples at an end to samples in the band next to it. It is 0.5 for a sine in 100
+/// codes, and 3 for one that is cut at 0.95.
 const CROWDED: f64 = 2.0;
 
-/// A larger share at an end is no saturation.
+/// Largest share of samples at an end that counts as saturation.
 const LARGEST_SHARE: f64 = 0.2;
 
-/// The speed below which a machine creeps: a part of the fast ones, or that of counts.
+/// Returns the speed below which a machine creeps, from the fast speed or from counts.
 pub fn creeping(velocities: &[&[f64]], part: f64, count: f64, cut_off_hz: f64) -> f64 {
     let mut speeds: Vec<f64> =
         velocities.iter().flat_map(|part| part.iter().map(|v| v.abs())).collect();
@@ -54,8 +53,8 @@ pub fn creeping(velocities: &[&[f64]], part: f64, count: f64, cut_off_hz: f64) -
     (part * fast).max((COUNTS * count * cut_off_hz).min(MOST_OF_SPEED * fast))
 }
 
-/// The ends of the effort's range that count as saturated.
-pub fn saturated(grid: &Grid) -> [Option<f64>; 2] {
+/// Returns the ends of the effort's range that count as saturated.
+pub fn saturated(grid: &TimeGrid) -> [Option<f64>; 2] {
     let all = || grid.stretches.iter().flat_map(|one| one.effort.iter().copied());
     let low = all().fold(f64::INFINITY, f64::min);
     let high = all().fold(f64::NEG_INFINITY, f64::max);
@@ -73,19 +72,19 @@ pub fn saturated(grid: &Grid) -> [Option<f64>; 2] {
     })
 }
 
-/// What a gate leaves.
+/// Samples that the regression uses.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Gate {
-    /// For each stretch, whether a sample is used.
+    /// For each stretch and sample, whether it is used.
     pub used: Vec<Vec<bool>>,
-    /// Part of the samples that stand still or creep.
+    /// Share of the samples at standstill or creeping.
     pub standstill: f64,
-    /// Part of the samples whose effort is saturated.
+    /// Share of the samples with a saturated effort.
     pub saturated: f64,
 }
 
-/// Opens the gate for what is neither creeping nor saturated, nor mixed with either.
-pub fn gate(grid: &Grid, velocities: &[&[f64]], creeping: f64, cut_off_hz: f64) -> Gate {
+/// Selects the samples that are neither creeping nor saturated, nor mixed with such samples.
+pub fn gate(grid: &TimeGrid, velocities: &[&[f64]], creeping: f64, cut_off_hz: f64) -> Gate {
     let period = 1.0 / (cut_off_hz * grid.step_s);
     let ends = saturated(grid);
     let is_saturated = |effort: f64| ends.contains(&Some(effort));
@@ -106,7 +105,7 @@ pub fn gate(grid: &Grid, velocities: &[&[f64]], creeping: f64, cut_off_hz: f64) 
                 let shut =
                     |i: usize| velocity[i].abs() < creeping || is_saturated(stretch.effort[i]);
                 let mut open = apart(velocity.len(), reach, |i| {
-                    // From one sample to the next the direction may change without a slow one.
+                    // The direction can change between two samples without a slow one.
                     shut(i) || i > 0 && velocity[i] * velocity[i - 1] < 0.0
                 });
                 let edge = (period.ceil() as usize).min(open.len());
@@ -124,7 +123,7 @@ pub fn gate(grid: &Grid, velocities: &[&[f64]], creeping: f64, cut_off_hz: f64) 
     Gate { used, standstill: share(still), saturated: share(cut) }
 }
 
-/// Which of n samples are farther than `reach` from every sample that is shut.
+/// Returns which of n samples are farther than `reach` from every excluded sample.
 fn apart(n: usize, reach: usize, is_shut: impl Fn(usize) -> bool) -> Vec<bool> {
     let mut open = vec![true; n];
     let mut since = usize::MAX;

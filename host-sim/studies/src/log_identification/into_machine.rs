@@ -1,58 +1,59 @@
-//! A machine's file with the joint that was identified from a log in it: `stiction identify LOG.csv
-//! --machine FILE --into NEW`.
+//! Merges a joint identified from a log into a machine's file: `stiction identify LOG.csv --machine
+//! FILE --into NEW`.
 //!
-//! What the log identifies replaces the inertia, the friction, the load and, with `--gravity` or
-//! `--stribeck`, those terms, by the rules of `simulator::device::merged_sheet`. `[identified]` and
-//! `[spread]` are written anew. Everything else stays as it is, comments included. A log of motion
-//! has no static friction in it: `friction.stick_nm` stays unless it is below the slip friction, and
-//! so does `limits.breakaway_v` unless the log shows more. An effort in volts has the back-EMF and
-//! what a dead time takes in it: the first is taken from the viscous friction, and
-//! `motor.dead_time_s` moves to `device.dead_time_s`. Angles of log and file count from one zero.
+//! The identified values replace inertia, friction, load and, with `--gravity` or `--stribeck`,
+//! those terms, by the rules of `simulator::device::merged_sheet`. `[identified]` and `[spread]`
+//! are rewritten. Everything else stays as it is, comments included. A log of motion does not show
+//! the stick friction: `friction.stick_nm` stays unless it is below the slip friction, and
+//! `limits.breakaway_v` stays unless the log shows more. An effort in volts includes the back-EMF
+//! and the loss by a dead time: the back-EMF is subtracted from the viscous friction, and
+//! `motor.dead_time_s` moves to `device.dead_time_s`. Angles of log and file must have the same
+//! zero.
 
 use std::f64::consts::TAU;
 
 use toml::Value;
 use toml_edit::{DocumentMut, Item, TableLike};
 
-use super::Identified;
+use super::IdentifiedMachine;
 use super::effort_unit::EffortUnit;
-use super::model::{Fitted, Model};
+use super::model::{FittedModel, MachineModel};
 use crate::data_sheet::{DataSheet, Mapping, resting_torque};
 use crate::device::contradiction::Contradiction;
 use crate::device::found_load::MeasuredLoad;
-use crate::device::merged_sheet::{Measured, MergedSheet, TABLES, kept_words};
+use crate::device::merged_sheet::{MeasuredJoint, MergedSheet, TABLES, kept_words};
 use crate::device::spread::commented;
 use crate::document::Document;
 use crate::draft::spread::{LEAST, around, identified as said, of_inertia, part, rounded, table};
 use crate::error::{Error, rounded as digits};
 
-/// Part of the stick friction by which it may be more, where it was not measured.
+/// Relative range of a stick friction that was not measured.
 const UNTOLD: f64 = 0.25;
 
-/// Least error bar of a load, as a part of the slip friction.
+/// Least error bar of a load, as a share of the slip friction.
 const LEAST_LOAD: f64 = 0.02;
 
-/// Factors between the smallest change of the log's position and a count beyond which the log is
-/// not of that encoder.
+/// Range of the ratio of the log's smallest position change to a count. Outside of it the log is of
+/// another encoder.
 const COUNTS: [f64; 2] = [0.6, 1.7];
 
-/// Counts of a disc at most; what changes by less is not counted.
+/// Largest number of counts of a disc. A position with a finer resolution is not counted.
 const MOST_COUNTS: f64 = 4.0 * 65536.0;
 
 /// A machine's file with the joint of a log.
 #[derive(Clone, Debug, PartialEq)]
 pub struct IntoMachine {
-    /// Its text.
+    /// Text of the file.
     pub text: String,
-    /// Keys that are as in the file, since the log does not identify them.
+    /// Keys that the log does not identify and that are as in the file.
     pub kept: Vec<String>,
     /// Keys of the file that the log contradicts.
     pub contradicted: Vec<Contradiction>,
-    /// Sentences on both.
+    /// Sentences about both.
     pub words: Vec<String>,
 }
 
-/// Machine's file that a log is of.
+/// Machine's file that a log is compared and merged with.
 #[derive(Clone, Debug)]
 pub struct MachineOfLog {
     /// The file.
@@ -62,7 +63,7 @@ pub struct MachineOfLog {
     mapping: Mapping,
     /// Unit of the log's effort.
     pub unit: EffortUnit,
-    /// N m at the joint for a unit of the effort.
+    /// Torque at the joint for a unit of the effort, N m.
     pub effort_gain: f64,
 }
 
@@ -70,22 +71,22 @@ impl MachineOfLog {
     /// Opens the file `name`; `column` is the effort's, and `gain` that of `--effort-gain`.
     ///
     /// # Errors
-    /// Says what is wrong with the file, or that the unit of the effort is not known.
+    /// Returns an error about the file, or that the unit of the effort is unknown.
     pub fn open(name: &str, column: &str, gain: Option<f64>) -> Result<Self, Error> {
         let document = Document::open(name)?;
         let (sheet, mapping) = document.mapping()?.ok_or_else(|| {
             Error::Input(format!(
-                "--machine {name}: its joint is in degrees and volts, and a log is merged into a \
-                 data sheet; write one with `stiction new`, or leave --machine out"
+                "--machine {name}: its joint is in degrees and volts, but a log can only be merged \
+                 into a data sheet; write one with `stiction new`, or leave --machine out"
             ))
         })?;
         let named = EffortUnit::of_name(column);
         let unit = named.or(gain.map(|gain| EffortUnit::of_gain(gain, &sheet, &mapping)));
         let unit = unit.ok_or_else(|| {
             Error::Input(format!(
-                "nothing says what `{column}` is in: say it with --effort-gain, the N m at the \
-                 joint for each unit (by {name}: {} for a volt of the controller's output, {} for \
-                 an ampere in the motor)",
+                "the unit of `{column}` is unknown: set --effort-gain, the N m at the joint for \
+                 each unit (from {name}: {} for a volt of the controller's output, {} for an \
+                 ampere in the motor)",
                 digits(EffortUnit::Volt.gain(&sheet, &mapping)),
                 digits(EffortUnit::Ampere.gain(&sheet, &mapping)),
             ))
@@ -95,16 +96,16 @@ impl MachineOfLog {
         Ok(Self { document, text, sheet, mapping, unit, effort_gain })
     }
 
-    /// Says what the units of a log contradict in the file, a sentence each; `counts_per_turn` is
-    /// that of a position in counts.
-    pub fn against(&self, found: &Identified, counts_per_turn: Option<f64>) -> Vec<String> {
+    /// Compares the units of a log with the file. Returns the contradictions, one sentence each;
+    /// `counts_per_turn` is that of a position in counts.
+    pub fn against(&self, found: &IdentifiedMachine, counts_per_turn: Option<f64>) -> Vec<String> {
         let Self { document, sheet, mapping, unit, effort_gain, .. } = self;
         let file = &document.origin.name;
         let mut words = Vec::new();
-        // A torque may be the motor's, and then has the gear in it.
+        // A torque can be the motor's; then its gain includes the gear.
         if *unit != EffortUnit::NewtonMetre && !unit.agrees(*effort_gain, sheet, mapping) {
             words.push(format!(
-                "--effort-gain is {} N m for 1 {}, and {} of {file} give {}",
+                "--effort-gain is {} N m for 1 {}, but {} of {file} give {}",
                 digits(effort_gain.abs()),
                 unit.symbol(),
                 unit.keys(),
@@ -116,8 +117,8 @@ impl MachineOfLog {
         if let Some(counts) = counts_per_turn {
             if (counts / turn - 1.0).abs() > 1e-3 {
                 words.push(format!(
-                    "--counts-per-turn is {}, and encoder.lines of {file} gives {} counts in a \
-                     turn of the joint",
+                    "--counts-per-turn is {}, but encoder.lines of {file} gives {} counts per turn \
+                     of the joint",
                     digits(counts),
                     digits(turn)
                 ));
@@ -126,13 +127,13 @@ impl MachineOfLog {
         }
         let of_log = found.read.count;
         let is_counted = of_log > 0.0 && TAU / of_log <= MOST_COUNTS * sheet.gear.ratio;
-        // The last digit that is written is no count.
+        // The last written digit is not a count.
         let digit = (of_log / found.scale.position).log10();
         let is_digit = (digit - digit.round()).abs() < 1e-6;
         let is_same = (COUNTS[0]..=COUNTS[1]).contains(&(of_log / count));
         if is_counted && !is_digit && !is_same {
             words.push(format!(
-                "the position of the log changes by {} rad at least, and encoder.lines of {file} \
+                "the smallest position change of the log is {} rad, but encoder.lines of {file} \
                  gives counts of {} rad",
                 digits(of_log),
                 digits(count)
@@ -141,16 +142,16 @@ impl MachineOfLog {
         words
     }
 
-    /// Merges what was identified from `log` into the file.
+    /// Merges the joint identified from `log` into the file.
     ///
     /// # Errors
-    /// Says why there is no file with both.
-    pub fn merge(&self, log: &str, found: &Identified) -> Result<IntoMachine, Error> {
+    /// Returns why they cannot be merged.
+    pub fn merge(&self, log: &str, found: &IdentifiedMachine) -> Result<IntoMachine, Error> {
         let Self { document, sheet, mapping, unit, .. } = self;
         let file = &document.origin.name;
         let refuse = |why: String| Error::Input(format!("--machine {file}: {why}"));
         let measured = measured(found, sheet, *unit).ok_or_else(|| {
-            refuse("the friction comes out negative, and no joint has that".into())
+            refuse("the identified friction is negative, which is impossible".into())
         })?;
         let new = MergedSheet::of(document, (sheet, mapping), &measured).map_err(refuse)?;
         let MergedSheet { tables, mut ranges, kept, mut contradicted } = new;
@@ -198,14 +199,18 @@ impl MachineOfLog {
 }
 
 /// Returns the largest torque against which the joint of the log can rest, N m.
-fn breakaway(measured: &Measured) -> f64 {
+fn breakaway(measured: &MeasuredJoint) -> f64 {
     let gravity = measured.load.gravity.map_or(0.0, |[[sine, _], [cosine, _]]| sine.hypot(cosine));
     let friction = if measured.has_stick { measured.stick.0 } else { measured.slip.0 };
     resting_torque(friction, measured.load.offset[0], gravity)
 }
 
-/// The measured joint; none if its friction is negative.
-fn measured(found: &Identified, sheet: &DataSheet, unit: EffortUnit) -> Option<Measured> {
+/// Returns the measured joint; `None` if its friction is negative.
+fn measured(
+    found: &IdentifiedMachine,
+    sheet: &DataSheet,
+    unit: EffortUnit,
+) -> Option<MeasuredJoint> {
     let fitted = &found.fitted;
     let bar = |name: &str| {
         let all = || found.parameters.iter();
@@ -224,7 +229,7 @@ fn measured(found: &Identified, sheet: &DataSheet, unit: EffortUnit) -> Option<M
     let stribeck = fitted.stribeck(0.0).max(0.0);
     let has_stick = stribeck > 0.0;
     let mut slips = around(slip, off_slip, of_slip);
-    // The file has what is known of a stick friction that the log does not have.
+    // The log does not show the stick friction: that of the file is used.
     let [one, other] = sheet.stick();
     let most = if has_stick { slip + stribeck } else { slip.max(0.5 * (one + other)) };
     let off_stick = off_slip + bar("stribeck");
@@ -242,8 +247,8 @@ fn measured(found: &Identified, sheet: &DataSheet, unit: EffortUnit) -> Option<M
     let positions = found.moments.iter().map(|at| at.position);
     let range = positions
         .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], at| [low.min(at), high.max(at)]);
-    let Model { has_gravity, stribeck: speed, .. } = fitted.model;
-    (slip > 0.0).then(|| Measured {
+    let MachineModel { has_gravity, stribeck: speed, .. } = fitted.model;
+    (slip > 0.0).then(|| MeasuredJoint {
         inertia: (inertia, around(inertia, of_inertia(inertia, bar("inertia")), of_inertia_)),
         viscous: (viscous, [viscous - off_viscous, viscous + off_viscous]),
         slip: (slip, slips),
@@ -261,13 +266,13 @@ fn measured(found: &Identified, sheet: &DataSheet, unit: EffortUnit) -> Option<M
     })
 }
 
-/// Half of what the levels of both ways differ by.
-fn offset(fitted: &Fitted) -> f64 {
+/// Returns half of the difference between the levels of both ways.
+fn offset(fitted: &FittedModel) -> f64 {
     let [forward, backward] = fitted.levels();
     0.5 * (forward - backward)
 }
 
-/// Edits a table of a file: what differs is set, and what is gone is removed.
+/// Edits a table of a file: sets keys that differ, and removes keys that are gone.
 fn edit(whole: &mut DocumentMut, name: &str, before: Option<&toml::Table>, after: &toml::Table) {
     for (key, value) in after {
         if before.and_then(|before| before.get(key)) != Some(value) {
@@ -280,7 +285,7 @@ fn edit(whole: &mut DocumentMut, name: &str, before: Option<&toml::Table>, after
     }
 }
 
-/// Sets a number of a table; the comment of its line stays.
+/// Sets a number in a table; the comment on its line stays.
 fn put(whole: &mut DocumentMut, name: &str, key: &str, value: &Value) {
     let Some(number) = value.as_float().or(value.as_integer().map(|n| n as f64)) else { return };
     let item = whole.entry(name).or_insert_with(toml_edit::table);

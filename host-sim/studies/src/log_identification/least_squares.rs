@@ -1,5 +1,5 @@
-//! Linear least squares by Givens rotations, a row at a time, with standard deviations that do not
-//! take the residuals for independent.
+//! Linear least squares by Givens rotations, one row at a time. The standard deviations do not
+//! assume independent residuals.
 //!
 //! ```text
 //! min |y - W b|      Q^T [W y] = [R z; 0 r]      b = R^-1 z
@@ -7,35 +7,37 @@
 //! ```
 //!
 //! The rows of the log are cut into M blocks in time; e_m are the residuals of a block. Source: the
-//! sandwich of clusters (K.-Y. Liang and S. L. Zeger, *Biometrika* 73 (1986), 13). Whatever
-//! correlation the residuals have inside of a block is in it; with independent residuals it is the
-//! usual covariance. What is correlated for longer than a block is not. So the largest of the
-//! variances of 10, 20 and 40 blocks counts, each widened by Student's t at 95 % over the normal
-//! distribution's 1.96.
+//! sandwich of clusters (K.-Y. Liang and S. L. Zeger, *Biometrika* 73 (1986), 13). It includes any
+//! correlation of the residuals inside a block; with independent residuals it is the usual
+//! covariance. It does not include correlation over more than a block. So the largest of the
+//! variances of 10, 20 and 40 blocks is used, each widened by the ratio of Student's t at 95 % to
+//! the normal distribution's 1.96.
 
-/// The most columns.
+/// Largest number of columns.
 pub const MOST: usize = 8;
 
-/// Row of a regression; what is behind its columns is 0.
-pub type Columns = [f64; MOST];
+/// Row of a regression; entries after its columns are 0.
+pub type RegressionRow = [f64; MOST];
 
-/// Numbers of blocks, and Student's t of one less at 95 % (two-sided) over 1.96.
+/// Numbers of blocks M, and the ratio of Student's t with M - 1 degrees of freedom at 95 %
+/// (two-sided) to 1.96.
 const BLOCKS: [(usize, f64); 3] = [(10, 1.154), (20, 1.068), (40, 1.032)];
 
-/// A column whose angle to those before it has a smaller sine is a sum of them.
+/// Least sine of the angle between a column and the ones before it. A column below it is a sum of
+/// them.
 const SINGULAR: f64 = 1e-6;
 
-/// What was fitted.
+/// Result of a fit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fit {
-    /// How many columns there are.
+    /// Number of columns.
     pub columns: usize,
     /// Coefficients b.
-    pub values: Columns,
-    /// Their covariance.
-    pub covariance: [Columns; MOST],
-    /// How many times as uncertain each coefficient is as if its column stood alone.
-    pub inflation: Columns,
+    pub values: RegressionRow,
+    /// Covariance of the coefficients.
+    pub covariance: [RegressionRow; MOST],
+    /// Ratio of each coefficient's uncertainty to that without the other columns.
+    pub inflation: RegressionRow,
     /// Sum of the squares of the residuals.
     pub residual: f64,
     /// Sum of the squares of y.
@@ -46,10 +48,10 @@ impl Fit {
     /// Fits rows of columns and y.
     ///
     /// # Errors
-    /// Tells the column that is a sum of others (or 0).
+    /// Returns the column that is a sum of others (or 0).
     pub fn of<R>(columns: usize, rows: impl Fn() -> R) -> Result<Self, usize>
     where
-        R: Iterator<Item = (Columns, f64)>,
+        R: Iterator<Item = (RegressionRow, f64)>,
     {
         let columns = columns.min(MOST);
         let mut triangle = [[0.0; MOST + 1]; MOST + 1];
@@ -97,24 +99,24 @@ impl Fit {
         Ok(fit)
     }
 
-    /// What the coefficients make of a row.
-    pub fn predict(&self, row: &Columns) -> f64 {
+    /// Returns the prediction for a row.
+    pub fn predict(&self, row: &RegressionRow) -> f64 {
         row.iter().zip(&self.values).map(|(column, value)| column * value).sum()
     }
 
-    /// Standard deviation of a coefficient.
+    /// Returns the standard deviation of a coefficient.
     pub fn deviation(&self, column: usize) -> f64 {
         self.covariance[column][column].sqrt()
     }
 
-    /// Covariance by the block sums of the gradients; of the block numbers the one with the largest
-    /// variance of each coefficient, and correlations of the finest.
+    /// Returns the covariance by the block sums of the gradients: for each coefficient the largest
+    /// variance over the block numbers, with the correlations of the finest blocks.
     fn clustered(
         &self,
-        bread: &[Columns; MOST],
+        bread: &[RegressionRow; MOST],
         count: usize,
-        rows: impl Iterator<Item = (Columns, f64)>,
-    ) -> [Columns; MOST] {
+        rows: impl Iterator<Item = (RegressionRow, f64)>,
+    ) -> [RegressionRow; MOST] {
         let n = self.columns;
         let finest = BLOCKS[BLOCKS.len() - 1].0;
         let mut sums = vec![[0.0; MOST]; finest];
@@ -146,8 +148,8 @@ impl Fit {
                 widest[i] = widest[i].max(covariance[i][i]);
             }
         }
-        // Keeps the correlations, with the widest variances.
-        let scale: Columns = std::array::from_fn(|i| match covariance[i][i] {
+        // Correlations stay, with the largest variances.
+        let scale: RegressionRow = std::array::from_fn(|i| match covariance[i][i] {
             variance if variance > 0.0 => (widest[i] / variance).sqrt(),
             _ => 1.0,
         });
@@ -160,7 +162,7 @@ impl Fit {
     }
 }
 
-/// Rotates a line of so many entries into the triangle.
+/// Rotates a line with the given number of entries into the triangle.
 fn rotate(triangle: &mut [[f64; MOST + 1]; MOST + 1], mut line: [f64; MOST + 1], entries: usize) {
     for i in 0..entries {
         if line[i] == 0.0 {
@@ -176,8 +178,8 @@ fn rotate(triangle: &mut [[f64; MOST + 1]; MOST + 1], mut line: [f64; MOST + 1],
     }
 }
 
-/// The inverse of the upper left part of a triangle.
-fn inverse(triangle: &[[f64; MOST + 1]; MOST + 1], n: usize) -> [Columns; MOST] {
+/// Returns the inverse of the upper left part of a triangle.
+fn inverse(triangle: &[[f64; MOST + 1]; MOST + 1], n: usize) -> [RegressionRow; MOST] {
     let mut inverse = [[0.0; MOST]; MOST];
     for j in 0..n {
         inverse[j][j] = 1.0 / triangle[j][j];
@@ -190,12 +192,12 @@ fn inverse(triangle: &[[f64; MOST + 1]; MOST + 1], n: usize) -> [Columns; MOST] 
 }
 
 fn sandwich(
-    bread: &[Columns; MOST],
-    meat: &[Columns; MOST],
+    bread: &[RegressionRow; MOST],
+    meat: &[RegressionRow; MOST],
     n: usize,
     factor: f64,
-) -> [Columns; MOST] {
-    let product = |a: &[Columns; MOST], b: &[Columns; MOST]| {
+) -> [RegressionRow; MOST] {
+    let product = |a: &[RegressionRow; MOST], b: &[RegressionRow; MOST]| {
         let mut product = [[0.0; MOST]; MOST];
         for i in 0..n {
             for j in 0..n {

@@ -1,15 +1,15 @@
-//! A machine's file of an identified joint, by data sheet.
+//! Machine's file of a joint that was identified from a log, as a data sheet.
 //!
-//! The effort of the log stands for the core's volts: `motor.amplifier_a_per_v` is 1 and
-//! `motor.kt_nm_per_a` the effort gain, with the gear's ratio 1. So all that the regression found
-//! is at the joint. A user who knows motor and gear writes them instead.
+//! The effort of the log takes the place of the core's volts: `motor.amplifier_a_per_v` is 1,
+//! `motor.kt_nm_per_a` is the effort gain, and the gear's ratio is 1. So all identified values are
+//! at the joint. A user who knows motor and gear replaces these values.
 
 use std::f64::consts::TAU;
 
 use toml::Value;
 
-use super::Identified;
-use super::model::Fitted;
+use super::IdentifiedMachine;
+use super::model::FittedModel;
 use crate::data_sheet::resting_torque;
 use crate::draft::spread::{
     LEAST, around, identified as said, of_inertia, part, rounded as digits, table,
@@ -17,70 +17,74 @@ use crate::draft::spread::{
 use crate::draft::{Answers, Told, Whys, Words, text_with};
 use crate::error::{Error, rounded};
 
-/// Lines of an encoder whose counts are too fine to be seen in the log.
+/// Assumed lines of an encoder whose counts are too fine to show in the log.
 const ASSUMED_LINES: u32 = 4096;
 
-/// Range of a stick friction that a log of motion does not tell, as a part of it.
-const UNTOLD: f64 = 0.25;
+/// Relative range of a stick friction that the log does not identify.
+const UNIDENTIFIED: f64 = 0.25;
 
-/// Sample times of a board, s.
+/// Range of sample times of a board, s.
 const SAMPLE_TIMES: [f64; 2] = [1e-4, 0.02];
 
-/// Writes the text of a file.
+/// Returns the text of the machine's file.
 ///
 /// # Errors
-/// Says why no joint can be written.
-pub fn machine_file(name: &str, log: &str, identified: &Identified) -> Result<String, Error> {
+/// Returns why the joint cannot be written.
+pub fn machine_file(
+    name: &str,
+    log: &str,
+    identified: &IdentifiedMachine,
+) -> Result<String, Error> {
     let refuse = |why: &str| Error::Input(format!("--into {name}: {why}"));
     if identified.scale.is_linear {
         return Err(refuse(
-            "the machine moves along a line, and a machine's file describes a joint that turns; \
-             leave --into out",
+            "the machine moves along a line, but a machine's file describes a rotary joint; leave \
+             --into out",
         ));
     }
     let Some(gain) = identified.scale.effort else {
         return Err(refuse(
-            "a file in N m needs what a unit of effort is; say it with --effort-gain (N m at the \
-             joint for each unit)",
+            "the unit of the effort is unknown, and the file is in N m; set --effort-gain (N m at \
+             the joint for each unit)",
         ));
     };
     let fitted = &identified.fitted;
     let [forward, backward] = fitted.levels();
     let slip = 0.5 * (forward + backward);
     if slip < 0.0 {
-        return Err(refuse("the friction comes out negative, and no joint has that"));
+        return Err(refuse("the identified friction is negative, which is impossible"));
     }
-    // Of what the effort has to bear the load is the other way round.
+    // The load has the opposite sign of the effort that holds it.
     let constant = if rounded(forward) == rounded(backward) { 0.0 } else { backward - slip };
     let stribeck = fitted.stribeck(0.0).max(0.0);
     let [b_forward, b_backward] = fitted.viscous();
     let viscous = (0.5 * (b_forward + b_backward)).max(0.0);
-    // Without a Stribeck term: the lower end of its range, which the slip friction does not reach.
+    // Without a Stribeck term, the stick friction is the upper end of the slip friction's range.
     let (stick, stick_from) = if stribeck > 0.0 {
         (rounded_number(slip + stribeck), "identified")
     } else {
         let [_, most] = around(slip, off(fitted).mean, LEAST[2]);
-        (digits(most), "slip + 2 sd: no log of motion has it")
+        (digits(most), "slip + 2 sd: not in a log of motion")
     };
     let (lines, lines_from) = lines(identified);
     let number = |value: f64| Value::Float(rounded_number(value));
     let mut answers = Answers::default();
     for (key, value, source) in [
-        ("motor.driven_by", Value::String("current".into()), "as the log's effort"),
+        ("motor.driven_by", Value::String("current".into()), "like the log's effort"),
         (
             "motor.amplifier_a_per_v",
             number(1.0),
             "a volt of the core is a unit of the log's effort",
         ),
         ("motor.kt_nm_per_a", number(gain.abs()), "--effort-gain, at the joint"),
-        ("motor.rotor_inertia_kg_m2", number(0.0), "is in that of the load"),
+        ("motor.rotor_inertia_kg_m2", number(0.0), "included in that of the load"),
         (
             "motor.current_limit_a",
             number(identified.read.top_effort / gain.abs()),
             "the largest effort of the log",
         ),
-        ("gear.ratio", number(1.0), "all is at the joint"),
-        ("gear.efficiency", number(1.0), "is in the friction"),
+        ("gear.ratio", number(1.0), "all values are at the joint"),
+        ("gear.efficiency", number(1.0), "included in the friction"),
         ("load.inertia_kg_m2", number(fitted.inertia()), "identified"),
         ("friction.stick_nm", Value::Float(stick), stick_from),
         ("friction.slip_nm", number(slip), "identified, mean of both ways"),
@@ -110,7 +114,7 @@ pub fn machine_file(name: &str, log: &str, identified: &Identified) -> Result<St
         more.push(("friction", "stribeck_rad_per_s", velocity, "identified"));
     }
     if constant != 0.0 {
-        let why = "identified: half of what both ways differ by";
+        let why = "identified: half of the difference between both ways";
         more.push(("load", "constant_nm", constant, why));
         let starts = resting_torque(stick, constant, sine.hypot(cosine)) / gain.abs();
         let why = if fitted.model.has_gravity {
@@ -126,20 +130,20 @@ pub fn machine_file(name: &str, log: &str, identified: &Identified) -> Result<St
     }
     more.iter_mut().for_each(|(_, _, value, _)| *value = rounded_number(*value));
     let volts = |torque: f64| torque / gain.abs();
-    // A load that is stronger than the friction is no friction of either direction.
+    // If the load exceeds the friction, the levels of the two ways are not friction levels.
     let is_held = constant.abs() < slip;
     let [low, high] =
         if is_held { [forward.min(backward), forward.max(backward)] } else { [slip; 2] };
     let off = off(fitted);
-    // What is no more than its error bar is no zero.
+    // A level within its error bar does not become zero.
     let ends = [(low - off.slip).max(0.5 * low), high + stribeck + off.stick].map(volts);
-    let told = Told::new(volts(fitted.inertia()).to_radians(), volts(viscous).to_radians(), ends)
+    let joint = Told::new(volts(fitted.inertia()).to_radians(), volts(viscous).to_radians(), ends)
         .with_load(volts(constant.abs() + sine.hypot(cosine)), volts(slip));
     let words = Words {
         begin,
         title: format!("Identified from {log}"),
         more,
-        told: Some((told, BY_LOG)),
+        told: Some((joint, BY_LOG)),
         ..Words::of(None)
     };
     let verdict = &identified.verdict;
@@ -148,7 +152,7 @@ pub fn machine_file(name: &str, log: &str, identified: &Identified) -> Result<St
         + &spread(fitted, [slip, stribeck, viscous, constant], &off))
 }
 
-/// Why `robust` is told what it is told of a log. An end is no nearer to zero than by half.
+/// Comments on the joint values of `robust` from a log.
 const BY_LOG: Whys = [
     "identified",
     "identified, mean of both ways",
@@ -156,18 +160,18 @@ const BY_LOG: Whys = [
     "twice: highest stick + 2 sd",
 ];
 
-/// Two standard deviations, N m.
+/// Error bars of the friction: two standard deviations, N m.
 struct Off {
-    /// Of the level of either way, which has that of the constant load in it.
+    /// Slip friction of one way; includes the error of the constant load.
     slip: f64,
     stick: f64,
-    /// Of the mean of both ways.
+    /// Mean slip friction of both ways.
     mean: f64,
     load: f64,
 }
 
-/// The error bars of the friction.
-fn off(fitted: &Fitted) -> Off {
+/// Returns the error bars of the friction.
+fn off(fitted: &FittedModel) -> Off {
     let deviation = |name: &str| fitted.get(name).map_or(0.0, |found| 2.0 * found.sd);
     let parameters = fitted.parameters();
     let load = parameters.iter().find(|(name, _)| *name == "offset");
@@ -182,9 +186,13 @@ fn off(fitted: &Fitted) -> Off {
     Off { slip, stick: slip + deviation("stribeck"), mean, load }
 }
 
-/// The error bars as `[spread]`, from which `tune` draws its joints. A log of motion does not tell
-/// the stick friction: it may be a quarter more.
-fn spread(fitted: &Fitted, [slip, stribeck, viscous, constant]: [f64; 4], off: &Off) -> String {
+/// Returns the error bars as `[spread]`, from which `tune` draws its joints. A log of motion does
+/// not identify the stick friction; its range extends by a quarter.
+fn spread(
+    fitted: &FittedModel,
+    [slip, stribeck, viscous, constant]: [f64; 4],
+    off: &Off,
+) -> String {
     let deviation = |name: &str| fitted.get(name).map_or(0.0, |found| 2.0 * found.sd);
     let [least_inertia, least_viscous, least_slip, least_stick] = LEAST;
     let inertia = fitted.inertia();
@@ -193,13 +201,13 @@ fn spread(fitted: &Fitted, [slip, stribeck, viscous, constant]: [f64; 4], off: &
     let of_viscous = of_viscous.into_iter().fold(0.0, f64::max);
     let stick = slip + stribeck;
     let mut slips = around(slip, off.mean, least_slip);
-    let is_told = stribeck > 0.0;
+    let has_stick = stribeck > 0.0;
     let of_stick = off.mean + deviation("stribeck");
-    let mut sticks = around(stick, of_stick, if is_told { least_stick } else { UNTOLD });
-    if is_told {
+    let mut sticks = around(stick, of_stick, if has_stick { least_stick } else { UNIDENTIFIED });
+    if has_stick {
         part(&mut slips, &mut sticks, [slip, stick]);
     } else {
-        // No joint slips with more than it sticks with.
+        // The stick friction of a joint is not below its slip friction.
         sticks[0] = slips[1];
     }
     let frictions = [
@@ -213,8 +221,8 @@ fn spread(fitted: &Fitted, [slip, stribeck, viscous, constant]: [f64; 4], off: &
     table(frictions.into_iter().filter(|(_, [_, high])| *high > 0.0).chain(load))
 }
 
-/// Lines of an encoder with the counts of the log, and where that is from.
-fn lines(identified: &Identified) -> (u32, &'static str) {
+/// Returns the lines of an encoder with the counts of the log, and the source of the number.
+fn lines(identified: &IdentifiedMachine) -> (u32, &'static str) {
     let lines = TAU / (4.0 * identified.read.count);
     if lines.is_finite() && (1.0..=65536.0).contains(&lines.round()) {
         (lines.round() as u32, "the smallest change of the logged position")
@@ -223,7 +231,7 @@ fn lines(identified: &Identified) -> (u32, &'static str) {
     }
 }
 
-/// To four digits, as the standard deviations hardly bear more.
+/// Rounds to four digits; the standard deviations are larger than that rounding.
 fn rounded_number(value: f64) -> f64 {
     rounded(value).parse().unwrap_or(value)
 }

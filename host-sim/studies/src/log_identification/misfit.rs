@@ -1,70 +1,76 @@
-//! What the residual still follows: causes that the model leaves out.
+//! Causes that the model leaves out and the residual depends on.
 //!
-//! For each cause, some columns in which it would show are fitted to the residual of one half of
-//! the log and tried on the other half, and the other way round:
+//! For each cause, columns that would show it are fitted to the residual of one half of the log and
+//! tried on the other half, and vice versa:
 //!
 //! ```text
 //! share = 1 - sum (e - W b_other)^2 / sum e^2        part of the residual that is predicted
 //! ```
 //!
-//! Halves are every other of 20 blocks in time. What is found by chance in one half does not show
+//! A half consists of every other of 20 blocks in time. A chance result in one half does not show
 //! in the other, so noise has a share near or below 0 (cross-validation, M. Stone, *J. Royal
-//! Statistical Society* B 36 (1974), 111). A cause is told if its share is above 0.2, and what it
-//! explains is above 1.5 % of the effort: less matters to nobody. Two bodies with a spring between
-//! are told by their inertia, which varies with the cut-off, by more than 3 % and two standard
-//! deviations.
+//! Statistical Society* B 36 (1974), 111). A cause is reported if its share is above 0.2 and it
+//! explains more than 1.5 % of the effort; less is negligible. Two bodies with a spring between
+//! them are detected by their inertia: it varies with the cut-off by more than 3 % and more than
+//! two standard deviations.
 
-use super::model::{Fitted, Moment};
+use super::model::{FittedModel, RegressionSample};
 use super::regression;
 
-/// Blocks in time; every other one is a half.
+/// Number of blocks in time; every other one belongs to one half.
 const BLOCKS: usize = 20;
 
-/// The part of the residual that has to be predicted.
-const TOLD: f64 = 0.2;
+/// Least share of a reported cause.
+const REPORTED: f64 = 0.2;
 
-/// The part of the effort that it has to be, %.
+/// Least part of the effort that a reported cause explains, %.
 const MATTERS_PERCENT: f64 = 1.5;
 
-/// Cells of the position, and of the others.
+/// Number of cells of the position.
 const CELLS: usize = 40;
+/// Number of cells of the other quantities.
 const FEW_CELLS: usize = 8;
 
-/// Periods over the range of the position that are tried.
+/// Largest number of periods over the range of the position.
 const PERIODS: usize = 400;
 
-/// The part by which an inertia has to vary with the cut-off, and by how many standard deviations.
+/// Least relative change of the inertia with the cut-off that shows two bodies.
 const DRIFTS: f64 = 0.03;
+/// Least such change in standard deviations.
 const SURELY: f64 = 2.0;
 
-/// How much lower the cut-off is whose inertia is compared.
+/// Ratio of the cut-off to the lower one for comparing inertias.
 pub const SMOOTHER: f64 = 3.0;
 
-/// Samples that the search for a period looks at.
+/// Number of samples in the search for a period.
 const SEARCHED: usize = 8_000;
 
 /// A cause that the model leaves out.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Misfit {
-    /// A short name for scripts.
+    /// Short name for scripts.
     pub cause: &'static str,
-    /// Part of the residual's power that it predicts in the half of the log that it was not fitted
-    /// to; of `flexibility`, the part that a fit behind the lower cut-off takes away there.
+    /// Share of the residual's power that it predicts in the half of the log that it was not fitted
+    /// to. For `flexibility`: the share that a fit at the lower cut-off removes.
     pub share: f64,
-    /// What it is, in words.
+    /// Sentence for the verdict.
     pub words: String,
 }
 
 /// A sample of the residual.
 struct Sample {
-    at: Moment,
+    at: RegressionSample,
     error: f64,
     is_even: bool,
 }
 
-/// Names the causes that the residual shows, the largest first. `smooth` are rows behind a cut-off
-/// that is [`SMOOTHER`] times as low.
-pub fn misfits(fitted: &Fitted, moments: &[Moment], smooth: &[Moment]) -> Vec<Misfit> {
+/// Returns the causes that the residual shows, the largest first. `smooth` are rows at a cut-off
+/// lower by the factor [`SMOOTHER`].
+pub fn misfits(
+    fitted: &FittedModel,
+    moments: &[RegressionSample],
+    smooth: &[RegressionSample],
+) -> Vec<Misfit> {
     let samples = residuals(fitted, moments);
     let way = |sample: &Sample| sample.at.velocity.signum();
     let [low, high] = range(samples.iter().map(|sample| sample.at.position));
@@ -78,7 +84,7 @@ pub fn misfits(fitted: &Fitted, moments: &[Moment], smooth: &[Moment]) -> Vec<Mi
         let part = sample.at.velocity.abs() / fast;
         (part.sqrt() * FEW_CELLS as f64).min(FEW_CELLS as f64 - 1.0) as usize
     };
-    // A tenth of the range, in cells that double.
+    // A tenth of the range, in cells of doubling width.
     let since = |sample: &Sample| {
         let part = sample.at.since_reversal / (0.1 * range);
         (part < 1.0).then(|| ((part * 256.0).max(1.0).log2() as usize).min(FEW_CELLS - 1))
@@ -86,7 +92,7 @@ pub fn misfits(fitted: &Fitted, moments: &[Moment], smooth: &[Moment]) -> Vec<Mi
     let cells = |count: usize, of: &dyn Fn(&Sample) -> Option<usize>, sign: bool| {
         by_cell(&samples, count, of, |sample| if sign { way(sample) } else { 1.0 })
     };
-    // Few cells find what is smooth in a short log, many what is not, and a sine what is finer.
+    // Few cells find smooth changes in a short log, many cells rough ones, and a sine finer ones.
     let by_position = |sign: bool| {
         let shares =
             [FEW_CELLS, CELLS].map(|count| cells(count, &|sample| Some(cell(sample, count)), sign));
@@ -97,13 +103,13 @@ pub fn misfits(fitted: &Fitted, moments: &[Moment], smooth: &[Moment]) -> Vec<Mi
         (
             "position_dependent_load",
             by_position(false),
-            "a load varies with the position, as gravity, a spring or cogging does",
+            "a load varies with the position, like gravity, a spring or cogging",
         ),
         (
             "reversal",
             cells(FEW_CELLS, &since, true),
-            "the effort behind a reversal is another one, as with backlash or with friction that \
-             builds up over a way",
+            "the effort differs after a reversal, as with backlash or with friction that builds up \
+             over a distance",
         ),
         (
             "velocity",
@@ -112,23 +118,23 @@ pub fn misfits(fitted: &Fitted, moments: &[Moment], smooth: &[Moment]) -> Vec<Mi
                 &|sample| Some(speed(sample) + if way(sample) > 0.0 { FEW_CELLS } else { 0 }),
                 false,
             ),
-            "friction is no straight line over velocity; --stribeck adds a term",
+            "friction is not linear in the velocity; --stribeck adds a term",
         ),
     ];
     let relative = fitted.relative_residual_percent();
-    let mut told: Vec<Misfit> = found
+    let mut misfits: Vec<Misfit> = found
         .into_iter()
-        .filter(|(_, share, _)| *share > TOLD && share.sqrt() * relative > MATTERS_PERCENT)
+        .filter(|(_, share, _)| *share > REPORTED && share.sqrt() * relative > MATTERS_PERCENT)
         .map(|(cause, share, words)| Misfit { cause, share, words: words.into() })
         .collect();
-    told.extend(flexibility(fitted, smooth));
-    told.sort_by(|a, b| b.share.total_cmp(&a.share));
-    told
+    misfits.extend(flexibility(fitted, smooth));
+    misfits.sort_by(|a, b| b.share.total_cmp(&a.share));
+    misfits
 }
 
-fn residuals(fitted: &Fitted, moments: &[Moment]) -> Vec<Sample> {
+fn residuals(fitted: &FittedModel, moments: &[RegressionSample]) -> Vec<Sample> {
     let count = moments.len().max(1);
-    let with_error = |(i, at): (usize, &Moment)| Sample {
+    let with_error = |(i, at): (usize, &RegressionSample)| Sample {
         at: *at,
         error: at.effort - fitted.fit.predict(&fitted.model.columns(at)),
         is_even: (i * BLOCKS / count).is_multiple_of(2),
@@ -142,7 +148,7 @@ fn range(values: impl Iterator<Item = f64>) -> [f64; 2] {
     })
 }
 
-/// The share that means over cells predict; of what lies in no cell nothing is.
+/// Returns the share that means over cells predict. The prediction outside all cells is 0.
 fn by_cell(
     samples: &[Sample],
     count: usize,
@@ -163,9 +169,10 @@ fn by_cell(
     })
 }
 
-/// A rigid machine has the same inertia behind every cut-off. One of two bodies with a spring
-/// between has all of it below their resonance, and that of the driven body above.
-fn flexibility(fitted: &Fitted, smooth: &[Moment]) -> Option<Misfit> {
+/// Detects two bodies with a spring between them. A rigid machine has the same inertia at every
+/// cut-off. Two bodies show their whole inertia below their resonance, and that of the driven body
+/// above it.
+fn flexibility(fitted: &FittedModel, smooth: &[RegressionSample]) -> Option<Misfit> {
     let below = regression::fit(fitted.model, smooth).ok()?;
     let [here, there] = [fitted.get("inertia")?, below.get("inertia")?];
     let drift = there.value / here.value - 1.0;
@@ -173,16 +180,16 @@ fn flexibility(fitted: &Fitted, smooth: &[Moment]) -> Option<Misfit> {
     if drift.abs() < DRIFTS.max(SURELY * uncertain) {
         return None;
     }
-    // Of the power that the model with that inertia would leave.
-    let left = |fitted: &Fitted| -> f64 {
+    // Residual power that a model leaves at the lower cut-off.
+    let left = |fitted: &FittedModel| -> f64 {
         residuals(fitted, smooth).iter().map(|sample| sample.error.powi(2)).sum()
     };
     let share = 1.0 - left(&below) / left(fitted);
     let larger = if drift > 0.0 { "larger" } else { "smaller" };
     let percent = (100.0 * drift.abs()).round();
     let words = format!(
-        "the inertia is {percent} % {larger} behind a cut-off a third as high, as of two bodies \
-         with a spring or a backlash between"
+        "the inertia is {percent} % {larger} at a third of the cut-off, like that of two bodies \
+         with a spring or a backlash between them"
     );
     Some(Misfit { cause: "flexibility", share, words })
 }
@@ -193,8 +200,8 @@ fn share(samples: &[Sample], predicted: impl Fn(&Sample) -> f64) -> f64 {
     if all > 0.0 { 1.0 - left / all } else { 0.0 }
 }
 
-/// The share that a sine of the position predicts, whose period is found in one half and whose
-/// amplitude is tried on the other.
+/// Returns the share that a sine of the position predicts. Its period and amplitude are found in
+/// one half and tried on the other.
 fn periodic(samples: &[Sample], low: f64, range: f64, has_way: bool) -> f64 {
     let angle = |sample: &Sample, periods: usize| {
         std::f64::consts::TAU * periods as f64 * (sample.at.position - low) / range

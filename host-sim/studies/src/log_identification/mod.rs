@@ -1,4 +1,5 @@
-//! A machine's inertia and friction from a log of time, position and effort (inverse dynamics).
+//! Identification of inertia and friction from a log of time, position and effort (inverse
+//! dynamics).
 //!
 //! ```text
 //! CSV -> reading -> time_grid -> cut_off -> moments (butterworth, derivative, gate)
@@ -6,13 +7,12 @@
 //! ```
 //!
 //! The equation of [`model`] holds for a rigid machine in motion. Position and effort pass the same
-//! low-pass, so that it still holds behind it, and least squares solves it for the coefficients.
-//! Nothing here knows whose log it is. `docs/identification.md` says what it guarantees, and what
-//! was measured.
+//! low-pass, so the equation holds for the filtered signals as well, and least squares solves it
+//! for the coefficients. `docs/identification.md` has guarantees and measurements.
 //!
-//! Standard deviations are those of [`least_squares`], and half of what the coefficient moves if
-//! the cut-off is a third lower, added as squares: what depends on how the log is filtered is not
-//! known better than that. That of the inertia has half of the noise's part ([`cut_off`]), too.
+//! The variance of a coefficient is that of [`least_squares`] plus the square of half its change
+//! with a cut-off a third lower: a coefficient that depends on the filter is uncertain by that
+//! much. The inertia's standard deviation also includes half of the noise's share ([`cut_off`]).
 
 pub mod butterworth;
 pub mod cut_off;
@@ -44,87 +44,87 @@ use cut_off::CutOff;
 use free_run::FreeRun;
 use implausible::Implausible;
 use misfit::Misfit;
-use model::{Fitted, Moment, Parameter};
-use moments::Filtered;
+use model::{FittedModel, FittedParameter, RegressionSample};
+use moments::FilteredLog;
 use proposal::Proposal;
-use reading::Log;
-use time_grid::Grid;
-use units::Scale;
-use verdict::{Against, Verdict};
+use reading::MotionLog;
+use time_grid::TimeGrid;
+use units::LogUnits;
+use verdict::{FitVerdict, Objections};
 
-/// How much lower the cut-off is whose coefficients are compared.
+/// Ratio of the cut-off to the lower one for comparing coefficients.
 const LOWER: f64 = 1.5;
 
-/// How a log is to be identified.
+/// Settings for the identification from a log.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Request {
-    /// Units.
-    pub scale: Scale,
-    /// Whether friction differs by the direction; none: chosen.
+pub struct FitSettings {
+    /// Units of the log.
+    pub scale: LogUnits,
+    /// Whether friction differs between the directions; `None`: chosen from the log.
     pub is_asymmetric: Option<bool>,
-    /// Whether there is a Stribeck term.
+    /// Whether the model has a Stribeck term.
     pub has_stribeck: bool,
-    /// Whether there is gravity.
+    /// Whether the model has gravity.
     pub has_gravity: bool,
-    /// Cut-off of the low-pass, Hz; none: chosen.
+    /// Cut-off of the low-pass, Hz; `None`: chosen from the log.
     pub cut_off_hz: Option<f64>,
-    /// Time after which the logged effort acts, s; none: estimated.
+    /// Delay until the logged effort acts, s; `None`: estimated.
     pub effort_delay_s: Option<f64>,
 }
 
-/// A machine that was identified from a log.
+/// A machine identified from a log.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Identified {
-    /// Units.
-    pub scale: Scale,
-    /// The model and its coefficients.
-    pub fitted: Fitted,
-    /// The parameters that are told.
-    pub parameters: Vec<(&'static str, Parameter)>,
-    /// Both models without further terms: relative residual, %.
+pub struct IdentifiedMachine {
+    /// Units of the log.
+    pub scale: LogUnits,
+    /// Model with its coefficients.
+    pub fitted: FittedModel,
+    /// Reported parameters.
+    pub parameters: Vec<(&'static str, FittedParameter)>,
+    /// Relative residual of both models without further terms, %.
     pub compared: Vec<(&'static str, f64)>,
-    /// The low-pass.
+    /// Cut-off of the low-pass.
     pub cut_off: CutOff,
-    /// Time after which the logged effort acts, s.
+    /// Delay until the logged effort acts, s.
     pub effort_delay_s: f64,
-    /// The machine, driven by the logged effort.
+    /// Simulation of the machine with the logged effort.
     pub free_run: FreeRun,
-    /// What the residual still follows.
+    /// Causes that the model leaves out and the residual depends on.
     pub misfits: Vec<Misfit>,
     /// Terms that would lower the residual.
     pub proposals: Vec<Proposal>,
-    /// What was thought of it.
-    pub verdict: Verdict,
-    /// What a person should know before the numbers are used.
+    /// Verdict on the fit.
+    pub verdict: FitVerdict,
+    /// Warnings to read before the numbers are used.
     pub warnings: Vec<String>,
     /// Rows of the regression.
-    pub moments: Vec<Moment>,
-    /// What was read.
-    pub read: Read,
+    pub moments: Vec<RegressionSample>,
+    /// Statistics of the log.
+    pub read: LogStatistics,
 }
 
-/// What was read and used of a log.
+/// Statistics of a log.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
-pub struct Read {
-    /// Rows with three numbers.
+pub struct LogStatistics {
+    /// Number of rows with three numbers.
     pub rows: u64,
-    /// Rows that lack a number.
+    /// Number of rows that lack a number.
     pub missing_rows: u64,
-    /// Rows with more cells than the first one.
+    /// Number of rows with more cells than the first one.
     pub long_rows: u64,
-    /// Rows that a sample is the mean of.
+    /// Number of rows that are averaged into a sample.
     pub rows_per_sample: u64,
     /// Time between samples, s.
     pub sample_time_s: f64,
-    /// Time of all stretches, s.
+    /// Total time of all stretches, s.
     pub duration_s: f64,
-    /// Gaps.
+    /// Number of gaps.
     pub gaps: usize,
-    /// Part of the samples that is in motion, not saturated, and so was fitted.
+    /// Share of the samples that was fitted: in motion, and not saturated.
     pub used: f64,
-    /// Part of the samples at standstill or creeping.
+    /// Share of the samples at standstill or creeping.
     pub standstill: f64,
-    /// Part of the samples with a saturated effort.
+    /// Share of the samples with a saturated effort.
     pub saturated: f64,
     /// Distance between the ends of the motion, SI.
     pub travel: f64,
@@ -132,21 +132,21 @@ pub struct Read {
     pub top_speed: f64,
     /// Largest effort.
     pub top_effort: f64,
-    /// Smallest change of the position from row to row, SI: a count, if it is counted.
+    /// Smallest change of the position between two rows, SI: one count of a counted position.
     pub count: f64,
 }
 
 /// Identifies the machine of a log.
 ///
 /// # Errors
-/// Says in a sentence why the log does not tell its machine, and what to do.
-pub fn identify(mut log: Log, request: &Request) -> Result<Identified, String> {
+/// Returns a sentence: why the log does not identify its machine, and what to do.
+pub fn identify(mut log: MotionLog, request: &FitSettings) -> Result<IdentifiedMachine, String> {
     let mut warnings = implausible::reading(&log);
     request.scale.apply(&mut log);
     let count = if log.smallest_change.is_finite() { log.smallest_change } else { 0.0 };
     let (rows, missing_rows, long_rows) = (log.rows, log.missing, log.long);
     let folded = log.folded;
-    let grid = Grid::of(&log, log.time_digit)?;
+    let grid = TimeGrid::of(&log, log.time_digit)?;
     drop(log);
     let mut implausible: Vec<Implausible> = implausible::step(&grid).into_iter().collect();
     warnings.extend(implausible.iter().map(|value| value.words.clone()));
@@ -155,21 +155,22 @@ pub fn identify(mut log: Log, request: &Request) -> Result<Identified, String> {
     let highest = cut_off::highest(grid.step_s);
     if let Some(hz) = request.cut_off_hz.filter(|hz| !(*hz > 0.0 && *hz <= highest)) {
         return Err(format!(
-            "--cut-off is {hz}; allowed is a number above 0, up to an eighth of the sampling \
+            "--cut-off is {hz}; it must be above 0 and at most an eighth of the sampling \
              frequency, here {}",
             crate::error::rounded(highest)
         ));
     }
-    // A mean of several rows has smaller counts.
+    // The mean of several rows has a finer resolution.
     let cut_off = cut_off::choose(&grid, count / folded as f64, request.cut_off_hz);
     let slow = if request.has_stribeck { gate::CREEPING_WITH_STRIBECK } else { gate::CREEPING };
-    let filtered = Filtered::of(&grid, [slow, count, cut_off.hz]);
+    let filtered = FilteredLog::of(&grid, [slow, count, cut_off.hz]);
     let (fitted, compared, effort_delay_s, moments) =
         regression::regress(&filtered, request, grid.step_s)?;
     let mut parameters = fitted.parameters();
-    // One at a time, since each is as large as the log.
-    let below =
-        |part: f64| Filtered::of(&grid, [slow, count, cut_off.hz / part]).moments(effort_delay_s);
+    // One after the other, since each is as large as the log.
+    let below = |part: f64| {
+        FilteredLog::of(&grid, [slow, count, cut_off.hz / part]).moments(effort_delay_s)
+    };
     widen(&mut parameters, &fitted, &below(LOWER));
     if let Some((_, inertia)) = parameters.first_mut() {
         inertia.sd = inertia.sd.hypot(0.5 * cut_off.noise.min(1.0) * inertia.value);
@@ -179,7 +180,7 @@ pub fn identify(mut log: Log, request: &Request) -> Result<Identified, String> {
     let independent = (filtered.independent(moments.len()), filtered.creeping);
     let proposals = proposal::proposals(&fitted, &moments, independent, request.scale.is_linear);
     let misfits = misfit::misfits(&fitted, &moments, &below(misfit::SMOOTHER));
-    let read = Read {
+    let read = LogStatistics {
         rows,
         missing_rows,
         long_rows,
@@ -201,9 +202,10 @@ pub fn identify(mut log: Log, request: &Request) -> Result<Identified, String> {
     warnings.extend(more.iter().map(|value| value.words.clone()));
     implausible.extend(more);
     warnings.extend(implausible::effort(&request.scale));
-    let against = Against { implausible: &implausible, misfits: &misfits, proposals: &proposals };
+    let against =
+        Objections { implausible: &implausible, misfits: &misfits, proposals: &proposals };
     let verdict = verdict::of(&fitted, &parameters, &free_run, against, &cut_off, &read);
-    Ok(Identified {
+    Ok(IdentifiedMachine {
         scale: request.scale,
         fitted,
         parameters,
@@ -220,20 +222,25 @@ pub fn identify(mut log: Log, request: &Request) -> Result<Identified, String> {
     })
 }
 
-/// Adds half of what a coefficient moves with a lower cut-off to its standard deviation.
-fn widen(parameters: &mut [(&'static str, Parameter)], fitted: &Fitted, lower: &[Moment]) {
+/// Adds half of a coefficient's change with a lower cut-off to its standard deviation.
+fn widen(
+    parameters: &mut [(&'static str, FittedParameter)],
+    fitted: &FittedModel,
+    lower: &[RegressionSample],
+) {
     let Ok(other) = regression::fit(fitted.model, lower) else { return };
     for ((_, one), (_, other)) in parameters.iter_mut().zip(other.parameters()) {
         one.sd = one.sd.hypot(0.5 * (one.value - other.value));
     }
 }
 
-fn samples(grid: &Grid) -> usize {
+fn samples(grid: &TimeGrid) -> usize {
     grid.stretches.iter().map(|one| one.position.len()).sum()
 }
 
-/// Of the stretch that moves farthest: a counter that ran over parts them.
-fn travel(grid: &Grid) -> f64 {
+/// Returns the travel of the stretch that moves farthest. A counter that overflows separates
+/// stretches.
+fn travel(grid: &TimeGrid) -> f64 {
     let of = |positions: &Vec<f64>| {
         let low = positions.iter().copied().fold(f64::INFINITY, f64::min);
         let high = positions.iter().copied().fold(f64::NEG_INFINITY, f64::max);
@@ -242,7 +249,7 @@ fn travel(grid: &Grid) -> f64 {
     grid.stretches.iter().map(|one| of(&one.position)).fold(0.0, f64::max)
 }
 
-fn share_used(filtered: &Filtered) -> f64 {
+fn share_used(filtered: &FilteredLog) -> f64 {
     let all = filtered.gate.used.iter().flatten();
     let used = all.clone().filter(|used| **used).count();
     used as f64 / all.count().max(1) as f64

@@ -1,4 +1,4 @@
-//! The machine that is fitted: one body, driven by an effort u, with friction.
+//! Model of the machine: one body, driven by an effort u, with friction.
 //!
 //! ```text
 //! symmetric:   u = J a + B v + F_c sgn v + c
@@ -9,15 +9,15 @@
 //!
 //! Source: inverse dynamic identification, M. Gautier and Ph. Poignet, *Control Engineering
 //! Practice* 9 (2001), 1361; the asymmetric friction as in A. Janot, P.-O. Vandanjon and M.
-//! Gautier, *IEEE Trans. Control Systems Technology* 22 (2014), 132. Units: u in the effort's, a, v
-//! and q in SI. While a machine moves, a constant load and friction that differs by the direction
-//! are the same: F+ and F- hold both, and `offset` is (F+ - F-)/2.
+//! Gautier, *IEEE Trans. Control Systems Technology* 22 (2014), 132. Units: u in that of the
+//! effort; a, v and q in SI. In motion, a constant load cannot be distinguished from friction that
+//! differs between the directions: F+ and F- include both, and `offset` is (F+ - F-)/2.
 
-use super::least_squares::{Columns, Fit, MOST};
+use super::least_squares::{Fit, MOST, RegressionRow};
 
-/// What is known of a moment, in SI; each behind the same low-pass.
+/// Filtered signals at one time, in SI; a row of the regression.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Moment {
+pub struct RegressionSample {
     /// Time, s.
     pub time_s: f64,
     /// Position.
@@ -26,29 +26,29 @@ pub struct Moment {
     pub velocity: f64,
     /// Acceleration.
     pub acceleration: f64,
-    /// Direction: -1 to 1, behind the low-pass as well.
+    /// Filtered direction: -1 to 1.
     pub direction: f64,
     /// Effort.
     pub effort: f64,
-    /// Way since the direction last changed.
+    /// Distance since the last change of direction.
     pub since_reversal: f64,
 }
 
-/// Which terms a model has.
+/// Terms of a model.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Model {
-    /// Whether friction differs by the direction.
+pub struct MachineModel {
+    /// Whether friction differs between the directions.
     pub is_asymmetric: bool,
-    /// Stribeck velocity v_s, if there is the term.
+    /// Stribeck velocity v_s, if the model has the term.
     pub stribeck: Option<f64>,
-    /// Whether gravity acts as on a load that turns.
+    /// Whether gravity acts on a rotating load.
     pub has_gravity: bool,
 }
 
-/// A parameter with its standard deviation.
+/// Value of a parameter, with its standard deviation.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
-pub struct Parameter {
-    /// Its value.
+pub struct FittedParameter {
+    /// Value.
     pub value: f64,
     /// Standard deviation.
     pub sd: f64,
@@ -56,20 +56,20 @@ pub struct Parameter {
 
 /// A fitted model.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Fitted {
-    /// Its terms.
-    pub model: Model,
-    /// Its coefficients.
+pub struct FittedModel {
+    /// Terms.
+    pub model: MachineModel,
+    /// Coefficients.
     pub fit: Fit,
 }
 
-impl Model {
-    /// "symmetric" or "asymmetric".
+impl MachineModel {
+    /// Returns "symmetric" or "asymmetric".
     pub const fn name(&self) -> &'static str {
         if self.is_asymmetric { "asymmetric" } else { "symmetric" }
     }
 
-    /// Names of the coefficients, in the order of the columns.
+    /// Returns the names of the coefficients, in the order of the columns.
     pub fn coefficients(&self) -> Vec<&'static str> {
         let mut names = vec!["inertia"];
         names.extend(if self.is_asymmetric {
@@ -86,8 +86,8 @@ impl Model {
         names
     }
 
-    /// The regression's columns at a moment.
-    pub fn columns(&self, at: &Moment) -> Columns {
+    /// Returns the columns of the regression at one time.
+    pub fn columns(&self, at: &RegressionSample) -> RegressionRow {
         let mut columns = [0.0; MOST];
         let mut place = 0;
         let mut push = |value: f64| {
@@ -118,25 +118,25 @@ impl Model {
     }
 }
 
-impl Fitted {
-    /// Residual over effort, both as root mean squares, %.
+impl FittedModel {
+    /// Returns the ratio of residual to effort, both as root mean squares, %.
     pub fn relative_residual_percent(&self) -> f64 {
         100.0 * (self.fit.residual / self.fit.total).sqrt()
     }
 
-    /// A coefficient by its name.
-    pub fn get(&self, name: &str) -> Option<Parameter> {
+    /// Returns a coefficient by its name.
+    pub fn get(&self, name: &str) -> Option<FittedParameter> {
         let place = self.model.coefficients().iter().position(|one| *one == name)?;
         let sd = self.fit.deviation(place);
-        self.fit.values.get(place).map(|value| Parameter { value: *value, sd })
+        self.fit.values.get(place).map(|value| FittedParameter { value: *value, sd })
     }
 
     fn value(&self, name: &str) -> f64 {
         self.get(name).map_or(0.0, |parameter| parameter.value)
     }
 
-    /// The parameters that are told, with their names.
-    pub fn parameters(&self) -> Vec<(&'static str, Parameter)> {
+    /// Returns the reported parameters, with their names.
+    pub fn parameters(&self) -> Vec<(&'static str, FittedParameter)> {
         let names = self.model.coefficients();
         let mut all: Vec<_> =
             names.iter().filter_map(|name| Some((*name, self.get(name)?))).collect();
@@ -144,13 +144,13 @@ impl Fitted {
             let c = &self.fit.covariance;
             let variance = 0.25 * (c[3][3] + c[4][4] - 2.0 * c[3][4]);
             let value = 0.5 * (self.fit.values[3] - self.fit.values[4]);
-            all.insert(5, ("offset", Parameter { value, sd: variance.max(0.0).sqrt() }));
+            all.insert(5, ("offset", FittedParameter { value, sd: variance.max(0.0).sqrt() }));
         }
         all
     }
 
-    /// How surely friction differs by the direction, in standard deviations: its viscous part, and
-    /// its other part.
+    /// Returns the difference of the friction between the directions, in standard deviations: of
+    /// the viscous and of the other part.
     pub fn asymmetry(&self) -> [f64; 2] {
         let c = &self.fit.covariance;
         let of = |i: usize, j: usize| {
@@ -160,12 +160,12 @@ impl Fitted {
         if self.model.is_asymmetric { [of(1, 2), of(3, 4)] } else { [0.0; 2] }
     }
 
-    /// Inertia.
+    /// Returns the inertia.
     pub fn inertia(&self) -> f64 {
         self.value("inertia")
     }
 
-    /// Viscous coefficient the positive way and the negative way.
+    /// Returns the viscous coefficients of the positive and the negative way.
     pub fn viscous(&self) -> [f64; 2] {
         if self.model.is_asymmetric {
             [self.value("viscous_positive"), self.value("viscous_negative")]
@@ -174,8 +174,8 @@ impl Fitted {
         }
     }
 
-    /// Effort that moves the machine slowly the positive way, and that which does the negative way
-    /// with its sign turned; without the Stribeck term.
+    /// Returns the efforts that move the machine slowly the positive and the negative way, the
+    /// second one with its sign reversed; without the Stribeck term.
     pub fn levels(&self) -> [f64; 2] {
         if self.model.is_asymmetric {
             [self.value("coulomb_positive"), self.value("coulomb_negative")]
@@ -185,25 +185,25 @@ impl Fitted {
         }
     }
 
-    /// Coulomb friction as the mean of both ways, with the deviation of the fit.
-    pub fn coulomb(&self) -> Parameter {
+    /// Returns the Coulomb friction, mean of both ways, with the deviation of the fit.
+    pub fn coulomb(&self) -> FittedParameter {
         if !self.model.is_asymmetric {
             return self.get("coulomb").unwrap_or_default();
         }
         let c = &self.fit.covariance;
         let variance = 0.25 * (c[3][3] + c[4][4] + 2.0 * c[3][4]);
         let [forward, backward] = self.levels();
-        Parameter { value: 0.5 * (forward + backward), sd: variance.max(0.0).sqrt() }
+        FittedParameter { value: 0.5 * (forward + backward), sd: variance.max(0.0).sqrt() }
     }
 
-    /// What the Stribeck term adds to either level at a speed.
+    /// Returns the Stribeck term at a speed, which adds to the level of either way.
     pub fn stribeck(&self, velocity: f64) -> f64 {
         self.model
             .stribeck
             .map_or(0.0, |vs| self.value("stribeck") * (-(velocity / vs).powi(2)).exp())
     }
 
-    /// Effort of gravity at a position.
+    /// Returns the effort of gravity at a position.
     pub fn gravity(&self, position: f64) -> f64 {
         if !self.model.has_gravity {
             return 0.0;
@@ -211,7 +211,7 @@ impl Fitted {
         self.value("gravity_sine") * position.sin() + self.value("gravity_cosine") * position.cos()
     }
 
-    /// Effort of friction and constant load at a velocity that is not 0.
+    /// Returns the effort of friction and constant load at a velocity other than 0.
     pub fn friction(&self, velocity: f64) -> f64 {
         let way = usize::from(velocity < 0.0);
         let level = self.levels()[way] + self.stribeck(velocity);

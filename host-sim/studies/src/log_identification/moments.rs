@@ -1,20 +1,20 @@
-//! A log behind its low-pass, as the rows of a regression.
+//! Filtered log, and the rows of the regression.
 
 use super::butterworth::LowPass;
 use super::derivative::derivatives;
 use super::gate::{self, Gate};
-use super::model::Moment;
-use super::time_grid::Grid;
+use super::model::RegressionSample;
+use super::time_grid::TimeGrid;
 
-/// Rows to a period of the cut-off: what lies closer adds nothing.
+/// Rows per period of the cut-off; more rows add no information.
 const ROWS_A_PERIOD: f64 = 10.0;
 
-/// At most so many rows.
+/// Largest number of rows.
 const MOST_ROWS: usize = 200_000;
 
-/// A stretch behind the low-pass.
+/// A filtered stretch.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Smooth {
+pub struct FilteredStretch {
     /// Position.
     pub position: Vec<f64>,
     /// Velocity.
@@ -27,34 +27,34 @@ pub struct Smooth {
     pub effort: Vec<f64>,
 }
 
-/// A log behind its low-pass.
+/// A filtered log.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Filtered {
+pub struct FilteredLog {
     /// Cut-off, Hz.
     pub cut_off_hz: f64,
-    /// The speed below which the machine creeps.
+    /// Speed below which the machine creeps.
     pub creeping: f64,
-    /// The stretches of the grid.
-    pub stretches: Vec<Smooth>,
-    /// Which samples are used.
+    /// Stretches of the grid.
+    pub stretches: Vec<FilteredStretch>,
+    /// Samples that the regression uses.
     pub gate: Gate,
     step_s: f64,
     begins_s: Vec<f64>,
 }
 
-impl Filtered {
-    /// Filters a log; below the part `slow` of the fast speeds the machine creeps.
-    pub fn of(grid: &Grid, [slow, count, cut_off_hz]: [f64; 3]) -> Self {
+impl FilteredLog {
+    /// Filters a log; `slow` is the creeping speed as a share of the fast speed.
+    pub fn of(grid: &TimeGrid, [slow, count, cut_off_hz]: [f64; 3]) -> Self {
         let h = grid.step_s;
         let low_pass = LowPass::new(cut_off_hz * h);
-        let mut stretches: Vec<Smooth> = grid
+        let mut stretches: Vec<FilteredStretch> = grid
             .stretches
             .iter()
             .map(|stretch| {
                 let position = low_pass.apply(&stretch.position);
                 let [velocity, acceleration] = derivatives(&position, h);
                 let effort = low_pass.apply(&stretch.effort);
-                Smooth { position, velocity, acceleration, direction: Vec::new(), effort }
+                FilteredStretch { position, velocity, acceleration, direction: Vec::new(), effort }
             })
             .collect();
         let velocities: Vec<&[f64]> = stretches.iter().map(|one| &one.velocity[..]).collect();
@@ -68,22 +68,21 @@ impl Filtered {
         Self { cut_off_hz, creeping, stretches, gate, step_s: h, begins_s }
     }
 
-    /// Samples from row to row of the regression.
+    /// Returns the number of samples between two rows of the regression.
     fn stride(&self) -> usize {
         let used: usize = self.gate.used.iter().flatten().filter(|used| **used).count();
         let stride = 1.0 / (self.cut_off_hz * self.step_s * ROWS_A_PERIOD);
         (stride as usize).max(used.div_ceil(MOST_ROWS)).max(1)
     }
 
-    /// Returns the number of rows, among this many, that are independent: the low-pass leaves two
-    /// for each period of the cut-off.
+    /// Returns the number of independent rows among `rows`: two per period of the cut-off.
     pub fn independent(&self, rows: usize) -> f64 {
         let periods = self.cut_off_hz * self.step_s * self.stride() as f64;
         (rows as f64 * (2.0 * periods).min(1.0)).max(2.0)
     }
 
-    /// Returns the rows of the regression, if the effort acts `delay_s` later than in the log.
-    pub fn moments(&self, delay_s: f64) -> Vec<Moment> {
+    /// Returns the rows of the regression for an effort that acts `delay_s` later than in the log.
+    pub fn moments(&self, delay_s: f64) -> Vec<RegressionSample> {
         let stride = self.stride();
         let mut moments = Vec::new();
         for ((smooth, used), begin) in
@@ -96,7 +95,7 @@ impl Filtered {
                 if !used || i % stride != 0 {
                     continue;
                 }
-                moments.push(Moment {
+                moments.push(RegressionSample {
                     time_s: begin + self.step_s * i as f64,
                     position,
                     velocity,
@@ -111,7 +110,7 @@ impl Filtered {
     }
 }
 
-/// A series so many samples before a place, by the cubic through four neighbours.
+/// Returns the value of a series `samples` before a place, by the cubic through four neighbours.
 fn earlier(series: &[f64], place: usize, samples: f64) -> f64 {
     let at = place as f64 - samples;
     let base = at.floor();
@@ -127,11 +126,11 @@ fn earlier(series: &[f64], place: usize, samples: f64) -> f64 {
         + series[i + 2] * ((x + 1.0) * x * (x - 1.0) / 6.0)
 }
 
-/// The way since the last reversal.
+/// Distance since the last reversal.
 struct Way {
     creeping: f64,
     sign: f64,
-    /// Where the velocity last changed its sign.
+    /// Position at the last change of the velocity's sign.
     crossing: f64,
     former: Option<[f64; 2]>,
     reversal: Option<f64>,

@@ -1,16 +1,16 @@
-//! What is told of an identification: a table for people, and JSON.
+//! Output of an identification from a log: a table, and JSON.
 
 use serde_json::{Map, Value, json};
 
-use super::Identified;
+use super::IdentifiedMachine;
 use crate::error::rounded;
 use crate::output::table;
 
-/// Raised when a key changes its meaning or goes away.
+/// Version of the JSON object; raised when a key changes its meaning or is removed.
 const SCHEMA: u32 = 1;
 
-/// Makes the object for a script.
-pub fn object(log: &str, identified: &Identified) -> Value {
+/// Returns the JSON object for scripts.
+pub fn object(log: &str, identified: &IdentifiedMachine) -> Value {
     let mut parameters = Map::new();
     let mut units = Map::new();
     for (name, parameter) in &identified.parameters {
@@ -51,8 +51,8 @@ pub fn object(log: &str, identified: &Identified) -> Value {
     })
 }
 
-/// A table of the parameters, and what is to be thought of them.
-pub fn text(identified: &Identified) -> String {
+/// Returns the table of the parameters, with the verdict.
+pub fn text(identified: &IdentifiedMachine) -> String {
     let mut rows = table::new(&["parameter", "value", "+-", "%", "unit"]);
     for (name, parameter) in &identified.parameters {
         let percent = 100.0 * parameter.sd / parameter.value.abs();
@@ -72,7 +72,7 @@ pub fn text(identified: &Identified) -> String {
         line("Stribeck", format!("velocity {} {unit}/s", rounded(stribeck)));
     }
     if identified.scale.is_assumed() {
-        line("units", "assumed: a unit of the effort is 1 N (no --effort-gain)".into());
+        line("units", "assumed: the unit of the effort is 1 N (no --effort-gain)".into());
     }
     line(
         "residual",
@@ -113,7 +113,7 @@ pub fn text(identified: &Identified) -> String {
     text
 }
 
-/// Three digits.
+/// Formats a number with three digits.
 pub fn short(number: f64) -> String {
     rounded_to(number, 3)
 }
@@ -126,7 +126,7 @@ fn rounded_to(number: f64, digits: usize) -> String {
     crate::error::shown(text.parse().unwrap_or(number))
 }
 
-/// A value with the digits that its standard deviation leaves, at least three.
+/// Formats a value with the digits that its standard deviation leaves, at least three.
 fn significant(value: f64, sd: f64) -> String {
     let digits = if sd > 0.0 && value != 0.0 {
         ((value.abs() / sd).log10().floor() + 2.0).clamp(3.0, 8.0) as usize

@@ -8,17 +8,17 @@
 //! sqrt(r_0^2 - r_1^2) >= 0.2 %       what the term explains, of the effort
 //! ```
 //!
-//! BIC: G. Schwarz, *Annals of Statistics* 6 (1978), 461; a difference above 10 is very strong (R. E.
-//! Kass and A. E. Raftery, *J. American Statistical Association* 90 (1995), 773). Rows that lie
+//! BIC: G. Schwarz, *Annals of Statistics* 6 (1978), 461; a difference above 10 is very strong (R.
+//! E. Kass and A. E. Raftery, *J. American Statistical Association* 90 (1995), 773). Rows that lie
 //! closer than half a period of the cut-off are not independent: n is the number of such halves.
-//! The second bound is for residuals that are correlated for longer, of which BIC takes chance for
-//! knowledge. The third is the accuracy of the inertia behind the cut-off. A Stribeck term counts
-//! only if the friction falls with the speed by more than two standard deviations.
+//! The second bound is for residuals with a longer correlation, for which BIC overestimates the
+//! information. The third is the accuracy of the inertia at the cut-off. A Stribeck term is
+//! proposed only if the friction falls with the speed by more than two standard deviations.
 //!
-//! Limits: each term is tried alone, on the rows of the fit. With `--stribeck` slower rows are used,
-//! so that the residual of that command is another one.
+//! Limits: each term is tried alone, on the rows of the fit. `--stribeck` uses slower rows as well,
+//! so the residual of that command differs.
 
-use super::model::{Fitted, Model, Moment};
+use super::model::{FittedModel, MachineModel, RegressionSample};
 use super::regression;
 use crate::error::rounded;
 
@@ -28,13 +28,13 @@ const DROP: f64 = 10.0;
 /// Largest part of the residual that a term may leave.
 const LEFT: f64 = 2.0 / 3.0;
 
-/// Least part of the effort that a term has to explain, %.
+/// Least share of the effort that a term explains, %.
 const LEAST_PERCENT: f64 = 0.2;
 
-/// Rows among which the Stribeck velocity is searched for.
+/// Number of rows in the search for the Stribeck velocity.
 const SEARCHED: usize = 8_000;
 
-/// Standard deviations by which friction has to fall.
+/// Least drop of friction with speed, standard deviations.
 const FALLS: f64 = 2.0;
 
 /// A term that the model leaves out, and that would lower the residual.
@@ -51,7 +51,8 @@ pub struct Proposal {
 }
 
 impl Proposal {
-    /// Returns the sentence: gravity would lower the residual from 0.83 % to 0.08 %: add `--gravity`.
+    /// Returns the sentence: gravity would lower the residual from 0.83 % to 0.08 %: add
+    /// `--gravity`.
     pub fn words(&self) -> String {
         let Self { term, residual_before, residual_with, option } = self;
         let what = match *term {
@@ -68,17 +69,17 @@ fn two_digits(percent: f64) -> String {
     rounded(format!("{percent:.1e}").parse().unwrap_or(percent))
 }
 
-/// Finds the terms that would pay, the best one first; `independent` is the number of rows that
-/// are independent of each other. A machine along a line has no gravity that depends on position.
+/// Returns the terms that would pay, the best first; `independent` is the number of independent
+/// rows. On a linear machine gravity does not depend on the position.
 pub fn proposals(
-    fitted: &Fitted,
-    moments: &[Moment],
+    fitted: &FittedModel,
+    moments: &[RegressionSample],
     (independent, creeping): (f64, f64),
     is_linear: bool,
 ) -> Vec<Proposal> {
     let model = fitted.model;
     let mut all = Vec::new();
-    let mut consider = |term, option, more: f64, with: Option<Fitted>| {
+    let mut consider = |term, option, more: f64, with: Option<FittedModel>| {
         all.extend(with.filter(|with| pays(fitted, with, more, independent)).map(|with| {
             Proposal {
                 term,
@@ -88,13 +89,13 @@ pub fn proposals(
             }
         }));
     };
-    let fit = |model: Model| regression::fit(model, moments).ok();
+    let fit = |model: MachineModel| regression::fit(model, moments).ok();
     if !model.has_gravity && !is_linear {
-        consider("gravity", "--gravity", 2.0, fit(Model { has_gravity: true, ..model }));
+        consider("gravity", "--gravity", 2.0, fit(MachineModel { has_gravity: true, ..model }));
     }
     if model.stribeck.is_none() {
         let stride = moments.len().div_ceil(SEARCHED).max(1);
-        let few: Vec<Moment> = moments.iter().step_by(stride).copied().collect();
+        let few: Vec<RegressionSample> = moments.iter().step_by(stride).copied().collect();
         let found = regression::stribeck(model, &few, creeping).ok();
         let with = found
             .and_then(|found| fit(found.model))
@@ -102,17 +103,17 @@ pub fn proposals(
         consider("stribeck", "--stribeck", 2.0, with);
     }
     if !model.is_asymmetric {
-        let with = fit(Model { is_asymmetric: true, ..model });
+        let with = fit(MachineModel { is_asymmetric: true, ..model });
         consider("asymmetric", "--model asymmetric", 1.0, with);
     }
     all.sort_by(|a, b| a.residual_with.total_cmp(&b.residual_with));
     all
 }
 
-/// Whether a fit with `more` coefficients pays.
-fn pays(before: &Fitted, with: &Fitted, more: f64, rows: f64) -> bool {
+/// Returns whether a fit with `more` coefficients pays.
+fn pays(before: &FittedModel, with: &FittedModel, more: f64, rows: f64) -> bool {
     let drop = rows * (before.fit.residual / with.fit.residual).ln() - more * rows.ln();
-    let [one, other] = [before, with].map(Fitted::relative_residual_percent);
+    let [one, other] = [before, with].map(FittedModel::relative_residual_percent);
     let explained = (one * one - other * other).max(0.0).sqrt();
     drop > DROP && other <= LEFT * one && explained >= LEAST_PERCENT
 }

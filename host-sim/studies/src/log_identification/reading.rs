@@ -1,10 +1,9 @@
 //! Reads time, position and effort of a log, row by row, into bounded memory.
 //!
-//! At most [`MOST`] samples are kept. Where a log has more, neighbours are averaged in pairs, as
-//! often as it takes: the same average over time, position and effort, so that what is linear
-//! between them stays as it is. A row counts as in a spreadsheet: the header is row 1, blank lines
-//! and comments count, and a break inside quotes does not. A file in UTF-16 is decoded
-//! (`encoding.rs`).
+//! At most [`MOST`] samples are kept. If a log has more, neighbours are averaged in pairs, as often
+//! as needed: time, position and effort alike, so that linear relations between them hold. Rows are
+//! numbered as in a spreadsheet: the header is row 1, blank lines and comments count, and a line
+//! break inside quotes does not. A file in UTF-16 is decoded (`encoding.rs`).
 
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
@@ -15,21 +14,21 @@ use csv::{ByteRecord, ReaderBuilder};
 use super::encoding;
 use crate::error::{Error, suggestion};
 
-/// So many samples are kept: 24 MiB, and an hour at 290 Hz.
+/// Largest number of samples: 24 MiB, or an hour at 290 Hz.
 pub const MOST: usize = 1 << 20;
 
-/// Samples that tell how finely time is written.
+/// Number of samples from which the resolution of the time is determined.
 const LOOKED_AT: u64 = 10_000;
 
-/// Fewer samples tell nothing.
+/// Least number of samples.
 const FEWEST: usize = 100;
 
-/// What some programs write where they have no number.
+/// Placeholders that programs write for a missing number.
 const MISSING: [&str; 8] = ["", "nan", "null", "na", "n/a", "none", "-", "inf"];
 
-/// The columns to read, by their names in the header; by their numbers from 1 if there is none.
+/// Columns to read: names in the header, or numbers from 1 in a file without one.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Columns {
+pub struct LogColumns {
     /// Time.
     pub time: String,
     /// Position.
@@ -38,33 +37,32 @@ pub struct Columns {
     pub effort: String,
 }
 
-/// What a log holds, in the units of its file.
+/// A log of time, position and effort, in the units of its file.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Log {
+pub struct MotionLog {
     /// Time of each sample; it never falls.
     pub time: Vec<f64>,
     /// Position of each sample.
     pub position: Vec<f64>,
     /// Effort of each sample.
     pub effort: Vec<f64>,
-    /// Rows with three numbers.
+    /// Number of rows with three numbers.
     pub rows: u64,
-    /// Rows that one sample is the mean of.
+    /// Number of rows that are averaged into a sample.
     pub folded: u64,
-    /// Rows that lack a number, and the first of them.
+    /// Number of rows that lack a number.
     pub missing: u64,
     /// The first row that lacks a number.
     pub first_missing: Option<u64>,
-    /// Rows with more cells than the first row of the file, which were left out.
+    /// Number of rows with more cells than the first row of the file; they are skipped.
     pub long: u64,
-    /// The first of them, and how many cells it has.
+    /// The first of these rows, and its number of cells.
     pub first_long: Option<(u64, usize)>,
-    /// The first row whose time is that of the row before.
+    /// The first row with the same time as the row before.
     pub first_equal: Option<u64>,
-    /// What the last digit of a time stands for.
+    /// Resolution of the written times.
     pub time_digit: f64,
-    /// The smallest change of the position from row to row that is not 0: a count, if the position
-    /// is counted.
+    /// Smallest change of the position between two rows, except 0: one count of a counted position.
     pub smallest_change: f64,
     /// Whether a row of units below the header was left out.
     pub has_units_row: bool,
@@ -73,8 +71,8 @@ pub struct Log {
 /// Reads the columns of a file.
 ///
 /// # Errors
-/// Names the file and the column or the row, what was found and what is allowed.
-pub fn read(path: &Path, columns: &Columns) -> Result<Log, Error> {
+/// Returns an error with the file, the column or row, the value found and the allowed values.
+pub fn read(path: &Path, columns: &LogColumns) -> Result<MotionLog, Error> {
     let name = path.display().to_string();
     let file = File::open(path).map_err(|source| Error::File {
         action: "read",
@@ -84,11 +82,11 @@ pub fn read(path: &Path, columns: &Columns) -> Result<Log, Error> {
     read_from(&name, file, columns)
 }
 
-/// Reads the columns of a text that is named so.
+/// Reads the columns of a text; `name` is its name in errors.
 ///
 /// # Errors
 /// As [`read`].
-pub fn read_from(name: &str, text: impl Read, columns: &Columns) -> Result<Log, Error> {
+pub fn read_from(name: &str, text: impl Read, columns: &LogColumns) -> Result<MotionLog, Error> {
     let refuse = |why: String| Error::Input(format!("{name}: {why}"));
     let failed = |source| Error::File { action: "read", path: name.into(), source };
     let text = encoding::decoded(text).map_err(failed)?;
@@ -113,7 +111,7 @@ pub fn read_from(name: &str, text: impl Read, columns: &Columns) -> Result<Log, 
     let mut samples = Samples::new(delimiter);
     let mut inside = 0;
     while reader.read_byte_record(&mut record).map_err(|error| refuse(error.to_string()))? {
-        // The position of the record itself is that of the blank lines and comments before it.
+        // The record's own position includes the blank lines and comments before it.
         inside += record.as_slice().iter().filter(|byte| **byte == b'\n').count() as u64;
         let row = reader.position().line() - 1 - inside;
         let Some(found) = places else {
@@ -133,8 +131,8 @@ pub fn read_from(name: &str, text: impl Read, columns: &Columns) -> Result<Log, 
     samples.finish().map_err(refuse)
 }
 
-/// Lines that end with a line feed each, the last one too, however the file ends them: the reader
-/// counts line feeds.
+/// Text with every line end converted to a line feed, the last one included: the reader counts line
+/// feeds.
 struct Lines<R> {
     text: BufReader<R>,
     last: u8,
@@ -177,8 +175,9 @@ impl<R: Read> Read for Lines<R> {
     }
 }
 
-/// The byte that stands most often in the first line that is no comment; a comma, if none does.
-/// Neither a comma between two digits counts, which may be a decimal's, nor a semicolon at the end.
+/// Returns the most frequent of semicolon, tab and comma in the first line that is not a comment; a
+/// comma if there is none. A comma between two digits does not count, since it can be a decimal
+/// comma; neither does a semicolon at the end.
 fn delimiter(begin: &[u8]) -> u8 {
     let lines = begin.split(|byte| *byte == b'\n');
     let first = lines.into_iter().find(|line| !line.is_empty() && !line.starts_with(b"#"));
@@ -196,15 +195,19 @@ fn word(cell: &[u8]) -> String {
     String::from_utf8_lossy(cell).trim().to_owned()
 }
 
-/// Where the three columns stand.
-fn places_of(columns: &Columns, header: &[String], has_names: bool) -> Result<[usize; 3], String> {
+/// Returns the places of the three columns.
+fn places_of(
+    columns: &LogColumns,
+    header: &[String],
+    has_names: bool,
+) -> Result<[usize; 3], String> {
     let place = |option: &str, column: &str| {
         if !has_names {
             let number = column.parse::<usize>().ok();
             return number.filter(|n| (1..=header.len()).contains(n)).map(|n| n - 1).ok_or_else(
                 || {
                     format!(
-                        "{option} is `{column}`, but the file has no header; allowed is the \
+                        "{option} is `{column}`, but the file has no header; it must be the \
                          number of a column, from 1 to {}",
                         header.len()
                     )
@@ -229,8 +232,8 @@ fn places_of(columns: &Columns, header: &[String], has_names: bool) -> Result<[u
     ];
     let [time, position, effort] = found;
     if time == position || time == effort || position == effort {
-        return Err("two of --time, --position and --effort name the same column; allowed are \
-                    three"
+        return Err("two of --time, --position and --effort name the same column; name three \
+                    different ones"
             .into());
     }
     Ok(found)
@@ -240,15 +243,15 @@ fn positions(header: &[String], is: impl Fn(&str) -> bool) -> Vec<usize> {
     header.iter().enumerate().filter(|(_, name)| is(name)).map(|(place, _)| place).collect()
 }
 
-/// What has been read so far.
+/// Samples read so far.
 struct Samples {
-    log: Log,
+    log: MotionLog,
     delimiter: u8,
-    /// Cells of the first row.
+    /// Number of cells in the first row.
     width: usize,
-    /// Rows of numbers that the commas of decimals may have parted, among the first ones.
+    /// Number of rows that decimal commas seem to have split.
     parted: u64,
-    /// Sums of the sample that is being made, and how many rows they are of.
+    /// Sums over the rows of the current sample.
     sums: [f64; 3],
     summed: u64,
     former: Option<[f64; 2]>,
@@ -256,12 +259,16 @@ struct Samples {
 
 impl Samples {
     fn new(delimiter: u8) -> Self {
-        let log =
-            Log { folded: 1, time_digit: 1.0, smallest_change: f64::INFINITY, ..Log::default() };
+        let log = MotionLog {
+            folded: 1,
+            time_digit: 1.0,
+            smallest_change: f64::INFINITY,
+            ..MotionLog::default()
+        };
         Self { log, delimiter, width: 0, parted: 0, sums: [0.0; 3], summed: 0, former: None }
     }
 
-    /// A number; none where it is missing.
+    /// Parses a number; `None` if it is missing.
     fn number(&self, cell: &[u8]) -> Result<Option<f64>, ()> {
         let text = std::str::from_utf8(cell).map_err(|_| ())?.trim();
         let read = match text.parse::<f64>() {
@@ -280,7 +287,7 @@ impl Samples {
         record: &ByteRecord,
         row: u64,
         places: [usize; 3],
-        columns: &Columns,
+        columns: &LogColumns,
     ) -> Result<(), String> {
         if self.is_long(record, row)? {
             return Ok(());
@@ -297,8 +304,8 @@ impl Samples {
                 }
                 Err(()) => {
                     return Err(format!(
-                        "row {row}: `{}` in column `{name}` is no number; allowed are numbers, \
-                         and nothing or NaN where one is missing",
+                        "row {row}: `{}` in column `{name}` is not a number; leave a missing \
+                         number empty, or write NaN",
                         word(cell)
                     ));
                 }
@@ -316,9 +323,9 @@ impl Samples {
         if let Some([before, there]) = self.former {
             if time < before {
                 return Err(format!(
-                    "row {row}: the time {time} comes after {before}; times have to increase: sort \
-                     the rows, cut the log where it begins again, or unwrap a counter that has \
-                     run over"
+                    "row {row}: the time {time} follows {before}, but times must increase: sort \
+                     the rows, cut the log where it restarts, or unwrap a counter that has \
+                     overflowed"
                 ));
             }
             if time == before {
@@ -346,10 +353,11 @@ impl Samples {
         Ok(())
     }
 
-    /// Counts a row that has more cells than the first row; empty ones at its end do not count.
+    /// Returns whether a row has more cells than the first row, and counts it. Empty cells at its
+    /// end do not count.
     ///
     /// # Errors
-    /// If commas separate the columns and the decimals alike.
+    /// Returns an error if commas separate both columns and decimals.
     fn is_long(&mut self, record: &ByteRecord, row: u64) -> Result<bool, String> {
         let cells = record.iter().rposition(|cell| !cell.trim_ascii().is_empty());
         let cells = cells.map_or(0, |last| last + 1);
@@ -358,9 +366,9 @@ impl Samples {
             let others = self.log.rows + self.log.missing + self.log.long;
             if self.parted >= PARTED && 2 * self.parted > others {
                 return Err(format!(
-                    "row {row} has {cells} cells, and the first row {}: a comma separates the \
-                     columns and the decimals alike, so no cell can be known; write decimals with \
-                     a point, or separate the columns with semicolons or tabs",
+                    "row {row} has {cells} cells, but the first row {}: commas separate both \
+                     columns and decimals, so the numbers are ambiguous; write decimals with a \
+                     point, or separate the columns with semicolons or tabs",
                     self.width
                 ));
             }
@@ -373,13 +381,13 @@ impl Samples {
         Ok(true)
     }
 
-    fn finish(self) -> Result<Log, String> {
+    fn finish(self) -> Result<MotionLog, String> {
         let log = self.log;
         if let Some((first, cells)) = log.first_long.filter(|_| 10 * log.long > log.rows) {
             return Err(format!(
-                "{} of {} rows have more cells than the first row of the file: the first is row \
-                 {first} with {cells}, and that has {}; allowed is a tenth: name each column, or \
-                 drop the rows",
+                "{} of {} rows have more cells than the first row of the file (row {first} has \
+                 {cells}, the first row {}); at most a tenth of the rows may: name each column, or \
+                 remove the rows",
                 log.long,
                 log.rows + log.missing + log.long,
                 self.width
@@ -387,16 +395,16 @@ impl Samples {
         }
         if log.time.len() < FEWEST {
             return Err(format!(
-                "{} rows have all three numbers; at least {FEWEST} are needed, and some seconds of \
-                 motion both ways",
+                "only {} rows have all three numbers, at least {FEWEST} are needed: log some \
+                 seconds of motion both ways",
                 log.rows
             ));
         }
-        // More holes than this are no log of a motion.
+        // A log with more gaps is not usable.
         if let Some(first) = log.first_missing.filter(|_| 10 * log.missing > log.rows) {
             return Err(format!(
-                "{} of {} rows lack a number, the first is row {first}; allowed is a tenth: drop \
-                 them, or name other columns",
+                "{} of {} rows lack a number (the first is row {first}); at most a tenth of the \
+                 rows may: remove them, or name other columns",
                 log.missing,
                 log.rows + log.missing
             ));
@@ -405,11 +413,11 @@ impl Samples {
     }
 }
 
-/// Rows of decimal commas between commas that are enough to know them, if they are most rows.
+/// Least number of rows with split decimals that shows a wrong separator, if most rows are split.
 const PARTED: u64 = 3;
 
-/// Whether the commas of decimals may have parted a row of numbers: all cells are whole numbers,
-/// and either they are more than the columns and at most two for each, or one begins with a zero
+/// Returns whether decimal commas seem to have split a row of numbers: all cells are whole numbers,
+/// and either there are more than the columns and at most two per column, or one starts with a zero
 /// that no whole number has, as in `0,05`.
 fn row_of_decimals(record: &ByteRecord, width: usize) -> bool {
     let cells: Vec<&str> =
@@ -422,8 +430,8 @@ fn row_of_decimals(record: &ByteRecord, width: usize) -> bool {
     has_zero || (width + 1..=2 * width).contains(&cells.len())
 }
 
-/// Averages pairs of neighbours.
-fn fold(log: &mut Log) {
+/// Replaces pairs of neighbours by their mean.
+fn fold(log: &mut MotionLog) {
     for series in [&mut log.time, &mut log.position, &mut log.effort] {
         for place in 0..series.len() / 2 {
             series[place] = 0.5 * (series[2 * place] + series[2 * place + 1]);
@@ -433,7 +441,7 @@ fn fold(log: &mut Log) {
     log.folded *= 2;
 }
 
-/// What the last digit of a number stands for.
+/// Returns the value of the last digit of a written number.
 fn last_digit(cell: &[u8]) -> f64 {
     let text = std::str::from_utf8(cell).unwrap_or_default().trim();
     let (digits, exponent) = text.split_once(['e', 'E']).unwrap_or((text, "0"));

@@ -1,30 +1,31 @@
-//! The regression over the rows of a log: which model, which Stribeck velocity, which delay.
+//! Regression over the rows of a log; chooses model, Stribeck velocity and delay.
 //!
-//! *Model*: asymmetric, if friction differs by the direction by more than two standard deviations,
-//! and symmetric if it does not. *Stribeck velocity*: least squares is linear in all but v_s, which
-//! is searched for on 24 values in geometric steps from the speed that a fiftieth of the rows does
-//! not reach to half of the fast one, then by golden section between the neighbours of the best.
-//! *Delay*: a log may have the effort that was asked for, which acts half a sample later on the
-//! mean, and later behind a slow drive. The residual's power over the delay is a parabola near its
-//! lowest value; it is laid through the best of -2 to 3 samples and its neighbours. The delay
-//! counts only if it takes 2 % of the residual's power away, or else is 0.
+//! *Model*: asymmetric if friction differs between the directions by more than two standard
+//! deviations, otherwise symmetric. *Stribeck velocity*: the model is linear in all coefficients
+//! but v_s. The search tries 24 values in geometric steps, from the speed that 2 % of the rows do
+//! not reach to half of the fast speed, then golden section between the neighbours of the best
+//! value. *Delay*: a log can hold the requested effort, which acts half a sample later on average,
+//! and later with a slow drive. The residual's power is a parabola in the delay near its minimum;
+//! it is fitted through the best of -2 to 3 samples and its neighbours. The delay is used only if
+//! it removes 2 % of the residual's power; otherwise it is 0.
 
-use super::Request;
+use super::FitSettings;
 use super::least_squares::Fit;
-use super::model::{Fitted, Model, Moment};
-use super::moments::Filtered;
+use super::model::{FittedModel, MachineModel, RegressionSample};
+use super::moments::FilteredLog;
 
-/// Rows that a regression needs, and each direction.
+/// Least number of rows.
 const FEWEST: usize = 60;
+/// Least number of rows in each direction.
 const FEWEST_EACH_WAY: usize = 15;
 
-/// Delays that are tried, samples.
+/// Tried delays, samples.
 const DELAYS: [f64; 6] = [-2.0, -1.0, 0.0, 1.0, 2.0, 3.0];
 
-/// Part of the residual's power that a delay has to take away.
+/// Least share of the residual's power that a delay removes.
 const DELAY_COUNTS: f64 = 0.02;
 
-/// Standard deviations by which directions have to differ.
+/// Least difference of the directions in an asymmetric model, standard deviations.
 const DIFFER: f64 = 2.0;
 
 const STRIBECK_VALUES: usize = 24;
@@ -33,31 +34,36 @@ const GOLDEN: f64 = 0.618_033_988_749_895;
 /// Fits a model to rows.
 ///
 /// # Errors
-/// Says which term the log does not tell from the others.
-pub fn fit(model: Model, moments: &[Moment]) -> Result<Fitted, String> {
+/// Returns an error that names the term the log cannot separate from the others.
+pub fn fit(model: MachineModel, moments: &[RegressionSample]) -> Result<FittedModel, String> {
     let names = model.coefficients();
     let rows = || moments.iter().map(move |at| (model.columns(at), at.effort));
     match Fit::of(names.len(), rows) {
-        Ok(fit) => Ok(Fitted { model, fit }),
+        Ok(fit) => Ok(FittedModel { model, fit }),
         Err(column) => Err(format!(
-            "`{}` cannot be told from the other parameters: the log has too little variety of \
-             motion; log several speeds and accelerations, both ways",
+            "`{}` cannot be separated from the other parameters: the motion has too little \
+             variety; log several speeds and accelerations, both ways",
             names.get(column).copied().unwrap_or_default()
         )),
     }
 }
 
-type Regressed = (Fitted, Vec<(&'static str, f64)>, f64, Vec<Moment>);
+type Regressed = (FittedModel, Vec<(&'static str, f64)>, f64, Vec<RegressionSample>);
 
-/// Finds delay and model, and fits it: the fit, both models' relative residuals, the delay, and the
-/// rows.
+/// Chooses delay and model, and fits the model. Returns the fit, the relative residuals of both
+/// models, the delay (s), and the rows.
 ///
 /// # Errors
-/// Says in a sentence what the log lacks, and what to do.
-pub fn regress(filtered: &Filtered, request: &Request, step_s: f64) -> Result<Regressed, String> {
+/// Returns a sentence: what the log lacks, and what to do.
+pub fn regress(
+    filtered: &FilteredLog,
+    request: &FitSettings,
+    step_s: f64,
+) -> Result<Regressed, String> {
     enough(&filtered.moments(0.0))?;
-    let terms = Model { is_asymmetric: false, stribeck: None, has_gravity: request.has_gravity };
-    let wide = Model { is_asymmetric: true, ..terms };
+    let terms =
+        MachineModel { is_asymmetric: false, stribeck: None, has_gravity: request.has_gravity };
+    let wide = MachineModel { is_asymmetric: true, ..terms };
     let delay_s = match request.effort_delay_s {
         Some(delay_s) => delay_s,
         None => delay(filtered, wide, step_s)?,
@@ -75,12 +81,13 @@ pub fn regress(filtered: &Filtered, request: &Request, step_s: f64) -> Result<Re
     Ok((fitted, compared, delay_s, moments))
 }
 
-/// Whether the rows are enough, both ways.
-fn enough(moments: &[Moment]) -> Result<(), String> {
+/// Checks that there are enough rows in both directions.
+fn enough(moments: &[RegressionSample]) -> Result<(), String> {
     if moments.len() < FEWEST {
         return Err(format!(
-            "only {} samples are in steady enough motion, {FEWEST} are needed: log some seconds of \
-             motion over several counts, both ways, with few reversals, or raise --cut-off",
+            "only {} samples are usable (steady motion), at least {FEWEST} are needed: log some \
+             seconds of motion over several counts, both ways, with few reversals, or raise \
+             --cut-off",
             moments.len()
         ));
     }
@@ -88,15 +95,15 @@ fn enough(moments: &[Moment]) -> Result<(), String> {
         let count = moments.iter().filter(|at| at.velocity * sign > 0.0).count();
         if count < FEWEST_EACH_WAY {
             return Err(format!(
-                "the log hardly moves the {way} way ({count} samples): friction cannot be told \
-                 from a constant load; log motion both ways"
+                "only {count} samples move the {way} way: friction cannot be separated from a \
+                 constant load; log motion both ways"
             ));
         }
     }
     Ok(())
 }
 
-fn delay(filtered: &Filtered, model: Model, step_s: f64) -> Result<f64, String> {
+fn delay(filtered: &FilteredLog, model: MachineModel, step_s: f64) -> Result<f64, String> {
     let mut residuals = [0.0; DELAYS.len()];
     for (residual, samples) in residuals.iter_mut().zip(DELAYS) {
         *residual = fit(model, &filtered.moments(samples * step_s))?.fit.residual;
@@ -117,13 +124,17 @@ fn delay(filtered: &Filtered, model: Model, step_s: f64) -> Result<f64, String> 
 ///
 /// # Errors
 /// As [`fit`].
-pub fn stribeck(model: Model, moments: &[Moment], creeping: f64) -> Result<Fitted, String> {
+pub fn stribeck(
+    model: MachineModel,
+    moments: &[RegressionSample],
+    creeping: f64,
+) -> Result<FittedModel, String> {
     let mut speeds: Vec<f64> = moments.iter().map(|at| at.velocity.abs()).collect();
     speeds.sort_by(f64::total_cmp);
     let Some(fast) = speeds.get(speeds.len() * 95 / 100).copied() else {
         return fit(model, moments);
     };
-    let at = |velocity: f64| fit(Model { stribeck: Some(velocity), ..model }, moments);
+    let at = |velocity: f64| fit(MachineModel { stribeck: Some(velocity), ..model }, moments);
     let residual = |velocity: f64| at(velocity).map_or(f64::INFINITY, |one| one.fit.residual);
     let slow = speeds[speeds.len() * 2 / 100].max(creeping);
     let (low, high) = (slow.ln(), (0.5 * fast).max(2.0 * slow).ln());

@@ -1,33 +1,34 @@
-//! Even steps of time out of what a log has: rounded times, jitter, lost rows and gaps.
+//! Resamples a log to even time steps: rounded times, jitter, lost rows and gaps.
 //!
 //! ```text
 //! h      the median of the steps
-//! gap    a step above 4.5 h: what is before and what is behind are filtered apart
+//! gap    a step above 4.5 h: the parts before and after it are filtered separately
 //! jump   a step of the position above 0.02 of its range and 20 times the steps beside it: as a gap
 //! even   |t_i - (t_0 + i h)| <= 1 in the last digit that is written, or 0.02 h: taken as t_0 + i h
 //! else   interpolated onto t_0 + i h: the position by the cubic through four neighbours (Lagrange),
 //!        the effort by a straight line
 //! ```
 //!
-//! Why: an exact sample time whose stamps are rounded in the file would look like jitter, and
-//! jitter that is differentiated twice is noise. Does badly: stamps that jitter while the samples
-//! do not, as those of a computer that reads a bus, are believed.
+//! Why: an exact sample time with rounded time stamps would look like jitter, and jitter
+//! differentiated twice is noise. Limits: time stamps that jitter while the samples do not, such as
+//! those of a computer that reads a bus, are taken as they are.
 
-use super::reading::Log;
+use super::reading::MotionLog;
 
-/// Steps above so many ordinary ones are gaps.
+/// Least time step of a gap, in ordinary steps.
 const GAP: f64 = 4.5;
 
-/// A jump of the position: this part of its range, and so many times the steps beside it, of which
-/// the nearest may be half of the jump.
+/// Least jump of the position, as a share of its range.
 const JUMP_OF_RANGE: f64 = 0.02;
+/// Least ratio of a jump to the steps beside it.
 const JUMP_OF_STEPS: f64 = 20.0;
+/// Distances of these steps, samples. The nearest step is skipped: it can be half of the jump.
 const BESIDE: [usize; 3] = [2, 3, 4];
 
-/// Jitter below this part of a step is none.
+/// Largest jitter of even steps, as a share of a step.
 const EVEN: f64 = 0.02;
 
-/// Neighbours that are nearer than this part of a step carry no cubic.
+/// Least distance of neighbours for cubic interpolation, as a share of a step.
 const TOO_NEAR: f64 = 0.2;
 
 /// A stretch without gaps, in even steps.
@@ -43,37 +44,37 @@ pub struct Stretch {
 
 /// A log in even steps.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Grid {
+pub struct TimeGrid {
     /// Time between samples, s.
     pub step_s: f64,
-    /// What lies between gaps.
+    /// Parts between gaps and jumps.
     pub stretches: Vec<Stretch>,
-    /// Gaps: how many, and the time at which the first begins, s.
+    /// Number of gaps.
     pub gaps: usize,
-    /// Time at which the first gap begins, s.
+    /// Start of the first gap, s.
     pub first_gap_s: Option<f64>,
-    /// Times at which the position jumps, s; what is before and behind is filtered apart.
+    /// Times at which the position jumps, s; the parts before and after are filtered separately.
     pub jumps_s: Vec<f64>,
     /// Whether samples were interpolated.
     pub is_interpolated: bool,
 }
 
-impl Grid {
-    /// Makes the grid of a log whose columns are in SI.
+impl TimeGrid {
+    /// Creates the grid of a log with columns in SI units.
     ///
     /// # Errors
-    /// Says in a sentence what is wrong with the times.
-    pub fn of(log: &Log, time_digit_s: f64) -> Result<Self, String> {
+    /// Returns a sentence about the error in the times.
+    pub fn of(log: &MotionLog, time_digit_s: f64) -> Result<Self, String> {
         let mut steps: Vec<f64> = log.time.windows(2).map(|pair| pair[1] - pair[0]).collect();
         let middle = steps.len() / 2;
         let median = *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
-        // Of times that are rounded to more than a step, the median may be 0.
+        // The median can be 0 if times are rounded to more than a step.
         let span =
             log.time.last().copied().unwrap_or(0.0) - log.time.first().copied().unwrap_or(0.0);
         let mean = span / (log.time.len() - 1) as f64;
         let step = if log.first_equal.is_some() { mean } else { median };
         if !(step > 0.0 && step.is_finite()) {
-            return Err("the time stands still; name the column that counts it".into());
+            return Err("the time does not increase; name the column of the time".into());
         }
         let gap = GAP * step + time_digit_s;
         let mut bounds = vec![0];
@@ -81,7 +82,7 @@ impl Grid {
             (1..log.time.len()).filter(|i| log.time[*i] - log.time[i - 1] > gap).collect();
         let first_gap_s = gaps.first().map(|i| log.time[i - 1]);
         let jumps = jumps(&log.position);
-        // Of means of several rows a jump may be two.
+        // In means of several rows, one jump can become two.
         let jumps_s: Vec<f64> = jumps
             .iter()
             .filter(|i| jumps.binary_search(&(*i - 1)).is_err() && gaps.binary_search(i).is_err())
@@ -94,7 +95,7 @@ impl Grid {
         bounds.push(log.time.len());
         let gaps = gaps.len();
         let parts: Vec<[usize; 2]> = bounds.windows(2).map(|pair| [pair[0], pair[1]]).collect();
-        // The step as exactly as the whole log tells it.
+        // The mean step over the whole log, without its gaps.
         let (mut time, mut count) = (0.0, 0.0);
         for [from, to] in &parts {
             let span = log.time[to - 1] - log.time[*from];
@@ -116,8 +117,8 @@ impl Grid {
             let is_even = is_even(&log.time[part[0]..part[1]], step_s, time_digit_s);
             if !is_even && let Some(row) = log.first_equal {
                 return Err(format!(
-                    "row {row}: its time is that of the row before; allowed are times that \
-                     increase, or even steps whose times were rounded"
+                    "row {row}: its time equals that of the row before; times must increase, or \
+                     be rounded from even steps"
                 ));
             }
             grid.is_interpolated |= !is_even;
@@ -129,7 +130,7 @@ impl Grid {
     }
 }
 
-/// The samples to which the position jumps.
+/// Returns the samples to which the position jumps.
 fn jumps(position: &[f64]) -> Vec<usize> {
     let (low, high) = position
         .iter()
@@ -147,7 +148,7 @@ fn jumps(position: &[f64]) -> Vec<usize> {
     (1..position.len()).filter(is_jump).collect()
 }
 
-/// Whether samples are even but for the rounding of their times.
+/// Returns whether samples are even except for the rounding of their times.
 fn is_even(time: &[f64], step: f64, digit: f64) -> bool {
     let Some(first) = time.first() else { return true };
     // Half of the last digit at either end, and rounding in binary.
@@ -156,7 +157,7 @@ fn is_even(time: &[f64], step: f64, digit: f64) -> bool {
     time.iter().enumerate().all(|(i, at)| (at - line(i)).abs() <= allowed)
 }
 
-fn stretch(log: &Log, [from, to]: [usize; 2], step: f64, is_even: bool) -> Stretch {
+fn stretch(log: &MotionLog, [from, to]: [usize; 2], step: f64, is_even: bool) -> Stretch {
     let [time, position, effort] =
         [&log.time, &log.position, &log.effort].map(|series| &series[from..to]);
     let begin_s = time.first().copied().unwrap_or(0.0);
@@ -184,7 +185,8 @@ fn linear(time: &[f64], values: &[f64], place: usize, at: f64) -> f64 {
     values[place] + share * (values[place + 1] - values[place])
 }
 
-/// The cubic through the four samples around a time; a straight line where there are no four.
+/// Interpolates by the cubic through the four samples around a time, or linearly if there are
+/// fewer.
 fn cubic(time: &[f64], values: &[f64], place: usize, at: f64, step: f64) -> f64 {
     let four = place.checked_sub(1).and_then(|first| time.get(first..first + 4));
     let Some(t) = four.filter(|t| t.windows(2).all(|two| two[1] - two[0] > TOO_NEAR * step)) else {

@@ -1,13 +1,13 @@
-//! Units of a log, and those of what is identified from it.
+//! Units of a log, and of the identified parameters.
 
 use std::f64::consts::TAU;
 
-use super::reading::Log;
+use super::reading::MotionLog;
 
-/// A log that begins later than this has the time of some other clock, s.
+/// Largest start time that is kept, s. A later one is from an absolute clock and is shifted to 0.
 const LONG_AGO_S: f64 = 1e6;
 
-/// The unit of a position column.
+/// Unit of a position column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum PositionUnit {
     /// Metres: a machine that moves along a line.
@@ -23,7 +23,7 @@ pub enum PositionUnit {
 }
 
 impl PositionUnit {
-    /// As the command line has it.
+    /// Returns the name on the command line.
     pub const fn word(self) -> &'static str {
         match self {
             Self::M => "m",
@@ -34,7 +34,7 @@ impl PositionUnit {
         }
     }
 
-    /// The unit that a column's name ends with, as in `position_deg` or `angle [\u{b0}]`.
+    /// Returns the unit at the end of a column's name, as in `position_deg` or `angle [\u{b0}]`.
     pub fn of_name(column: &str) -> Option<Self> {
         match &*unit_of_name(column)? {
             "m" => Some(Self::M),
@@ -57,12 +57,12 @@ pub fn seconds(unit: &str) -> Option<f64> {
     }
 }
 
-/// What a unit per another one begins with.
+/// Units that start a unit per another one, such as `rad/s`.
 const PER: [&str; 8] = ["1", "m", "mm", "rad", "deg", "\u{b0}", "count", "counts"];
 
-/// Returns the last part of a column's name, which may be its unit: `deg` of `position_deg`, of
-/// `position (deg)` and of `position/deg`, the degree sign of `angle [\u{b0}]`; none if the name is
-/// one word, or if it is a unit per another one.
+/// Returns the last part of a column's name, which can be its unit: `deg` of `position_deg`, of
+/// `position (deg)` and of `position/deg`, the degree sign of `angle [\u{b0}]`; `None` for a single
+/// word, or for a unit per another one.
 pub fn unit_of_name(column: &str) -> Option<String> {
     let name = column.trim().to_lowercase();
     let is_part = |c: char| c.is_alphanumeric() || c == '\u{b0}';
@@ -77,21 +77,21 @@ pub fn unit_of_name(column: &str) -> Option<String> {
     (!is_per).then_some(unit)
 }
 
-/// How the columns of a log become SI.
+/// Units of a log: conversion of its columns to SI.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Scale {
-    /// Seconds of a unit of time.
+pub struct LogUnits {
+    /// Unit of time, s.
     pub time_s: f64,
-    /// Metres or radians of a unit of position.
+    /// Unit of position, m or rad.
     pub position: f64,
     /// Whether the machine moves along a line.
     pub is_linear: bool,
-    /// N or N m of a unit of effort, if it is known.
+    /// Unit of effort, N or N m, if known.
     pub effort: Option<f64>,
 }
 
-impl Scale {
-    /// Of a position unit; `counts_per_turn` counts for [`PositionUnit::Count`].
+impl LogUnits {
+    /// Creates the units; `counts_per_turn` is used for [`PositionUnit::Count`].
     pub fn new(time_s: f64, unit: PositionUnit, counts_per_turn: f64, effort: Option<f64>) -> Self {
         let (position, is_linear) = match unit {
             PositionUnit::M => (1.0, true),
@@ -103,8 +103,8 @@ impl Scale {
         Self { time_s, position, is_linear, effort }
     }
 
-    /// Brings a log to SI, or to the unit of its effort.
-    pub fn apply(&self, log: &mut Log) {
+    /// Converts a log to SI; an effort of unknown unit stays as it is.
+    pub fn apply(&self, log: &mut MotionLog) {
         let effort = self.effort.unwrap_or(1.0);
         for (series, factor) in [
             (&mut log.time, self.time_s),
@@ -113,7 +113,7 @@ impl Scale {
         ] {
             series.iter_mut().for_each(|value| *value *= factor);
         }
-        // Of a clock that counts from somewhere long ago, nobody wants to read the seconds.
+        // The times of an absolute clock are shifted to start at 0.
         let begin = log.time.first().copied().filter(|begin| begin.abs() > LONG_AGO_S);
         if let Some(begin) = begin {
             log.time.iter_mut().for_each(|time| *time -= begin);
@@ -122,13 +122,13 @@ impl Scale {
         log.time_digit *= self.time_s;
     }
 
-    /// The unit of positions.
+    /// Returns the unit of positions.
     pub const fn position_unit(&self) -> &'static str {
         if self.is_linear { "m" } else { "rad" }
     }
 
-    /// The unit of efforts; without a gain that of the log, but for a machine on a line, whose
-    /// effort is taken as a force.
+    /// Returns the unit of efforts. Without a gain it is that of the log; on a linear machine the
+    /// effort counts as a force.
     pub const fn effort_unit(&self) -> &'static str {
         match (self.is_linear, self.effort) {
             (true, _) => "N",
@@ -137,12 +137,12 @@ impl Scale {
         }
     }
 
-    /// Whether the unit of the effort is a guess: that of a machine on a line without a gain.
+    /// Returns whether the unit of the effort is assumed: that of a linear machine without a gain.
     pub const fn is_assumed(&self) -> bool {
         self.is_linear && self.effort.is_none()
     }
 
-    /// The unit of a parameter.
+    /// Returns the unit of a parameter.
     pub fn unit_of(&self, parameter: &str) -> String {
         let (effort, position) = (self.effort_unit(), self.position_unit());
         match parameter {

@@ -1,48 +1,49 @@
-//! What is to be thought of an identification, in words. A poor fit is called poor.
+//! Verdict on an identification from a log.
 
-use super::Read;
+use super::LogStatistics;
 use super::cut_off::CutOff;
 use super::free_run::FreeRun;
 use super::implausible::Implausible;
 use super::misfit::Misfit;
-use super::model::{Fitted, Parameter};
+use super::model::{FittedModel, FittedParameter};
 use super::proposal::Proposal;
 use crate::error::rounded;
 
-/// Relative residuals, % of the effort: up to the first good, above the second poor. Published
+/// Relative residuals, % of the effort: good up to the first, poor above the second. Published
 /// identifications of robots and drives have 3 to 15 %.
 const RESIDUAL_PERCENT: [f64; 2] = [5.0, 15.0];
 
-/// Parts of the velocity's variance that a free run explains: from the first good, below the second
-/// poor.
+/// Shares of the velocity's variance that a free run explains: good from the first on, poor below
+/// the second.
 const EXPLAINED: [f64; 2] = [0.9, 0.5];
 
-/// Standard deviations as parts of the inertia, likewise.
+/// Relative standard deviations of the inertia: good up to the first, poor above the second.
 const INERTIA: [f64; 2] = [0.05, 0.3];
 
-/// A coefficient that is so many times more uncertain than alone is mixed up with others.
+/// Ratio of a coefficient's uncertainty to that without the other columns, above which it cannot be
+/// separated from others.
 const MIXED_UP: f64 = 30.0;
 
-/// Standard deviation as a part of the Stribeck term above which the log does not tell it.
+/// Relative standard deviation of the Stribeck term above which the log does not identify it.
 const UNKNOWN: f64 = 0.5;
 
-/// Noise in the acceleration above which the inertia is told to be too small.
+/// Noise's share of the acceleration's power above which the verdict warns of a too small inertia.
 const NOISY: f64 = 0.02;
 
-/// How good a fit is.
+/// Quality of a fit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Quality {
-    /// Nothing speaks against it.
+pub enum FitQuality {
+    /// No objections.
     Good,
-    /// To be used with care.
+    /// Usable with care.
     Fair,
-    /// Not to be trusted.
+    /// Not usable.
     Poor,
 }
 
-impl Quality {
-    /// The word of the verdict.
+impl FitQuality {
+    /// Returns the word for the verdict.
     pub const fn word(self) -> &'static str {
         match self {
             Self::Good => "good",
@@ -52,39 +53,39 @@ impl Quality {
     }
 }
 
-/// A verdict.
+/// Verdict on a fit, with reasons.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
-pub struct Verdict {
-    /// How good the fit is.
-    pub quality: Quality,
-    /// Why, sentence by sentence.
+pub struct FitVerdict {
+    /// Quality of the fit.
+    pub quality: FitQuality,
+    /// Reasons, one sentence each.
     pub words: Vec<String>,
-    /// Those of them that speak against it.
+    /// Reasons against the fit.
     pub doubts: Vec<String>,
 }
 
-/// What speaks against a fit.
+/// Objections to a fit.
 #[derive(Clone, Copy, Debug)]
-pub struct Against<'a> {
-    /// Values out of the bounds of what is built.
+pub struct Objections<'a> {
+    /// Values outside the range of existing machines.
     pub implausible: &'a [Implausible],
-    /// What the residual still follows.
+    /// Causes that the model leaves out and the residual depends on.
     pub misfits: &'a [Misfit],
     /// Terms that would lower the residual.
     pub proposals: &'a [Proposal],
 }
 
-/// Judges.
+/// Returns the verdict on a fit.
 pub fn of(
-    fitted: &Fitted,
-    parameters: &[(&'static str, Parameter)],
+    fitted: &FittedModel,
+    parameters: &[(&'static str, FittedParameter)],
     free_run: &FreeRun,
-    against: Against<'_>,
+    against: Objections<'_>,
     cut_off: &CutOff,
-    read: &Read,
-) -> Verdict {
-    let Against { implausible, misfits, proposals } = against;
-    let mut verdict = Verdict { quality: Quality::Good, words: vec![], doubts: vec![] };
+    read: &LogStatistics,
+) -> FitVerdict {
+    let Objections { implausible, misfits, proposals } = against;
+    let mut verdict = FitVerdict { quality: FitQuality::Good, words: vec![], doubts: vec![] };
     for value in implausible {
         verdict.judge([false, !value.is_far], value.words.clone());
     }
@@ -96,12 +97,9 @@ pub fn of(
     let explained = free_run.velocity_r2;
     verdict.judge(
         [explained >= EXPLAINED[0], explained >= EXPLAINED[1]],
-        format!(
-            "run free along the log, the machine explains {} % of the velocity",
-            rounded(100.0 * explained.max(0.0))
-        ),
+        format!("the free run explains {} % of the velocity", rounded(100.0 * explained.max(0.0))),
     );
-    let uncertain = |of: &Parameter| of.sd / of.value.abs();
+    let uncertain = |of: &FittedParameter| of.sd / of.value.abs();
     if let Some((_, inertia)) = parameters.first() {
         let part = uncertain(inertia);
         if part > INERTIA[0] {
@@ -120,12 +118,15 @@ pub fn of(
         if inflation > MIXED_UP {
             verdict.judge(
                 [false, true],
-                format!("`{name}` is mixed up with others: log several speeds and accelerations"),
+                format!(
+                    "`{name}` cannot be separated from other parameters: log several speeds and \
+                     accelerations"
+                ),
             );
         }
     }
     let ways = |name: &str| fitted.get(name).map(|one| (one.value, one.sd));
-    // A load may turn the level of one way round, and not the mean of both.
+    // A load can make the level of one way negative, but not the mean of both.
     let coulomb = fitted.coulomb();
     let mean = if fitted.model.is_asymmetric {
         "the mean of `coulomb_positive` and `coulomb_negative`"
@@ -139,14 +140,15 @@ pub fn of(
         if value < -2.0 * sd {
             verdict.judge(
                 [false, true],
-                format!("{name} comes out negative, which is no friction: terms are missing"),
+                format!("{name} is negative, which is impossible for friction: terms are missing"),
             );
         }
     }
     if let Some((value, sd)) = ways("stribeck")
         && sd > UNKNOWN * value.abs()
     {
-        let words = "the log hardly tells the Stribeck term: log slower motions, or leave it out";
+        let words = "the log hardly identifies the Stribeck term: log slower motions, or leave it \
+                     out";
         verdict.judge([false, true], words.into());
     }
     for misfit in misfits {
@@ -166,8 +168,8 @@ pub fn of(
         );
     }
     if misfits.is_empty() && proposals.is_empty() && residual > RESIDUAL_PERCENT[0] {
-        let words = "the residual follows none of the causes that are looked for; a noisy effort \
-                     is not among them, nor a backlash that rattles, nor a drive that limits";
+        let words = "the residual shows none of the causes that are tested; not tested are a noisy \
+                     effort, a rattling backlash and a limiting drive";
         verdict.words.push(words.into());
     }
     if read.saturated > 0.01 {
@@ -177,12 +179,12 @@ pub fn of(
     verdict
 }
 
-impl Verdict {
+impl FitVerdict {
     fn judge(&mut self, [is_good, is_fair]: [bool; 2], words: String) {
         let quality = match (is_good, is_fair) {
-            (true, _) => Quality::Good,
-            (false, true) => Quality::Fair,
-            (false, false) => Quality::Poor,
+            (true, _) => FitQuality::Good,
+            (false, true) => FitQuality::Fair,
+            (false, false) => FitQuality::Poor,
         };
         self.quality = self.quality.max(quality);
         if !is_good {

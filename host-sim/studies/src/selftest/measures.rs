@@ -1,5 +1,5 @@
-//! What a move is judged by, as far as a device shows it: positions are counts of its encoder, the
-//! effort is what it says that it applies.
+//! Measures of a move from the samples of a device: positions are counts of its encoder, the effort
+//! is the reported output.
 //!
 //! | measure | over | meaning |
 //! |---|---|---|
@@ -11,8 +11,8 @@
 //! | sliding effort | there | mean of the effort in the sense of the motion: what friction costs |
 //! | accelerating effort | where the set point has more than half of its acceleration | mean of the effort in the sense of the acceleration: what inertia costs |
 //!
-//! Settling and rest are those at the encoder. A simulated device knows its load as well, and both
-//! are measured there, too ([`AtLoad`]).
+//! Settling and rest are those at the encoder. A simulated device reports its load as well, and
+//! both are measured there too ([`AtLoad`]).
 
 use stiction::link::Sample;
 
@@ -21,10 +21,10 @@ use crate::ensemble::{self, Reversals, TrackingJudge};
 use crate::goal::PositionGoal;
 use crate::settling::Settling;
 
-/// The joint is judged at rest in so much time at the end of a move, s.
+/// Time at the end of a move in which the joint is judged at rest, s.
 pub const REST_S: f64 = 1.0;
 
-/// The signals that are looked at.
+/// Signals that the measures need.
 pub const SIGNALS: [&str; 6] = [
     "counts",
     "reference_velocity_deg_per_s",
@@ -34,7 +34,7 @@ pub const SIGNALS: [&str; 6] = [
     "status",
 ];
 
-/// A sum and how many there are in it.
+/// Mean of values, as sum and count.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Mean {
     sum: f64,
@@ -51,7 +51,7 @@ impl Mean {
         (self.sum, self.count) = (self.sum + value, self.count + 1);
     }
 
-    /// The mean; none of nothing.
+    /// Returns the mean; `None` without values.
     pub fn value(&self) -> Option<f64> {
         (self.count > 0).then(|| self.sum / f64::from(self.count))
     }
@@ -82,17 +82,17 @@ impl AtLoad {
     }
 }
 
-/// What a move has come to.
+/// Measures of a move.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Measures {
-    /// Where it led to, deg.
+pub struct MoveMeasures {
+    /// Target, deg.
     pub to_deg: f64,
     /// Time from the end of the set point's motion until the encoder's side stays within the goal's
     /// tolerance, s; none if it was outside at the end.
     pub settled_s: Option<f64>,
     /// Whether it settled later than the goal allows.
     pub is_late: bool,
-    /// The same at the load; none from a device that does not know its load.
+    /// Measures at the load; `None` if the device does not report its load.
     pub at_load: Option<AtLoad>,
     /// Largest distance from the target in the last second, counts.
     pub rest_counts: f64,
@@ -108,22 +108,23 @@ pub struct Measures {
     pub accelerating_v: Mean,
 }
 
-impl Measures {
+impl MoveMeasures {
     /// Returns whether the encoder's side met the goal.
     pub const fn success(&self) -> bool {
         self.settled_s.is_some() && !self.is_late
     }
 }
 
-/// Judges the samples of a move to `to_deg` by a goal; none if there are none. `load_ahead_deg` is
-/// the load's angle minus that of the encoder's side in each sample, deg, where it is known.
+/// Measures a move to `to_deg` from its samples, by a goal; `None` without samples.
+/// `load_ahead_deg` is the load's angle minus that of the encoder's side in each sample, deg, if
+/// the device reports it.
 pub fn measures(
     samples: &[Sample],
     load_ahead_deg: &[Option<f64>],
     signals: &Signals,
     (to_deg, goal): (f64, &PositionGoal),
     [count_deg, sample_time_s]: [f64; 2],
-) -> Option<Measures> {
+) -> Option<MoveMeasures> {
     let first = samples.first()?.clock;
     let target = (to_deg / count_deg).round();
     let number = |sample: &Sample, place: usize| signals.number(sample, SIGNALS[place]);
@@ -135,7 +136,7 @@ pub fn measures(
     let end_s = samples.last().map_or(0.0, time_s);
     let last = samples.len() as u32 - 1;
     let mut judge = TrackingJudge::new([0, last], speed);
-    let mut found = Measures { to_deg, ..Measures::default() };
+    let mut found = MoveMeasures { to_deg, ..MoveMeasures::default() };
     let (mut reversals, mut square) = (Reversals::default(), Mean::default());
     let mut sides = [Settling::new(goal, count_deg); 2];
     let mut at_load = Some(AtLoad::default());
@@ -144,7 +145,7 @@ pub fn measures(
             [0, 1, 2, 3, 4].map(|place| number(sample, place));
         let distance = (target - position).abs();
         let ahead_deg = load_ahead_deg.get(k as usize).copied().flatten();
-        // A move is judged at the load if the load is known in all of it.
+        // A move is judged at the load only if all its samples have the load.
         at_load = at_load.filter(|_| ahead_deg.is_some());
         let at_the_load = target - position - ahead_deg.unwrap_or(f64::NAN) / count_deg;
         if time_s(sample) >= over_s {
@@ -182,14 +183,14 @@ pub fn measures(
     Some(found)
 }
 
-/// What all moves of a session come to.
+/// Summary of all moves of a session.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Figures {
-    /// Moves that missed the goal at the encoder.
+    /// Number of moves that missed the goal at the encoder.
     pub missed: u32,
-    /// Moves that missed the goal at the load; none if it was not known in all of them.
+    /// Number of moves that missed the goal at the load; `None` if the load is not known in all.
     pub missed_at_load: Option<u32>,
-    /// Mean settling of those that did, s.
+    /// Mean settling time of the moves that settled, s.
     pub settled_s: Option<f64>,
     /// Largest rest error, counts.
     pub rest_counts: f64,
@@ -206,8 +207,8 @@ pub struct Figures {
 }
 
 impl Figures {
-    /// Sums up the moves of a session.
-    pub fn of(moves: &[Measures]) -> Self {
+    /// Summarizes the moves of a session.
+    pub fn of(moves: &[MoveMeasures]) -> Self {
         let mut settled = Mean::default();
         moves.iter().filter_map(|one| one.settled_s).for_each(|time_s| settled.see(time_s));
         let count = moves.len().max(1) as f64;
@@ -249,7 +250,7 @@ mod tests {
 
     /// A second of set point at 100 counts a second, a joint that is behind by 0.25 s and rests at
     /// 99 for the other two; 0.5 V for friction, 0.3 V for a begin and an end of 0.1 s.
-    fn moved(sticks_at_s: f64) -> Measures {
+    fn moved(sticks_at_s: f64) -> MoveMeasures {
         let samples: Vec<Sample> = (0..400)
             .map(|k| {
                 let t = f64::from(k) * 0.01;
@@ -271,12 +272,12 @@ mod tests {
         judged(&samples, &[], PositionGoal::default())
     }
 
-    fn judged(samples: &[Sample], ahead: &[Option<f64>], goal: PositionGoal) -> Measures {
+    fn judged(samples: &[Sample], ahead: &[Option<f64>], goal: PositionGoal) -> MoveMeasures {
         measures(samples, ahead, &Signals::of_core(), (1.0, &goal), [0.01, 0.001]).unwrap()
     }
 
-    /// The encoder arrives 0.2 s after the set point, at 100 of 100 counts; the load stays 40 counts
-    /// behind it.
+    /// The encoder arrives 0.2 s after the set point, at 100 of 100 counts; the load stays 40
+    /// counts behind it.
     #[test]
     fn a_move_is_judged_at_the_load_where_it_is_known_in_every_sample() {
         let samples: Vec<Sample> = (0..300)
@@ -321,8 +322,9 @@ mod tests {
 
     #[test]
     fn figures_of_moves_are_sums_means_and_the_worst() {
-        let one = Measures { settled_s: Some(0.2), rest_counts: 1.0, held_v: 0.3, ..moved(0.5) };
-        let two = Measures { settled_s: None, rest_counts: 9.0, held_v: 0.4, ..moved(9.0) };
+        let one =
+            MoveMeasures { settled_s: Some(0.2), rest_counts: 1.0, held_v: 0.3, ..moved(0.5) };
+        let two = MoveMeasures { settled_s: None, rest_counts: 9.0, held_v: 0.4, ..moved(9.0) };
         let figures = Figures::of(&[one, two]);
         assert_eq!((figures.missed, figures.settled_s), (1, Some(0.2)));
         assert_eq!((figures.rest_counts, figures.sticks), (9.0, 1));

@@ -1,4 +1,4 @@
-//! What joints around that of a file do in the same session.
+//! Predicts a session: simulates it with joints around that of a file.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -7,7 +7,7 @@ use stiction::Parameters;
 use stiction::link::StateCode;
 use stiction::servo::Boot;
 
-use super::measures::{Figures, Measures};
+use super::measures::{Figures, MoveMeasures};
 use super::session;
 use crate::device::client::Client;
 use crate::device::simulated::SimulatedDevice;
@@ -18,37 +18,37 @@ use crate::error::Error;
 use crate::experiment::{Document, Experiment, RunPlan};
 use crate::goal::PositionGoal;
 
-/// What is predicted.
+/// Input of a prediction.
 #[derive(Clone, Debug)]
-pub struct Request {
-    /// The file whose joint it is.
+pub struct PredictionRequest {
+    /// File of the joint.
     pub document: Document,
-    /// What the device runs.
+    /// Parameters of the device.
     pub parameters: Parameters,
     /// Keys of the joint that vary, `KEY=LOW..HIGH`.
     pub spreads: Vec<String>,
-    /// The number of joints: the file's own, and the others around it.
+    /// Number of joints, including that of the file.
     pub joints: u64,
-    /// The seed by which they are drawn.
+    /// Seed of the draw.
     pub seed: u64,
-    /// The moves, deg.
+    /// Targets of the moves, deg.
     pub targets: Vec<f64>,
 }
 
-/// What the joints did.
+/// Results of the simulated joints.
 #[derive(Clone, Debug, Default)]
 pub struct Prediction {
-    /// The figures of each joint that made all moves.
+    /// Figures of each joint that completed all moves.
     pub figures: Vec<Figures>,
-    /// Their moves.
-    pub moves: Vec<Vec<Measures>>,
-    /// How the others ended.
+    /// Moves of these joints.
+    pub moves: Vec<Vec<MoveMeasures>>,
+    /// Reasons why the other joints ended early.
     pub ended: Vec<String>,
 }
 
 impl Prediction {
     /// Returns the number of moves that the median joint misses, at the encoder and at the load;
-    /// none where no joint knows it.
+    /// `None` if it is unknown.
     pub fn missed_of_most(&self) -> [Option<u32>; 2] {
         let median = |of: fn(&Figures) -> Option<u32>| {
             let mut all: Vec<u32> = self.figures.iter().filter_map(of).collect();
@@ -59,19 +59,19 @@ impl Prediction {
     }
 }
 
-impl Request {
-    /// Runs the joints, on all cores.
+impl PredictionRequest {
+    /// Simulates the joints, on all cores.
     ///
     /// # Errors
-    /// Names a key that does not vary, or a value that no joint can have.
+    /// Returns an error that names a key that cannot vary, or an invalid value.
     pub fn predict(&self) -> Result<Prediction, Error> {
-        let cancelled = || Error::Input("selftest: the prediction has ended by itself".into());
+        let cancelled = || Error::Input("selftest: the prediction was cancelled".into());
         self.predict_while(&|_| true)?.ok_or_else(cancelled)
     }
 
-    /// Does the same, and asks `goes_on` before each move of each joint, with the number of joints
-    /// that are done. Returns nothing if that said no: within the time of one move of each joint
-    /// that is under way.
+    /// Simulates the joints, on all cores. Before each move of each joint, `goes_on` is called with
+    /// the number of completed joints. If it returns false, the result is `None`, after at most one
+    /// more move of each running joint.
     ///
     /// # Errors
     /// As [`predict`](Self::predict).
@@ -83,21 +83,21 @@ impl Request {
             self.spreads.iter().map(|text| Spread::read(text)).collect::<Result<_, _>>()?;
         let goal = self.document.machine()?.goal;
         let over = AtomicU64::new(0);
-        let run = |number: u64| -> Result<Option<Result<Vec<Measures>, String>>, Error> {
+        let run = |number: u64| -> Result<Option<Result<Vec<MoveMeasures>, String>>, Error> {
             let still = || goes_on(over.load(Ordering::Relaxed));
             if !still() {
                 return Ok(None);
             }
             let mut document = self.document.clone();
-            // The first one is the file's own.
+            // The first joint is that of the file.
             if number > 0 {
                 document.draw(&drawn_keys(&spreads, self.seed, number))?;
             }
-            // A counter that is read between two counts is as far from the next one as chance has
-            // it: the joints begin evenly spread between two.
+            // The position between two counts at the start is random: the joints start evenly
+            // spread over one count.
             let phase = (number as f64 + 0.5) / self.joints as f64;
             document.set(&[format!("encoder.phase={phase:?}")])?;
-            // There is one, or it has been refused.
+            // There is one, otherwise the file was refused.
             let plan = Experiment::without_variants(&document, &[])?.swap_remove(0);
             let one = self.one(&plan, &goal, still)?;
             over.fetch_add(u64::from(one.is_some()), Ordering::Relaxed);
@@ -119,19 +119,18 @@ impl Request {
         Ok(Some(prediction))
     }
 
-    /// The moves of a joint, or what has ended them; neither if it is not to go on.
+    /// Returns the moves of a joint, or the reason of its end; `None` if cancelled.
     fn one(
         &self,
         plan: &RunPlan,
         goal: &PositionGoal,
         goes_on: impl Fn() -> bool,
-    ) -> Result<Option<Result<Vec<Measures>, String>>, Error> {
+    ) -> Result<Option<Result<Vec<MoveMeasures>, String>>, Error> {
         let mut parameters = self.parameters.clone();
         parameters.device.autostart = false;
         let device = SimulatedDevice::running(plan, &parameters, Boot::default())?;
         let mut client = Client::connect(SimulatedWire::new(device))?;
-        // A joint that the device refuses to arm, since its load moves it, ends like one that
-        // trips.
+        // A joint that is refused at arming, because its load moves it, ends like one that trips.
         let wanted = (&self.targets[..], goal);
         let session = match session::run_while(&mut client, wanted, |_| goes_on()) {
             Ok(Some(session)) => session,
@@ -142,7 +141,7 @@ impl Request {
         Ok(Some(if status.state == StateCode::Armed {
             Ok(session.moves)
         } else {
-            Err(words::told(&status.fault, status.sample_time))
+            Err(words::fault(&status.fault, status.sample_time))
         }))
     }
 }
@@ -163,7 +162,7 @@ mod tests {
 
     fn predicted(document: &Document) -> Result<Vec<Figures>, Error> {
         let plan = Experiment::plan(&with(""), &[], &[])?.runs.swap_remove(0);
-        let request = Request {
+        let request = PredictionRequest {
             document: document.clone(),
             parameters: parameters(&plan)?,
             spreads: vec!["joint.friction.slip_v=0.30..0.39".into()],
@@ -189,7 +188,7 @@ mod tests {
     #[test]
     fn a_prediction_ends_as_soon_as_nobody_wants_it() {
         let plan = Experiment::plan(&with(""), &[], &[]).unwrap().runs.swap_remove(0);
-        let request = Request {
+        let request = PredictionRequest {
             document: with(""),
             parameters: parameters(&plan).unwrap(),
             spreads: vec![],
@@ -207,13 +206,13 @@ mod tests {
             let predicted = pool.install(|| request.predict_while(&goes_on)).unwrap();
             (asked.into_inner(), most.into_inner(), predicted.map(|all| all.figures.len()))
         };
-        // Of each joint: at its begin, at both moves, and once all of them are made. One thread takes
-        // one joint after the other, so the last one is told of all others.
+        // Calls for each joint: at its start, at both moves, and after them. One thread simulates
+        // one joint after the other, so the last one sees the count of all others.
         let (asked, most, predicted) = asked_until(u64::MAX);
         assert_eq!((asked, most, predicted), (16, 3, Some(4)));
         for last in [0, 1, 5] {
             let (asked, most, predicted) = asked_until(last);
-            // Each joint behind the one that was told no is told it once, at its begin.
+            // Each joint after the cancelled one is cancelled at its start.
             let done = last / 4;
             assert_eq!((asked, most, predicted), (last + 1 + (3 - done), done, None));
         }

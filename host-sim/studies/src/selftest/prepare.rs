@@ -1,15 +1,15 @@
-//! What has to be settled before anything moves: that the device is the file's machine, how far the
-//! moves lead, and what is predicted of them.
+//! Prepares a self-test before anything moves: checks that the device is the machine of the file,
+//! chooses the range of the moves, and predicts them.
 
 use stiction::Parameters;
 use stiction::link::Status;
 
 use super::measures::Figures;
-use super::moves::{ROOM, Range, longest_way, room, targets};
-use super::prediction::{Prediction, Request};
-use super::session::{LONGEST_S, Session, time_s};
-use super::text::Tested;
-use super::verdict::{Check, bounds, verdict};
+use super::moves::{MoveRange, ROOM, longest_way, room, targets};
+use super::prediction::{Prediction, PredictionRequest};
+use super::session::{LONGEST_S, SelfTestSession, time_s};
+use super::text::SelfTestResult;
+use super::verdict::{SelfTestCheck, bounds, verdict};
 use crate::data_sheet::UnseenSlack;
 use crate::device::client::Client;
 use crate::device::wire::Wire;
@@ -19,49 +19,49 @@ use crate::experiment::{Document, Experiment, RunPlan};
 use crate::goal::PositionGoal;
 use crate::tuning::spreads;
 
-/// Tables in which a difference between device and file makes another machine.
+/// Keys in which device and file must agree; otherwise they are different machines.
 const OF_THE_MACHINE: [&str; 3] = ["encoder.", "drive.", "loop.sample_time_s"];
 
-/// How many moves there are if nobody says otherwise.
+/// Default number of moves.
 pub const MOVES: usize = 20;
 
-/// How many joints make the prediction if nobody says otherwise.
+/// Default number of joints in the prediction.
 pub const JOINTS: u64 = 24;
 
-/// Their seed: the first year of the project, as for ensembles. No joint was tuned on it.
+/// Default seed: the first year of the project, as for ensembles. No joint was tuned on it.
 pub const SEED: u64 = 2026;
 
-/// What is asked for.
+/// Options of a self-test.
 #[derive(Clone, Debug)]
-pub struct Asked {
-    /// The machine's file.
+pub struct SelfTestRequest {
+    /// Name of the machine's file.
     pub machine: String,
-    /// Range of the moves to either side, deg; left out, the derived one.
+    /// Range of the moves to either side, deg; `None`: the default.
     pub range_deg: Option<f64>,
-    /// Moves.
+    /// Number of moves.
     pub moves: usize,
-    /// Simulated joints.
+    /// Number of simulated joints.
     pub joints: u64,
-    /// Their seed.
+    /// Seed of the joints.
     pub seed: u64,
-    /// Keys of the joint that vary, `KEY=LOW..HIGH`; of none, what the file says.
+    /// Keys of the joint that vary, `KEY=LOW..HIGH`; if empty, those of the file.
     pub spreads: Vec<String>,
 }
 
-/// What a file says of the end of a move.
+/// Goal of a move, and slack of the gear, from the file.
 #[derive(Clone, Copy, Debug)]
 struct Judge {
     goal: PositionGoal,
     slack: Option<UnseenSlack>,
 }
 
-/// A self-test of which is settled what is to be predicted.
+/// A self-test before its prediction.
 #[derive(Clone, Debug)]
-pub struct Planned {
-    /// What is to be predicted of what.
-    pub request: Request,
+pub struct PlannedSelfTest {
+    /// Input of the prediction.
+    pub request: PredictionRequest,
     machine: String,
-    range: Range,
+    range: MoveRange,
     doubts: Vec<String>,
     differences: Vec<String>,
     judge: Judge,
@@ -69,37 +69,36 @@ pub struct Planned {
 
 /// A self-test with its prediction, before the moves.
 #[derive(Clone, Debug)]
-pub struct Prepared {
-    /// What was predicted of what.
-    pub request: Request,
+pub struct PreparedSelfTest {
+    /// Input of the prediction.
+    pub request: PredictionRequest,
     machine: String,
-    range: Range,
+    range: MoveRange,
     prediction: Prediction,
     doubts: Vec<String>,
     differences: Vec<String>,
     judge: Judge,
 }
 
-impl Asked {
-    /// Asks a device for its parameters, and predicts.
+impl SelfTestRequest {
+    /// Reads the parameters of a device, and predicts its moves.
     ///
     /// # Errors
-    /// Says what is wrong with the file, the range or the device, or that the moves end before in
-    /// most of the simulated joints.
-    pub fn prepare<W: Wire>(&self, client: &mut Client<W>) -> Result<Prepared, Error> {
+    /// Returns an error about the file, the range or the device, or that most of the simulated
+    /// joints end early.
+    pub fn prepare<W: Wire>(&self, client: &mut Client<W>) -> Result<PreparedSelfTest, Error> {
         self.plan(client)?.predict()
     }
 
-    /// Asks a device for its parameters, which takes a few requests.
+    /// Reads the parameters of a device, and plans the moves.
     ///
     /// # Errors
-    /// Says what is wrong with the file, the range or the device.
-    pub fn plan<W: Wire>(&self, client: &mut Client<W>) -> Result<Planned, Error> {
+    /// Returns an error about the file, the range or the device.
+    pub fn plan<W: Wire>(&self, client: &mut Client<W>) -> Result<PlannedSelfTest, Error> {
         self.plan_of(client, Document::open(&self.machine)?)
     }
 
-    /// Does the same with the joint of a document that is in no file; `machine` is what it is
-    /// called.
+    /// Plans the moves with the joint of a document that is not a file; `machine` is its name.
     ///
     /// # Errors
     /// As [`plan`](Self::plan).
@@ -107,7 +106,7 @@ impl Asked {
         &self,
         client: &mut Client<W>,
         document: Document,
-    ) -> Result<Planned, Error> {
+    ) -> Result<PlannedSelfTest, Error> {
         let parameters = client.parameters()?;
         let doubts = document.doubts()?;
         let differences = differences(&self.machine, &document, &parameters)?;
@@ -115,7 +114,7 @@ impl Asked {
         let range = self.range(client, (&parameters, &judge.goal))?;
         let spreads =
             if self.spreads.is_empty() { spreads(&document)? } else { self.spreads.clone() };
-        let request = Request {
+        let request = PredictionRequest {
             document,
             parameters,
             spreads,
@@ -124,15 +123,15 @@ impl Asked {
             targets: targets(range, self.moves),
         };
         let machine = self.machine.clone();
-        Ok(Planned { request, machine, range, doubts, differences, judge })
+        Ok(PlannedSelfTest { request, machine, range, doubts, differences, judge })
     }
 
-    /// The range that was asked for, or else the derived one.
+    /// Returns the requested range, or the default.
     fn range<W: Wire>(
         &self,
         client: &mut Client<W>,
         found: (&Parameters, &PositionGoal),
-    ) -> Result<Range, Error> {
+    ) -> Result<MoveRange, Error> {
         let status = client.status()?;
         allowed(self.range_deg, found, at_deg(&status), self.moves)
     }
@@ -142,47 +141,55 @@ fn at_deg(status: &Status) -> f64 {
     f64::from(status.position) * f64::from(status.resolution)
 }
 
-impl Planned {
-    /// Predicts, on all cores, and asks no device.
+impl PlannedSelfTest {
+    /// Predicts the moves, on all cores. It needs no device.
     ///
     /// # Errors
-    /// Names a key that does not vary, or says that the moves end before in most of the simulated
-    /// joints.
-    pub fn predict(self) -> Result<Prepared, Error> {
-        let cancelled = || Error::Input("selftest: the prediction has ended by itself".into());
+    /// Returns an error that names a key that cannot vary, or that most of the simulated joints end
+    /// early.
+    pub fn predict(self) -> Result<PreparedSelfTest, Error> {
+        let cancelled = || Error::Input("selftest: the prediction was cancelled".into());
         self.predict_while(&|_| true)?.ok_or_else(cancelled)
     }
 
-    /// Does the same, and asks `goes_on` meanwhile, with the number of joints that are done.
-    /// Returns nothing if that said no.
+    /// Predicts the moves, on all cores. `goes_on` is called with the number of completed joints;
+    /// if it returns false, the result is `None`.
     ///
     /// # Errors
     /// As [`predict`](Self::predict).
     pub fn predict_while(
         self,
         goes_on: &(dyn Fn(u64) -> bool + Sync),
-    ) -> Result<Option<Prepared>, Error> {
+    ) -> Result<Option<PreparedSelfTest>, Error> {
         let Self { request, machine, range, doubts, differences, judge } = self;
         let Some(prediction) = request.predict_while(goes_on)? else { return Ok(None) };
         if prediction.figures.len() < prediction.ended.len().max(1) {
             let why = prediction.ended.first().map_or("", String::as_str);
             return Err(Error::Device(format!(
-                "selftest: nothing was moved: of {} simulated joints {} end before, the first by \
-                 {why}; a smaller --range may help, or other gains",
+                "selftest: nothing was moved: {1} of {0} simulated joints end early, the first by \
+                 {why}; use a smaller --range, or other gains",
                 request.joints,
                 prediction.ended.len()
             )));
         }
-        Ok(Some(Prepared { request, machine, range, prediction, doubts, differences, judge }))
+        Ok(Some(PreparedSelfTest {
+            request,
+            machine,
+            range,
+            prediction,
+            doubts,
+            differences,
+            judge,
+        }))
     }
 }
 
-impl Prepared {
-    /// Whether the prediction is that of a device as it is now. Somebody may have set other
-    /// parameters since, or turned the joint by hand. Returns how the device stands.
+impl PreparedSelfTest {
+    /// Checks that the prediction still fits the device: its parameters can have changed, or the
+    /// joint can have been turned by hand. Returns the status of the device.
     ///
     /// # Errors
-    /// Says what has changed.
+    /// Returns the change.
     pub fn fits<W: Wire>(&self, client: &mut Client<W>) -> Result<Status, Error> {
         let found = client.parameters()?;
         if found != self.request.parameters {
@@ -200,38 +207,38 @@ impl Prepared {
         Ok(status)
     }
 
-    /// What was predicted is of this machine: the name of its file.
+    /// Returns the name of the machine's file.
     pub fn machine(&self) -> &str {
         &self.machine
     }
 
-    /// The farthest target to either side, deg.
+    /// Returns the farthest target to either side, deg.
     pub const fn range_deg(&self) -> f64 {
         self.range.deg
     }
 
-    /// What there is to doubt about the joint of the file, a sentence each.
+    /// Returns the doubts about the joint of the file, one sentence each.
     pub fn doubts(&self) -> &[String] {
         &self.doubts
     }
 
-    /// In what the device differs from the file.
+    /// Returns the differences between device and file.
     pub fn differences(&self) -> &[String] {
         &self.differences
     }
 
-    /// The goal by which each move is judged.
+    /// Returns the goal by which each move is judged.
     pub const fn goal(&self) -> PositionGoal {
         self.judge.goal
     }
 
-    /// Slack of the gear that the encoder cannot measure.
+    /// Returns the slack of the gear that the encoder cannot measure.
     pub const fn unseen_slack(&self) -> Option<UnseenSlack> {
         self.judge.slack
     }
 
-    /// What is predicted of the moves on both sides of the gear, in a sentence; none if the encoder
-    /// sees the load.
+    /// Returns a sentence with the prediction on both sides of the gear; `None` if the encoder
+    /// measures the load.
     pub fn predicted_sides(&self) -> Option<String> {
         self.judge.slack?;
         let [at_encoder, at_load] = self.prediction.missed_of_most();
@@ -244,7 +251,7 @@ impl Prepared {
         ))
     }
 
-    /// How long the moves have, all of them, s.
+    /// Returns the total time of all moves, s.
     pub fn longest_s(&self) -> f64 {
         let targets = &self.request.targets;
         let from = std::iter::once(&0.0).chain(targets);
@@ -252,22 +259,22 @@ impl Prepared {
         from.zip(targets).map(|(from, to)| time_s(profile, &self.judge.goal, to - from)).sum()
     }
 
-    /// What the device is to do: the figures with their bounds.
-    pub fn bounds(&self) -> Vec<Check> {
+    /// Returns the figures with their bounds.
+    pub fn bounds(&self) -> Vec<SelfTestCheck> {
         bounds(&self.prediction)
     }
 
-    /// Judges what the device has made of the moves.
-    pub fn judged(self, session: Session) -> Tested {
-        let Session { moves, status, is_ended, refused } = session;
+    /// Returns the verdict on the session of a device.
+    pub fn judged(self, session: SelfTestSession) -> SelfTestResult {
+        let SelfTestSession { moves, status, is_ended, refused } = session;
         let by = || match (status.fault.code, refused) {
             (0, None) => "a stop".into(),
             (0, Some(why)) => why,
-            _ => words::told(&status.fault, status.sample_time),
+            _ => words::fault(&status.fault, status.sample_time),
         };
         let checks =
             if is_ended { vec![] } else { verdict(&Figures::of(&moves), &self.prediction) };
-        Tested {
+        SelfTestResult {
             machine: self.machine,
             range_deg: self.range.deg,
             spreads: self.request.spreads,
@@ -285,21 +292,20 @@ impl Prepared {
     }
 }
 
-/// The range of `moves` moves of a joint at `at_deg`: the one that was asked for, or else the
-/// derived one.
+/// Returns the range of `moves` moves of a joint at `at_deg`: the requested range, or the default.
 fn allowed(
     asked_deg: Option<f64>,
     (found, goal): (&Parameters, &PositionGoal),
     at_deg: f64,
     moves: usize,
-) -> Result<Range, Error> {
+) -> Result<MoveRange, Error> {
     const LIMITS: &str = "`limits.position_min_deg`, `limits.position_max_deg`";
-    let derived = Range::derived(found, at_deg);
+    let derived = MoveRange::derived(found, at_deg);
     let (least, room) = (derived.least_deg(), room(found, at_deg));
     if ROOM * room < least {
         return Err(Error::Input(format!(
-            "selftest: the joint stands {} deg from a limit of its position ({LIMITS}), and moves \
-             to either side; move it to at least {} deg from both",
+            "selftest: the joint is {} deg from a position limit ({LIMITS}), but the moves go to \
+             either side; move it to at least {} deg from both limits",
             rounded(room),
             rounded(least / ROOM),
         )));
@@ -308,40 +314,39 @@ fn allowed(
     let refuse = |why: String| {
         let what = match asked_deg {
             Some(_) => format!("selftest --range {deg}"),
-            None => format!("selftest: the moves would lead {} deg either way", rounded(deg)),
+            None => format!("selftest: the default range is {} deg", rounded(deg)),
         };
         Err(Error::Input(format!("{what}: {why}")))
     };
     if !deg.is_finite() || deg < least {
         return refuse(match asked_deg {
-            Some(_) => format!(
-                "allowed is a number from {} on, ten times the shortest move",
-                rounded(least)
-            ),
+            Some(_) => {
+                format!("it must be at least {}, ten times the shortest move", rounded(least))
+            }
             None => format!(
-                "that is as far as `profile.velocity_deg_per_s` and \
-                 `profile.acceleration_deg_per_s2` lead in a second, and less than ten times the \
-                 shortest move; --range {} is the least that there is",
+                "that is the distance within 1 s by `profile.velocity_deg_per_s` and \
+                 `profile.acceleration_deg_per_s2`, but less than ten times the shortest move; use \
+                 --range {} or more",
                 rounded(least)
             ),
         });
     }
     if deg > ROOM * room {
         return refuse(format!(
-            "the joint stands {} deg from a limit of its position ({LIMITS}), and moves to either \
-             side over {} of that at most: up to {} deg",
+            "the joint is {} deg from a position limit ({LIMITS}), and the range must be at most \
+             {} of that: {} deg",
             rounded(room),
             rounded(ROOM),
             rounded(ROOM * room),
         ));
     }
-    let range = |deg: f64| Range { deg, ..derived };
+    let range = |deg: f64| MoveRange { deg, ..derived };
     let time_s = |deg: f64| time_s(&found.profile, goal, longest_way(&targets(range(deg), moves)));
     if time_s(deg) > LONGEST_S {
         let fits = largest(least, deg, |deg| time_s(deg) <= LONGEST_S);
         return refuse(format!(
-            "its longest move takes up to {} s within [profile], and a self-test has {LONGEST_S} s \
-             for each; {}",
+            "its longest move takes up to {} s within [profile], but each move of a self-test has \
+             at most {LONGEST_S} s; {}",
             rounded(time_s(deg).ceil()),
             match fits {
                 Some(deg) => format!("a range up to {} deg fits", rounded(deg)),
@@ -352,8 +357,8 @@ fn allowed(
     Ok(range(deg))
 }
 
-/// The largest number between two of which something holds, if it holds of the lower one and not
-/// beyond it; to three digits, rounded down.
+/// Returns the largest number from `low` to `high` for which `holds` is true, rounded down to three
+/// digits; `None` if it is false for `low`.
 fn largest(low: f64, high: f64, holds: impl Fn(f64) -> bool) -> Option<f64> {
     if !holds(low) {
         return None;
@@ -368,7 +373,8 @@ fn largest(low: f64, high: f64, holds: impl Fn(f64) -> bool) -> Option<f64> {
     Some(if holds(down) { down } else { low })
 }
 
-/// In what the device's parameters differ from those of the file's nearest controller.
+/// Returns the differences between the device's parameters and those of the file's most similar
+/// controller.
 fn differences(
     machine: &str,
     document: &Document,
@@ -377,8 +383,8 @@ fn differences(
     let runs = Experiment::without_variants(document, &[])?;
     let compared = |plan: &RunPlan| -> Result<Vec<String>, Error> {
         let mut lines = machine_file::changes(&parameters(plan)?, found)?;
-        // A session does not ask what starts by itself, nor where a run of the file leads; and a
-        // bridge that switches slower moves the joint as well.
+        // A session depends neither on autostart nor on the reference of the file, and a bridge
+        // with another frequency moves the joint as well.
         let is_asked = |line: &String| {
             !["reference", "identification", "device.autostart", "drive.pwm_hz"]
                 .iter()
@@ -389,13 +395,13 @@ fn differences(
     };
     let nearest = runs.iter().filter_map(|plan| compared(plan).ok()).min_by_key(Vec::len);
     let lines = nearest.ok_or_else(|| {
-        Error::Input(format!("{machine}: no controller of it can go to a device"))
+        Error::Input(format!("{machine}: no controller of the file can run on a device"))
     })?;
     let other = lines.iter().find(|line| OF_THE_MACHINE.iter().any(|key| line.starts_with(key)));
     other.map_or(Ok(lines.clone()), |line| {
         Err(Error::Device(format!(
             "selftest: the device is another machine than {machine} ({line}); push that file, or \
-             test with the device's own"
+             use the device's file"
         )))
     })
 }
@@ -418,11 +424,11 @@ mod tests {
         found: &Parameters,
         at_deg: f64,
         moves: usize,
-    ) -> Result<Range, Error> {
+    ) -> Result<MoveRange, Error> {
         allowed(asked_deg, (found, &PositionGoal::default()), at_deg, moves)
     }
 
-    fn said(range: Result<Range, Error>) -> String {
+    fn said(range: Result<MoveRange, Error>) -> String {
         range.unwrap_err().to_string()
     }
 
@@ -451,7 +457,7 @@ mod tests {
         // No option was given, so none is blamed.
         let why = said(judged_by_default(None, &bounded, 4.99, 20));
         assert!(why.contains("0.01 deg from a limit") && !why.contains("--range"), "{why}");
-        let count_deg = Range::derived(&bounded, 0.0).count_deg;
+        let count_deg = MoveRange::derived(&bounded, 0.0).count_deg;
         let least = format!("at least {} deg from both", rounded(40.0 * count_deg / 0.9));
         assert!(why.contains(&least), "{why}: {least}");
         assert_eq!(judged_by_default(Some(4.5), &bounded, 0.0, 20).unwrap().deg, 4.5);

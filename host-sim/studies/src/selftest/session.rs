@@ -1,15 +1,15 @@
 //! A session of moves over the link: any device, real, emulated or simulated.
 //!
-//! [`Steps`] says what comes next and judges what came, and asks no device. Who arms, moves and
-//! waits is another matter: the command does it in [`run`], and the studio serves its pages and
-//! looks before each request whether it is wanted still.
+//! [`Steps`] returns the next move and evaluates the samples; it does not talk to a device. [`run`]
+//! arms, moves and waits for the command line. The studio does so itself, since it serves its pages
+//! meanwhile and can cancel before each request.
 
 use std::time::Duration;
 
 use stiction::link::{Sample, StateCode, Status};
 use stiction::{Motion, Parameters, ProfileLimits};
 
-use super::measures::{Measures, SIGNALS, measures};
+use super::measures::{MoveMeasures, SIGNALS, measures};
 use crate::device::client::{Client, position_of};
 use crate::device::moved::longest_s;
 use crate::device::signals::Signals;
@@ -20,44 +20,43 @@ use crate::goal::PositionGoal;
 /// Least time between two samples, s.
 const LOOKED_AT_S: f64 = 0.01;
 
-/// Time that a joint has after its set point rests, s: a second of an integral and its settling,
-/// and the second in which rest is judged.
+/// Time of a move after its set point rests, s: 1 s for an integral to settle, and 1 s in which
+/// rest is judged.
 const SETTLES_S: f64 = 2.0;
 
-/// A move that takes longer than this, s, is none of a self-test: its range is refused before
-/// anything moves.
+/// Longest time of a move, s. A range with a longer move is refused before anything moves.
 pub(super) const LONGEST_S: f64 = 60.0;
 
-/// The time that a move over so many degrees has, s: that of its set point, and to settle.
+/// Returns the time of a move over `way_deg`, s: that of its set point, plus that to settle.
 pub(super) fn time_s(profile: &ProfileLimits, goal: &PositionGoal, way_deg: f64) -> f64 {
     longest_s(profile, way_deg) + goal.watched_s(SETTLES_S)
 }
 
-/// What a session has come to.
+/// Result of a session.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Session {
-    /// The moves that were made.
-    pub moves: Vec<Measures>,
-    /// The status after the last of them.
+pub struct SelfTestSession {
+    /// Measures of the completed moves.
+    pub moves: Vec<MoveMeasures>,
+    /// Status after the last move.
     pub status: Status,
-    /// Whether the device ended it: a fault, or a stop.
+    /// Whether a fault or a stop ended the session.
     pub is_ended: bool,
-    /// Why the device refused a move, if one was refused.
+    /// Reason of a refused move.
     pub refused: Option<String>,
 }
 
-/// A move that is to begin.
+/// The next move of a session.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Next {
-    /// What the device is told.
+pub struct NextMove {
+    /// Motion for the device.
     pub motion: Motion,
-    /// Where it leads, deg.
+    /// Target, deg.
     pub to_deg: f64,
-    /// How long it has. It is over before if the device is not armed any more.
+    /// Time of the move. It ends earlier if the device is no longer armed.
     pub time: Duration,
 }
 
-/// A session in steps.
+/// A session, move by move.
 #[derive(Clone, Debug)]
 pub struct Steps {
     targets: Vec<f64>,
@@ -65,24 +64,23 @@ pub struct Steps {
     profile: ProfileLimits,
     count_deg: f64,
     sample_time_s: f64,
-    /// Where the move leads that is made, deg.
+    /// Target of the running move, deg.
     to_deg: Option<f64>,
     samples: Vec<Sample>,
-    /// The load's angle minus that of the encoder's side in each of them, deg.
+    /// Load's angle minus that of the encoder's side in each sample, deg.
     load_ahead_deg: Vec<Option<f64>>,
     goal: PositionGoal,
-    moves: Vec<Measures>,
+    moves: Vec<MoveMeasures>,
     begun: usize,
     refused: Option<String>,
 }
 
 impl Steps {
-    /// Moves of a device that has these signals and parameters, and stood like that. It is armed
-    /// where its joint is, and the first move begins after the time that is returned: the soft
-    /// start is no part of it.
+    /// Creates the moves of a device with these signals, parameters and status. Also returns the
+    /// time from arming to the first move, for the soft start.
     ///
     /// # Errors
-    /// Says that a target is no position.
+    /// Returns an error if a target is out of range.
     pub fn of(
         targets: &[f64],
         signals: Signals,
@@ -110,33 +108,33 @@ impl Steps {
         Ok((steps, Duration::from_secs_f64(waits.iter().sum::<f64>() + SETTLES_S)))
     }
 
-    /// Judges the moves by a file's goal.
+    /// Sets the goal by which the moves are judged.
     #[must_use]
     pub fn judged_by(self, goal: PositionGoal) -> Self {
         Self { goal, ..self }
     }
 
-    /// The signals that are needed, as a sum of 1 << place.
+    /// Returns the mask of the needed signals.
     pub fn mask(&self) -> u64 {
         self.signals.mask(SIGNALS)
     }
 
-    /// Ticks from one sample to the next one that is needed.
+    /// Returns the number of ticks between two samples.
     pub fn every(&self) -> u16 {
         (LOOKED_AT_S / self.sample_time_s).clamp(1.0, 1000.0).round() as u16
     }
 
-    /// How many moves are over.
+    /// Returns the number of completed moves.
     pub const fn made(&self) -> usize {
         self.moves.len()
     }
 
-    /// Takes a sample. Of samples that come more often than [`every`](Self::every) says, only so
-    /// many are kept: the prediction has no more. One from just before a move begins changes
-    /// nothing of it, since the set point stands still in it.
+    /// Stores a sample. If samples arrive more often than every [`every`](Self::every) ticks, the
+    /// others are skipped, as in the prediction. A sample from just before a move does not affect
+    /// it, since its set point is at rest.
     ///
     /// `load_ahead_deg` is the load's angle minus that of the encoder's side, deg, if the device
-    /// knows it.
+    /// reports it.
     pub fn see(&mut self, sample: &Sample, load_ahead_deg: Option<f64>) {
         let is_due =
             |last: &Sample| sample.clock.wrapping_sub(last.clock) >= u32::from(self.every());
@@ -146,12 +144,12 @@ impl Steps {
         }
     }
 
-    /// Judges the move whose time is over, and says which one begins now; none if there is none
-    /// any more, or the device is not armed.
+    /// Evaluates the completed move, and returns the next one; `None` after the last one, or if the
+    /// device is not armed.
     ///
     /// # Errors
-    /// Says that a target is no position, which [`of`](Self::of) has refused already.
-    pub fn next(&mut self, status: &Status) -> Result<Option<Next>, Error> {
+    /// Returns an error if a target is out of range, which [`of`](Self::of) has already refused.
+    pub fn next(&mut self, status: &Status) -> Result<Option<NextMove>, Error> {
         self.judge();
         let Some(to_deg) = self.targets.get(self.begun).copied() else { return Ok(None) };
         if status.state != StateCode::Armed {
@@ -162,7 +160,7 @@ impl Steps {
         let time = Duration::from_secs_f64(time_s(&self.profile, &self.goal, way_deg));
         let motion = Motion::Profiled(position_of(to_deg, self.count_deg)?);
         (self.to_deg, self.begun) = (Some(to_deg), self.begun + 1);
-        Ok(Some(Next { motion, to_deg, time }))
+        Ok(Some(NextMove { motion, to_deg, time }))
     }
 
     fn judge(&mut self) {
@@ -175,40 +173,40 @@ impl Steps {
         }
     }
 
-    /// The move that was to begin was refused: it was not made, and none comes after it.
+    /// Ends the session after a refused move.
     pub fn refused(&mut self, why: String) {
         (self.to_deg, self.refused) = (None, Some(why));
     }
 
-    /// What it has come to, with the status after the last move.
-    pub fn ended(mut self, status: Status) -> Session {
+    /// Returns the result; `status` is that after the last move.
+    pub fn ended(mut self, status: Status) -> SelfTestSession {
         self.judge();
         let is_ended = status.state != StateCode::Armed || self.refused.is_some();
-        Session { moves: self.moves, status, is_ended, refused: self.refused }
+        SelfTestSession { moves: self.moves, status, is_ended, refused: self.refused }
     }
 }
 
-/// Arms a device where its joint is, and makes the moves, one after the other. `seen` is told how
-/// many are done. The device stays armed, unless it ends the session by itself: the caller turns
-/// its output off, whatever comes back.
+/// Arms a device and makes the moves, one after the other. `seen` is called with the number of
+/// completed moves. The device stays armed, unless a fault ends the session: the caller must turn
+/// its output off in any case.
 ///
 /// # Errors
-/// Says why the device refuses, or that it does not answer.
+/// Returns why the device refuses, or that it does not answer.
 pub fn run<W: Wire>(
     client: &mut Client<W>,
     targets: &[f64],
     mut seen: impl FnMut(usize),
-) -> Result<Session, Error> {
+) -> Result<SelfTestSession, Error> {
     let goes_on = |made| {
         seen(made);
         true
     };
-    let cancelled = || Error::Input("selftest: the moves have ended by themselves".into());
+    let cancelled = || Error::Input("selftest: the moves were cancelled".into());
     run_while(client, (targets, &PositionGoal::default()), goes_on)?.ok_or_else(cancelled)
 }
 
-/// Does the same, judges the moves by a goal, and checks before each move whether to go on. Returns
-/// nothing if not.
+/// Makes the moves as [`run`] does, judges them by a goal, and calls `goes_on` before each move. If
+/// it returns false, the result is `None`.
 ///
 /// # Errors
 /// As [`run`].
@@ -216,7 +214,7 @@ pub fn run_while<W: Wire>(
     client: &mut Client<W>,
     (targets, goal): (&[f64], &PositionGoal),
     mut goes_on: impl FnMut(usize) -> bool,
-) -> Result<Option<Session>, Error> {
+) -> Result<Option<SelfTestSession>, Error> {
     let signals = Signals::new(client.signals()?);
     let parameters = client.parameters()?;
     let status = client.status()?;
@@ -239,7 +237,7 @@ pub fn run_while<W: Wire>(
             steps.see(&sample, client.load_ahead_deg(sample.clock));
         }
     }
-    // All are made: nobody can cancel them any more.
+    // All moves are complete and can no longer be cancelled.
     goes_on(steps.made());
     client.subscribe(0, 0)?;
     Ok(Some(steps.ended(status)))

@@ -1,10 +1,10 @@
-//! A self-test for a person, and for a script.
+//! Result of a self-test, as text and as JSON.
 
 use serde_json::{Value, json};
 
-use super::measures::{AtLoad, Figures, Measures};
+use super::measures::{AtLoad, Figures, MoveMeasures};
 use super::prediction::Prediction;
-use super::verdict::Check;
+use super::verdict::SelfTestCheck;
 use crate::data_sheet::UnseenSlack;
 use crate::ensemble::Sorted;
 use crate::goal::PositionGoal;
@@ -12,45 +12,47 @@ use crate::lines::wrapped;
 use crate::output::sides;
 use crate::output::table::{self, number};
 
-/// A self-test that is over.
+/// Result of a self-test.
 #[derive(Clone, Debug)]
-pub struct Tested {
-    /// The machine's file.
+pub struct SelfTestResult {
+    /// Name of the machine's file.
     pub machine: String,
     /// Range of the moves to either side, deg.
     pub range_deg: f64,
     /// Keys of the joint that varied.
     pub spreads: Vec<String>,
-    /// The seed of the joints.
+    /// Seed of the joints.
     pub seed: u64,
-    /// What was predicted.
+    /// Prediction.
     pub prediction: Prediction,
-    /// The moves that the device made.
-    pub moves: Vec<Measures>,
-    /// The figures with their bounds; empty if the device did not make all moves.
-    pub checks: Vec<Check>,
-    /// What ended the moves before.
+    /// Moves of the device.
+    pub moves: Vec<MoveMeasures>,
+    /// Figures with their bounds; empty if the device did not complete all moves.
+    pub checks: Vec<SelfTestCheck>,
+    /// Reason of an early end.
     pub ended_by: Option<String>,
-    /// What there is to doubt about the joint of the file, a sentence each.
+    /// Doubts about the joint of the file, one sentence each.
     pub doubts: Vec<String>,
-    /// In what the device's parameters differ from the file's.
+    /// Differences between the parameters of device and file.
     pub differences: Vec<String>,
-    /// The goal by which each move is judged.
+    /// Goal by which each move is judged.
     pub goal: PositionGoal,
     /// Slack of the gear that the encoder cannot measure.
     pub unseen_slack: Option<UnseenSlack>,
-    /// An angle of a count, deg.
+    /// Angle of a count, deg.
     pub count_deg: f64,
 }
 
-impl Tested {
-    /// Tells whether the joint does what was predicted.
+impl SelfTestResult {
+    /// Returns whether all figures are within their bounds.
     pub fn passes(&self) -> bool {
-        self.ended_by.is_none() && !self.checks.is_empty() && self.checks.iter().all(Check::passes)
+        self.ended_by.is_none()
+            && !self.checks.is_empty()
+            && self.checks.iter().all(SelfTestCheck::passes)
     }
 
-    /// Returns a remark on the moves that miss the goal where most of the predicted joints miss
-    /// some. Such a test passes, although the law does not bring this joint to its targets.
+    /// Returns a remark on moves that miss the goal if most of the predicted joints miss some. Such
+    /// a test passes, although the law does not bring this joint to its targets.
     pub fn misses_as_predicted(&self) -> Option<String> {
         let check = self.checks.iter().find(|check| check.name == "missed_moves")?;
         let [_, median, _] = check.predicted;
@@ -64,16 +66,16 @@ impl Tested {
         })
     }
 
-    /// Returns whether every move met the goal at the encoder; none if no move was made.
+    /// Returns whether every move met the goal at the encoder; `None` without moves.
     pub fn success_at_encoder(&self) -> Option<bool> {
-        let all = self.ended_by.is_none() && self.moves.iter().all(Measures::success);
+        let all = self.ended_by.is_none() && self.moves.iter().all(MoveMeasures::success);
         (!self.moves.is_empty()).then_some(all)
     }
 
-    /// Returns whether every move met the goal at the load; none if no move was made, or if the
-    /// device does not know its load.
+    /// Returns whether every move met the goal at the load; `None` without moves, or if the device
+    /// does not report its load.
     pub fn success_at_load(&self) -> Option<bool> {
-        let met = |all: bool, one: &Measures| one.at_load.map(|load| all && load.success());
+        let met = |all: bool, one: &MoveMeasures| one.at_load.map(|load| all && load.success());
         let all = self.moves.iter().try_fold(self.ended_by.is_none(), met)?;
         (!self.moves.is_empty()).then_some(all)
     }
@@ -84,18 +86,18 @@ impl Tested {
         [Some(figures.missed), figures.missed_at_load]
     }
 
-    /// The names of the figures that are out of their bounds.
+    /// Returns the names of the figures outside their bounds.
     pub fn failed(&self) -> Vec<&'static str> {
         let failed = self.checks.iter().filter(|check| !check.passes());
         failed.map(|check| check.words).collect()
     }
 }
 
-/// The range of a measure of one move over the predicted joints: least, median, largest.
+/// Returns least, median and largest value of a measure of one move over the predicted joints.
 fn predicted(
     prediction: &Prediction,
     number: usize,
-    of: impl Fn(&Measures) -> f64,
+    of: impl Fn(&MoveMeasures) -> f64,
 ) -> Option<[f64; 3]> {
     let all = prediction.moves.iter().filter_map(|moves| moves.get(number)).map(of);
     let sorted = Sorted::new(all);
@@ -103,7 +105,7 @@ fn predicted(
     Some([least?, median?, sorted.max()?])
 }
 
-/// A range in words: both ends, or one if they are written alike; what is infinite never comes.
+/// Formats a range: both ends, or one if they are written alike. An infinite end is "never".
 pub fn ends(ends: [f64; 2], digits: usize, between: &str) -> String {
     let shown = |value: f64| {
         if value.is_finite() { format!("{value:.digits$}") } else { "never".into() }
@@ -112,23 +114,24 @@ pub fn ends(ends: [f64; 2], digits: usize, between: &str) -> String {
     if low == high { low } else { format!("{low}{between}{high}") }
 }
 
-/// When a move settled, s; what never does takes infinitely long.
-pub fn late(one: &Measures) -> f64 {
+/// Returns the settling time of a move, s; infinite if it does not settle.
+pub fn late(one: &MoveMeasures) -> f64 {
     one.settled_s.unwrap_or(f64::INFINITY)
 }
 
-/// When a move settled at the load, s; infinite where it never does, or is not known.
-pub fn late_at_load(one: &Measures) -> f64 {
+/// Returns the settling time of a move at the load, s; infinite if it does not settle or is
+/// unknown.
+pub fn late_at_load(one: &MoveMeasures) -> f64 {
     one.at_load.and_then(|load| load.settled_s).unwrap_or(f64::INFINITY)
 }
 
-/// The largest distance of the load from its target, counts; infinite where it is not known.
-pub fn rest_at_load(one: &Measures) -> f64 {
+/// Returns the largest distance of the load from its target, counts; infinite if unknown.
+pub fn rest_at_load(one: &MoveMeasures) -> f64 {
     one.at_load.map_or(f64::INFINITY, |load| load.rest_counts)
 }
 
-/// Writes moves, figures and verdict within 80 columns.
-pub fn words(tested: &Tested) -> String {
+/// Returns moves, figures and verdict as text within 80 columns.
+pub fn words(tested: &SelfTestResult) -> String {
     let mut text = String::new();
     if tested.unseen_slack.is_some() {
         text += "At the encoder:\n";
@@ -145,7 +148,7 @@ pub fn words(tested: &Tested) -> String {
         "held\nV",
     ]);
     for (place, one) in tested.moves.iter().enumerate() {
-        let range = |of: fn(&Measures) -> f64, digits: usize| {
+        let range = |of: fn(&MoveMeasures) -> f64, digits: usize| {
             let range = predicted(&tested.prediction, place, of);
             range.map_or("-".into(), |[low, _, high]| ends([low, high], digits, "-"))
         };
@@ -189,7 +192,7 @@ pub fn words(tested: &Tested) -> String {
         text += &format!("{}\n\n", figures.trim_fmt());
     }
     let joints = tested.prediction.figures.len();
-    let Tested { machine, seed, .. } = tested;
+    let SelfTestResult { machine, seed, .. } = tested;
     let of = format!("The prediction: {joints} simulated joints of {machine}, seed {seed}, with");
     text += &wrapped(&of, 0);
     tested.spreads.iter().for_each(|spread| text += &format!("  {spread}\n"));
@@ -200,8 +203,9 @@ pub fn words(tested: &Tested) -> String {
     text + &format!("selftest   {}\n", sentence(tested).replace('\n', "\n           "))
 }
 
-/// Writes settling and rest at the load: predicted, and measured on a device that knows its load.
-fn table_at_load(tested: &Tested) -> String {
+/// Returns the table of settling and rest at the load: predicted, and measured if the device
+/// reports its load.
+fn table_at_load(tested: &SelfTestResult) -> String {
     let mut moves = table::new(&[
         "move to\ndeg",
         "settled\ns",
@@ -210,7 +214,7 @@ fn table_at_load(tested: &Tested) -> String {
         "predicted\ncounts",
     ]);
     for (place, one) in tested.moves.iter().enumerate() {
-        let range = |of: fn(&Measures) -> f64, digits: usize| {
+        let range = |of: fn(&MoveMeasures) -> f64, digits: usize| {
             let range = predicted(&tested.prediction, place, of);
             range.map_or("-".into(), |[low, _, high]| ends([low, high], digits, "-"))
         };
@@ -226,8 +230,8 @@ fn table_at_load(tested: &Tested) -> String {
     moves.trim_fmt()
 }
 
-/// The verdict in words, a line each.
-pub fn sentence(tested: &Tested) -> String {
+/// Returns the verdict, one line each.
+pub fn sentence(tested: &SelfTestResult) -> String {
     match &tested.ended_by {
         Some(by) => format!("FAIL: ended by {by}"),
         None => {
@@ -248,9 +252,9 @@ pub fn sentence(tested: &Tested) -> String {
     }
 }
 
-/// Says how many moves missed the goal on either side of a gear with slack that the encoder cannot
-/// see.
-fn both_sides(tested: &Tested) -> String {
+/// Returns the number of moves that missed the goal at the encoder and at the load, for a gear with
+/// slack that the encoder cannot measure.
+fn both_sides(tested: &SelfTestResult) -> String {
     if tested.unseen_slack.is_none() {
         return String::new();
     }
@@ -267,15 +271,15 @@ fn both_sides(tested: &Tested) -> String {
     format!(".\nAt the encoder: {}.\nAt the load: {}{predicted}", count(at_encoder), count(at_load))
 }
 
-fn remarks(tested: &Tested) -> String {
+fn remarks(tested: &SelfTestResult) -> String {
     let mut text = String::new();
     if let Some(first) = tested.prediction.ended.first() {
         let count = tested.prediction.ended.len();
-        text += &format!("{count} more ended before, the first by {first}\n");
+        text += &format!("{count} more ended early, the first by {first}\n");
     }
     if !tested.differences.is_empty() {
         text +=
-            "The device does not run what the file says, and the prediction is of the device's:\n";
+            "The device runs other parameters than the file; the prediction uses the device's:\n";
         let shown = tested.differences.iter().take(8);
         shown.for_each(|line| text += &format!("  {line}\n"));
         let more = tested.differences.len().saturating_sub(8);
@@ -286,8 +290,8 @@ fn remarks(tested: &Tested) -> String {
     text
 }
 
-/// The same as one object.
-pub fn object(tested: &Tested, warning: Option<&str>) -> Value {
+/// Returns the JSON object for scripts.
+pub fn object(tested: &SelfTestResult, warning: Option<&str>) -> Value {
     let three = |[low, median, high]: [f64; 3]| {
         let value = |value: f64| value.is_finite().then_some(value);
         json!({"least": value(low), "median": value(median), "largest": value(high)})
@@ -295,7 +299,7 @@ pub fn object(tested: &Tested, warning: Option<&str>) -> Value {
     let [missed_at_encoder, missed_at_load] = tested.missed();
     let [_, predicted_at_load] = tested.prediction.missed_of_most();
     let moves = tested.moves.iter().enumerate().map(|(place, one)| {
-        let load = |of: fn(&Measures) -> f64| {
+        let load = |of: fn(&MoveMeasures) -> f64| {
             let known = tested.prediction.figures.iter().all(|one| one.missed_at_load.is_some());
             predicted(&tested.prediction, place, of).filter(|_| known).map(three)
         };
@@ -363,20 +367,20 @@ mod tests {
     use super::super::verdict::verdict;
     use super::*;
 
-    fn moved(to_deg: f64, settled_s: Option<f64>) -> Measures {
-        Measures {
+    fn moved(to_deg: f64, settled_s: Option<f64>) -> MoveMeasures {
+        MoveMeasures {
             to_deg,
             settled_s,
             rest_counts: 150.0,
             held_v: 0.123,
             sliding_v: Mean::of(0.456),
-            ..Measures::default()
+            ..MoveMeasures::default()
         }
     }
 
     /// A session of four moves as it was predicted: the second settles on one joint of three, and
     /// the others on none.
-    fn tested(settled_s: [Option<f64>; 3]) -> Tested {
+    fn tested(settled_s: [Option<f64>; 3]) -> SelfTestResult {
         let session = |second| {
             let to = [-123.456, 0.2, 0.4, 0.0];
             to.map(|to| moved(to, if to == 0.2 { second } else { None })).to_vec()
@@ -385,7 +389,7 @@ mod tests {
         let figures = moves.iter().map(|moves| Figures::of(moves)).collect();
         let prediction = Prediction { figures, moves, ended: vec![] };
         let moves = session(None);
-        Tested {
+        SelfTestResult {
             machine: "joint.toml".into(),
             range_deg: 130.0,
             spreads: vec![],
@@ -446,10 +450,10 @@ mod tests {
         UnseenSlack { backlash_deg: 0.6, backlash_counts: 60.0, wind_up_deg: 0.01 };
 
     /// A joint whose encoder's side settles in each move and whose load does in none.
-    fn with_slack() -> Tested {
+    fn with_slack() -> SelfTestResult {
         let load = AtLoad { rest_counts: 31.0, ..AtLoad::default() };
         let mut tested = tested([Some(0.2); 3]);
-        let settle = |one: &mut Measures| {
+        let settle = |one: &mut MoveMeasures| {
             (one.settled_s, one.rest_counts, one.at_load) = (Some(0.2), 1.0, Some(load));
         };
         tested.prediction.moves.iter_mut().flatten().for_each(settle);
@@ -457,7 +461,7 @@ mod tests {
         tested.prediction.figures = moves.iter().map(|moves| Figures::of(moves)).collect();
         tested.moves.iter_mut().for_each(settle);
         tested.checks = verdict(&Figures::of(&tested.moves), &tested.prediction);
-        Tested { unseen_slack: Some(SLACK), ..tested }
+        SelfTestResult { unseen_slack: Some(SLACK), ..tested }
     }
 
     #[test]
@@ -485,7 +489,7 @@ mod tests {
         let json = object(&board, None);
         assert!(json["success_at_load"].is_null() && json["unseen_slack"].is_object(), "{json}");
         // A joint whose encoder sees the load has one side.
-        let text = words(&Tested { unseen_slack: None, ..board });
+        let text = words(&SelfTestResult { unseen_slack: None, ..board });
         assert!(!text.contains("the load") && !text.contains("the encoder"), "{text}");
     }
 }

@@ -1,55 +1,54 @@
-//! Whether what was measured lies within what was predicted.
+//! Compares the measured figures with the predicted ranges.
 //!
 //! ```text
 //! least = min - m, most = max + m,   m = max((max - min) / 4, s)
 //! ```
 //!
-//! min and max are the quantiles 0 and 1 of the figure over the N predicted joints: that of the
-//! file, and those drawn around it. A true joint that is drawn like them is one of N + 1 alike, so
-//! it lies beyond all others with a chance of 1 / (N + 1) for each of ten bounds: six figures have
-//! one, two have two. With N = 24 that is about 1 in 25 for each. The margin m makes it smaller,
-//! since the keys are drawn from bounded ranges, and so their figures are bounded as well. By how
-//! much has not been computed. `s` is the smallest margin: differences
-//! below it do not matter, or the simulation does not cover them.
+//! min and max are the least and largest figure of the N predicted joints: that of the file, and
+//! those drawn around it. A true joint drawn like them is one of N + 1 alike, so it exceeds all
+//! others with a probability of 1 / (N + 1) for each of ten bounds: six figures have one, two have
+//! two. With N = 24 that is 1 in 25 for each. The margin m reduces this probability, since the
+//! keys, and so the figures, have bounded ranges; by how much has not been computed. `s` is the
+//! smallest margin: smaller differences do not matter, or are beyond the accuracy of the
+//! simulation.
 //!
-//! Only the two efforts are bounded below: a joint that rests nearer and settles sooner than was
-//! predicted is none to complain of, but one that takes less effort is another joint.
+//! Only the two efforts have a lower bound. A joint that rests nearer and settles sooner than
+//! predicted is fine, but one that needs less effort is another joint.
 
 use super::measures::Figures;
 use super::prediction::Prediction;
 
-/// Share of the range of the prediction that is allowed beyond it.
+/// Margin as a share of the predicted range.
 const MARGIN: f64 = 0.25;
 
-/// Share of an effort that a simulation is not to be trusted for: of a supply that sags, a winding
-/// that is warm, a bridge that loses.
+/// Relative accuracy of a simulated effort: a sagging supply, a warm winding and losses of the
+/// bridge are not simulated.
 const EFFORT_SHARE: f64 = 0.05;
 
-/// A figure with its bounds.
+/// Check of a figure against its bounds.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Check {
-    /// The name that it has in JSON, with its unit.
+pub struct SelfTestCheck {
+    /// Name in JSON, with its unit.
     pub name: &'static str,
-    /// The name for people.
+    /// Name in text.
     pub words: &'static str,
-    /// What was measured; none if no move told it.
+    /// Measured value; `None` if no move has it.
     pub measured: Option<f64>,
-    /// Least, median and largest of the predicted joints.
+    /// Least, median and largest value of the predicted joints.
     pub predicted: [f64; 3],
-    /// Bounds; without a lower one, less is no fault.
+    /// Lower bound, if any.
     pub least: Option<f64>,
-    /// The upper bound.
+    /// Upper bound.
     pub most: f64,
 }
 
-impl Check {
-    /// Digits behind the point with which it is shown.
+impl SelfTestCheck {
+    /// Returns the number of decimals in text.
     pub fn digits(&self) -> usize {
         if self.name.ends_with("_v") || self.name.ends_with("_s") { 3 } else { 0 }
     }
 
-    /// Tells whether the figure is within its bounds. One that was predicted and not measured is
-    /// not.
+    /// Returns whether the figure is within its bounds; false if it was not measured.
     pub fn passes(&self) -> bool {
         self.measured.is_some_and(|value| {
             value <= self.most && self.least.is_none_or(|least| value >= least)
@@ -57,11 +56,11 @@ impl Check {
     }
 }
 
-/// A figure: names, value, smallest margin (absolute, and as a share of the median), and whether
-/// less is wrong.
-type Row = (&'static str, &'static str, fn(&Figures) -> Option<f64>, [f64; 2], bool);
+/// A figure: names, value, smallest margin (absolute, and as a share of the median), and whether it
+/// has a lower bound.
+type VerdictRow = (&'static str, &'static str, fn(&Figures) -> Option<f64>, [f64; 2], bool);
 
-const ROWS: [Row; 8] = [
+const ROWS: [VerdictRow; 8] = [
     ("missed_moves", "moves that did not settle", |of| Some(of.missed.into()), [0.0, 0.0], false),
     ("settling_s", "settling, mean (s)", |of| of.settled_s, [0.1, 0.0], false),
     ("rest_counts", "rest error, largest (counts)", |of| Some(of.rest_counts), [1.0, 0.0], false),
@@ -78,18 +77,17 @@ const ROWS: [Row; 8] = [
     ),
 ];
 
-/// Puts what was measured beside what was predicted. A figure that no predicted joint has is left
-/// out.
-pub fn verdict(measured: &Figures, prediction: &Prediction) -> Vec<Check> {
+/// Returns the checks of measured figures. A figure that no predicted joint has is left out.
+pub fn verdict(measured: &Figures, prediction: &Prediction) -> Vec<SelfTestCheck> {
     checks(Some(measured), prediction)
 }
 
-/// The bounds of every figure before anything was measured.
-pub fn bounds(prediction: &Prediction) -> Vec<Check> {
+/// Returns the bounds of every figure before the measurement.
+pub fn bounds(prediction: &Prediction) -> Vec<SelfTestCheck> {
     checks(None, prediction)
 }
 
-fn checks(measured: Option<&Figures>, prediction: &Prediction) -> Vec<Check> {
+fn checks(measured: Option<&Figures>, prediction: &Prediction) -> Vec<SelfTestCheck> {
     ROWS.into_iter()
         .filter_map(|(name, words, of, [size, share], is_bounded_below)| {
             let mut all: Vec<f64> = prediction.figures.iter().filter_map(of).collect();
@@ -97,7 +95,7 @@ fn checks(measured: Option<&Figures>, prediction: &Prediction) -> Vec<Check> {
             let (low, high) = (*all.first()?, *all.last()?);
             let median = *all.get(all.len() / 2)?;
             let margin = (MARGIN * (high - low)).max(size).max(share * median.abs());
-            Some(Check {
+            Some(SelfTestCheck {
                 name,
                 words,
                 measured: measured.and_then(of),
@@ -125,12 +123,12 @@ mod tests {
             ..Prediction::default()
         };
         let checks = |figures: Figures| verdict(&figures, &prediction);
-        let named = |checks: &[Check], name| {
+        let named = |checks: &[SelfTestCheck], name| {
             let found = checks.iter().find(|check| check.name == name);
             found.copied().unwrap()
         };
         let fine = checks(of(0.5, 1.2));
-        assert!(fine.iter().all(Check::passes), "{fine:?}");
+        assert!(fine.iter().all(SelfTestCheck::passes), "{fine:?}");
         assert!(fine.iter().all(|check| check.name != "accelerating_v"));
         let settling = named(&fine, "settling_s");
         assert_eq!(settling.predicted, [0.2, 0.4, 1.0]);

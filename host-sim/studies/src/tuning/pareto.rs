@@ -5,7 +5,7 @@
 //! decades of what is on it; a chart of a figure that is zero for all gains is left out.
 
 use super::{Figures, Tuned};
-use crate::figure::chart::{Chart, Layer, LayeredPanel, LogAxis, Mark, Point, Shown};
+use crate::figure::chart::{Chart, ChartContent, Layer, LayeredPanel, LogAxis, Mark, Point};
 use crate::goal::PositionGoal;
 
 /// Time to settle of a success by default, s.
@@ -59,7 +59,7 @@ fn chart(file: &str, tuned: &[Tuned], (stem, quantities): &Plane) -> Option<Char
         subtitle:
             "simulated; a point is a set of gains on the joints of the search, at the encoder"
                 .into(),
-        shown: Shown::Layers {
+        shown: ChartContent::Layers {
             axes,
             bounds: if is_bounded { "limit of success".into() } else { String::new() },
             panels,
@@ -149,7 +149,7 @@ mod tests {
     }
 
     fn layered(chart: &Chart) -> (&[LogAxis; 2], &[LayeredPanel]) {
-        let Shown::Layers { axes, panels, .. } = &chart.shown else { panic!("{chart:?}") };
+        let ChartContent::Layers { axes, panels, .. } = &chart.shown else { panic!("{chart:?}") };
         (axes, panels)
     }
 

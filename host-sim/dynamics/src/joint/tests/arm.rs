@@ -7,7 +7,7 @@ use crate::solver::event_driven;
 use crate::solver::state::BodyEvent;
 
 fn arm() -> ArmDescription {
-    let curve = |coulomb, viscous| Stribeck {
+    let curve = |coulomb, viscous| StribeckCurve {
         coulomb,
         stick: 1.5 * coulomb,
         stribeck_velocity: 0.05,

@@ -11,8 +11,9 @@ fn lugre(counts: f64) -> Description {
 #[test]
 fn a_bristle_moves_as_in_time_stepping() {
     for (counts, lag_s) in [(10.0, 0.0), (3.0, 0.7e-3)] {
-        let load = Load { constant: 0.8, gravity: Some(Gravity { amplitude: 1.0, angle: 0.4 }) };
-        let push = Some(Push { torque: 5.0, from_s: 0.1004, until_s: 0.2503 });
+        let load =
+            LoadTorque { constant: 0.8, gravity: Some(Gravity { amplitude: 1.0, angle: 0.4 }) };
+        let push = Some(TorquePulse { torque: 5.0, from_s: 0.1004, until_s: 0.2503 });
         let stops = Stops { lower: -0.3, upper: 0.1 };
         let joint = Description { lag_s, load, push, stops, ..lugre(counts) };
         let worst = against_time_stepping(&joint, effort, 1000);
@@ -50,7 +51,7 @@ fn steady_sliding_takes_the_effort_of_the_curve() {
     let mut joint = lugre(5.0).build().unwrap();
     (0..4000).for_each(|_| joint.hold(6.5, 1e-3));
     let v = joint.motor().velocity;
-    let Stribeck { coulomb, stick, stribeck_velocity, viscous } = CURVE;
+    let StribeckCurve { coulomb, stick, stribeck_velocity, viscous } = CURVE;
     let level = coulomb + (stick - coulomb) * (-(v / stribeck_velocity).powi(2)).exp();
     assert!((level + viscous * v - 6.5).abs() < 1e-4, "{v} rad/s");
 }

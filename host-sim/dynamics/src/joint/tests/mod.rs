@@ -12,13 +12,13 @@ use super::*;
 const COUNT: f64 = std::f64::consts::TAU / 1e5;
 
 /// The nominal joint of the ensemble, with friction that falls over a Stribeck velocity.
-const CURVE: Stribeck =
-    Stribeck { coulomb: 4.0, stick: 6.0, stribeck_velocity: 0.02, viscous: 1.3 };
+const CURVE: StribeckCurve =
+    StribeckCurve { coulomb: 4.0, stick: 6.0, stribeck_velocity: 0.02, viscous: 1.3 };
 
 /// The ensemble's nominal inertia, kg m^2.
 const INERTIA: f64 = 0.34;
 
-fn rigid(curve: Stribeck) -> Description {
+fn rigid(curve: StribeckCurve) -> Description {
     Description::of(Train::Rigid(Body { inertia: INERTIA, friction: curve.into() }), COUNT)
 }
 

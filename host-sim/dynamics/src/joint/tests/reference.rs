@@ -99,7 +99,7 @@ fn wall(stops: &Stops, x: &mut f64, v: &mut f64) -> bool {
 
 /// Friction at a speed, with the viscous part or without.
 fn sliding(body: &Body, x: f64, speed: f64, rested: f64, warm: f64, viscous: bool) -> f64 {
-    let Friction { curve, ripple, dwell, thermal } = &body.friction;
+    let SetValuedFriction { curve, ripple, dwell, thermal } = &body.friction;
     let [levels, fluid] = thermal.map_or([1.0; 2], |thermal| {
         [(-thermal.levels_per_k * warm).exp(), (-thermal.viscous_per_k * warm).exp()]
     });

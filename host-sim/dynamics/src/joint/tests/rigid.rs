@@ -10,7 +10,7 @@ use crate::solver::{AxisSolver, EventKind, ExactAxis};
 #[test]
 fn coulomb_friction_moves_as_its_closed_form() {
     let (stick, slip, viscous) = (6.0, 4.0, 1.3);
-    let curve = Stribeck { coulomb: slip, stick, stribeck_velocity: 0.0, viscous };
+    let curve = StribeckCurve { coulomb: slip, stick, stribeck_velocity: 0.0, viscous };
     let mut joint = rigid(curve).build().unwrap();
     let friction = Coulomb { stick, slip };
     let axis = RobotAxis { gain: 1.0 / INERTIA, viscous, friction, added: Default::default() };
@@ -18,7 +18,7 @@ fn coulomb_friction_moves_as_its_closed_form() {
     let (mut events, mut wanted) = (Vec::new(), Vec::new());
     let mut worst: f64 = 0.0;
     for sample in 0..10_000 {
-        joint.hold_and_tell(effort(sample), 1e-3, &mut |event| events.push(event));
+        joint.hold_and_report(effort(sample), 1e-3, &mut |event| events.push(event));
         exact.advance(effort(sample), 1e-3, &friction, &mut |event| wanted.push(event));
         worst = worst.max((joint.motor().position - exact.position()).abs());
     }
@@ -33,10 +33,10 @@ fn coulomb_friction_moves_as_its_closed_form() {
 /// Without friction a pendulum keeps its energy: `J v^2/2 - G cos(q0 + x)`.
 #[test]
 fn a_frictionless_pendulum_keeps_its_energy() {
-    let curve = Stribeck { coulomb: 0.0, stick: 0.0, stribeck_velocity: 0.0, viscous: 0.0 };
+    let curve = StribeckCurve { coulomb: 0.0, stick: 0.0, stribeck_velocity: 0.0, viscous: 0.0 };
     let (amplitude, angle) = (1.2, 2.0);
     let gravity = Some(Gravity { amplitude, angle });
-    let load = Load { constant: 0.0, gravity };
+    let load = LoadTorque { constant: 0.0, gravity };
     let mut joint = Description { load, ..rigid(curve) }.build().unwrap();
     let energy = |turn: Turn| {
         0.5 * INERTIA * turn.velocity.powi(2) - amplitude * (angle + turn.position).cos()
@@ -56,9 +56,11 @@ fn a_joint_that_begins_somewhere_moves_as_one_whose_zero_is_there() {
     let ripple = Some(Ripple { depth: 0.2, cycles: 7.0, phase: 0.4 });
     let gravity = Some(Gravity { amplitude: 1.2, angle: 0.3 });
     let start = 0.8;
-    let train =
-        Train::Rigid(Body { inertia: INERTIA, friction: Friction { ripple, ..CURVE.into() } });
-    let load = Load { constant: 0.2, gravity };
+    let train = Train::Rigid(Body {
+        inertia: INERTIA,
+        friction: SetValuedFriction { ripple, ..CURVE.into() },
+    });
+    let load = LoadTorque { constant: 0.2, gravity };
     let stops = Stops { lower: -10.0, upper: start + 0.05 };
     let there = Description { load, stops, start, ..Description::of(train, COUNT) };
     let [mut here, mut there] = [there.begun_at(start), there].map(|one| one.build().unwrap());
@@ -76,7 +78,7 @@ fn a_joint_that_begins_somewhere_moves_as_one_whose_zero_is_there() {
 
 #[test]
 fn a_joint_breaks_away_above_its_stick_level_and_not_below() {
-    let load = Load { constant: 0.5, gravity: None };
+    let load = LoadTorque { constant: 0.5, gravity: None };
     for (effort, moves) in [(5.499, false), (5.501, true), (-6.499, false), (-6.501, true)] {
         let mut joint = Description { load, ..rigid(CURVE) }.build().unwrap();
         (0..100).for_each(|_| joint.hold(effort, 1e-3));
@@ -89,7 +91,7 @@ fn a_joint_breaks_away_above_its_stick_level_and_not_below() {
 /// A load that is stronger than the stick level drives the joint as an effort of its size does.
 #[test]
 fn an_overhauling_load_moves_the_joint_as_an_effort_does() {
-    let load = Load { constant: -13.0, gravity: None };
+    let load = LoadTorque { constant: -13.0, gravity: None };
     let mut loaded = Description { load, ..rigid(CURVE) }.build().unwrap();
     let mut bare = rigid(CURVE).build().unwrap();
     let mut lowest: f64 = 0.0;
@@ -110,7 +112,7 @@ fn a_lagging_effort_breaks_the_joint_at_the_instant_of_its_closed_form() {
     let (tau, effort) = (0.7e-3, 8.0_f64);
     let mut joint = Description { lag_s: tau, ..rigid(CURVE) }.build().unwrap();
     let mut events = Vec::new();
-    joint.hold_and_tell(effort, 1e-3, &mut |event| events.push(event));
+    joint.hold_and_report(effort, 1e-3, &mut |event| events.push(event));
     let wanted = tau * (effort / (effort - CURVE.stick)).ln();
     assert_eq!(events.len(), 1);
     assert!(events[0].kind == EventKind::Break && (events[0].time_s - wanted).abs() < 1e-12);
@@ -132,7 +134,7 @@ fn a_wall_stops_the_joint_dead_and_lets_it_go_beyond_the_stick_level_only() {
 /// walls; with each kind of friction, with a lag and without.
 #[test]
 fn varying_friction_moves_as_in_time_stepping() {
-    let friction = Friction::from(CURVE);
+    let friction = SetValuedFriction::from(CURVE);
     let ripple = Some(Ripple { depth: 0.3, cycles: 100.0, phase: 0.7 });
     let dwell = Some(Dwell { growth: 0.3, time_s: 0.02 });
     // A gear that warms a thousand times faster than any.
@@ -145,15 +147,15 @@ fn varying_friction_moves_as_in_time_stepping() {
     });
     for (friction, allowed) in [
         (friction, 0.05),
-        (Friction { ripple, ..friction }, 0.05),
-        (Friction { dwell, ..friction }, 0.05),
-        (Friction { thermal, ..friction }, 0.5),
+        (SetValuedFriction { ripple, ..friction }, 0.05),
+        (SetValuedFriction { dwell, ..friction }, 0.05),
+        (SetValuedFriction { thermal, ..friction }, 0.5),
     ] {
         for lag_s in [0.0, 0.7e-3] {
             let train = Train::Rigid(Body { inertia: INERTIA, friction });
             let gravity = Some(Gravity { amplitude: 1.0, angle: 0.4 });
-            let load = Load { constant: 0.3, gravity };
-            let push = Some(Push { torque: 5.0, from_s: 0.1004, until_s: 0.2503 });
+            let load = LoadTorque { constant: 0.3, gravity };
+            let push = Some(TorquePulse { torque: 5.0, from_s: 0.1004, until_s: 0.2503 });
             let stops = Stops { lower: -0.3, upper: 0.1 };
             let joint = Description { lag_s, load, push, stops, ..Description::of(train, COUNT) };
             let worst = against_time_stepping(&joint, effort, 1000);

@@ -10,8 +10,8 @@
 //! are followed in time.
 //!
 //! Guarantees: crossings in order, also several in one step; a time that is right to about the
-//! tolerance; an end within bounded work, if need be with a [`Trouble`]. Does badly: two crossings
-//! nearer to each other than a sixty-fourth of a step or so, which vanish together; stiff
+//! tolerance; an end within bounded work, if need be with a [`SolverFailure`]. Does badly: two
+//! crossings nearer to each other than a sixty-fourth of a step or so, which vanish together; stiff
 //! mechanisms, whose steps are as short as stability wants.
 // One index goes through several arrays of bodies at once.
 #![allow(clippy::needless_range_loop)]
@@ -20,10 +20,10 @@ mod rest;
 mod slip;
 
 use super::linear::solve;
-use super::modes::{Mode, accelerations, decide};
-use super::state::{BodyEvent, Finish, Observer, Sample};
+use super::modes::{BodyMode, accelerations, decide};
+use super::state::{BodyEvent, BodySample, Finish, Observer};
 use super::zeno_guard::ZenoGuard;
-use super::{EventKind, Trouble};
+use super::{EventKind, SolverFailure};
 use crate::friction::SetValued;
 use crate::mechanism::{Mechanism, Terms};
 
@@ -46,7 +46,7 @@ pub fn run<const N: usize, M, F, O>(
     tolerance: f64,
     duration_s: f64,
     observer: &mut O,
-) -> Result<Finish<N>, Trouble>
+) -> Result<Finish<N>, SolverFailure>
 where
     M: Mechanism<N> + ?Sized,
     F: SetValued,
@@ -96,7 +96,7 @@ struct Run<'a, const N: usize, M: ?Sized, F, O> {
     t: f64,
     q: [f64; N],
     v: [f64; N],
-    mode: Mode<N>,
+    mode: BodyMode<N>,
     /// Accelerations and frictions at `t`.
     a: [f64; N],
     forces: [f64; N],
@@ -118,7 +118,7 @@ where
     F: SetValued,
     O: Observer<N>,
 {
-    fn follow(&mut self) -> Result<(), Trouble> {
+    fn follow(&mut self) -> Result<(), SolverFailure> {
         while self.t < self.duration_s {
             let corner = self.mechanism.next_corner(self.t);
             let end_s = corner.min(self.duration_s);
@@ -147,8 +147,8 @@ where
         self.mechanism.terms(t.min(self.last_s), q, v)
     }
 
-    /// Decides the mode at the present instant, and tells of what changes.
-    fn switch(&mut self, breaking: Mode<N>) -> Result<(), Trouble> {
+    /// Decides the mode at the present time, and reports changes.
+    fn switch(&mut self, breaking: BodyMode<N>) -> Result<(), SolverFailure> {
         let (q, v) = (self.q, self.v);
         let terms = self.terms(self.t, &q, &v);
         let decided = decide(&terms, self.friction, &self.v, &breaking)
@@ -175,7 +175,7 @@ where
         Ok(())
     }
 
-    fn count_step(&mut self) -> Result<(), Trouble> {
+    fn count_step(&mut self) -> Result<(), SolverFailure> {
         self.steps += 1;
         if self.steps > MAX_STEPS {
             return Err(self.trouble(&format!("more than {MAX_STEPS} steps")));
@@ -183,13 +183,13 @@ where
         Ok(())
     }
 
-    fn trouble(&self, what: &str) -> Trouble {
-        Trouble::new(what, self.t, &self.q, &self.v)
+    fn trouble(&self, what: &str) -> SolverFailure {
+        SolverFailure::new(what, self.t, &self.q, &self.v)
     }
 
     /// At the very instant at which a body breaks away or turns around its friction is F_s (thesis
     /// eq. 1, row 3).
-    fn sample_limits(&mut self, terms: &Terms<N>, next: &Mode<N>) {
+    fn sample_limits(&mut self, terms: &Terms<N>, next: &BodyMode<N>) {
         if !O::SAMPLES || *next == self.mode {
             return;
         }
@@ -209,7 +209,7 @@ where
                 friction[i] = terms.force[i] - inertia;
             }
         }
-        self.observer.sample(&Sample {
+        self.observer.sample(&BodySample {
             time_s: self.t,
             q: self.q,
             v: self.v,
@@ -222,7 +222,7 @@ where
 
     fn sample(&mut self) {
         if O::SAMPLES {
-            self.observer.sample(&Sample {
+            self.observer.sample(&BodySample {
                 time_s: self.t,
                 q: self.q,
                 v: self.v,

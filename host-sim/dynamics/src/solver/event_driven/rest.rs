@@ -4,10 +4,10 @@
 //! its coordinate. It is taken as a polynomial through five values over a stretch that is halved
 //! until two more values agree with it.
 
-use super::super::modes::{Mode, accelerations};
+use super::super::modes::{BodyMode, accelerations};
 use super::super::roots::{Quartic, first_falling_zero, slope, through, value};
-use super::super::state::{Observer, Sample};
-use super::{BEYOND, Run, Trouble};
+use super::super::state::{BodySample, Observer};
+use super::{BEYOND, Run, SolverFailure};
 use crate::friction::SetValued;
 use crate::mechanism::Mechanism;
 
@@ -29,7 +29,7 @@ where
     O: Observer<N>,
 {
     /// Up to `end_s`, or to the first body that breaks away.
-    pub(super) fn rest(&mut self, end_s: f64) -> Result<(), Trouble> {
+    pub(super) fn rest(&mut self, end_s: f64) -> Result<(), SolverFailure> {
         let mut stretch = end_s - self.t;
         while self.t < end_s {
             self.count_step()?;
@@ -56,7 +56,7 @@ where
                     continue;
                 };
                 self.wait(broken_s);
-                let mut breaking: Mode<N> = [0; N];
+                let mut breaking: BodyMode<N> = [0; N];
                 breaking[body] = sign;
                 return self.switch(breaking);
             }
@@ -68,7 +68,7 @@ where
     }
 
     /// Half of a stretch.
-    fn shorter(&self, stretch: f64, what: &str) -> Result<f64, Trouble> {
+    fn shorter(&self, stretch: f64, what: &str) -> Result<f64, SolverFailure> {
         if 0.5 * stretch < 4.0 * (self.t.next_up() - self.t) {
             return Err(self.trouble(what));
         }
@@ -137,7 +137,7 @@ where
             let at_s = self.t + part * stretch;
             let over = sign * self.force_at(at_s)[body] - limit;
             let steep = sign * slope(reaction, part);
-            // Nearer than rounding lets force and time be told.
+            // Closer than the rounding errors of force and time.
             let ulp = (at_s.next_up() - at_s) / stretch;
             if over.abs() <= 4.0 * f64::EPSILON * limit + steep.abs() * ulp {
                 return Some(at_s);
@@ -179,7 +179,7 @@ where
             // For the reader, not for the solution: not counted.
             let terms = self.mechanism.terms(time_s.min(self.last_s), &self.q, &[0.0; N]);
             let (a, friction) = accelerations(&terms, self.friction, &self.v, &self.mode);
-            self.observer.sample(&Sample {
+            self.observer.sample(&BodySample {
                 time_s,
                 q: self.q,
                 v: self.v,

@@ -1,11 +1,11 @@
 //! While at least one body slips: a step, and the first switch in it.
 
 use super::super::dense_output::DenseOutput;
-use super::super::dormand_prince::{Attempt, EVALUATIONS, growth, step};
-use super::super::modes::{Mode, accelerations};
+use super::super::dormand_prince::{EVALUATIONS, TrialStep, growth, step};
+use super::super::modes::{BodyMode, accelerations};
 use super::super::roots::{Quartic, first_falling_zero, slope, through};
-use super::super::state::{Observer, Sample, State};
-use super::{BEYOND, Run, Trouble};
+use super::super::state::{BodySample, BodyState, Observer};
+use super::{BEYOND, Run, SolverFailure};
 use crate::friction::SetValued;
 use crate::mechanism::Mechanism;
 
@@ -31,7 +31,7 @@ where
     O: Observer<N>,
 {
     /// One step, up to `end_s` at most or to the first switch in it.
-    pub(super) fn slip(&mut self, end_s: f64) -> Result<(), Trouble> {
+    pub(super) fn slip(&mut self, end_s: f64) -> Result<(), SolverFailure> {
         let remaining = end_s - self.t;
         let mut h = self.step_s.min(remaining);
         loop {
@@ -66,7 +66,7 @@ where
             let t = self.t + part * h;
             self.samples_between(&between, t);
             self.arrive(t, &end, a, forces)?;
-            let mut breaking: Mode<N> = [0; N];
+            let mut breaking: BodyMode<N> = [0; N];
             if switch.breaks == 0 {
                 self.v[switch.body] = 0.0;
             }
@@ -88,10 +88,10 @@ where
     fn arrive(
         &mut self,
         t: f64,
-        end: &State<N, 0>,
+        end: &BodyState<N, 0>,
         a: [f64; N],
         forces: [f64; N],
-    ) -> Result<(), Trouble> {
+    ) -> Result<(), SolverFailure> {
         (self.t, self.q, self.v, self.a, self.forces) = (t, end.q, end.v, a, forces);
         for i in 0..N {
             self.size_q[i] = self.size_q[i].max(self.q[i].abs());
@@ -102,8 +102,8 @@ where
     }
 
     #[inline]
-    fn attempt(&mut self, h: f64) -> Attempt<N, 0> {
-        let mut scale = State::ZERO;
+    fn attempt(&mut self, h: f64) -> TrialStep<N, 0> {
+        let mut scale = BodyState::ZERO;
         for i in 0..N {
             // The first step of a body has nothing to be relative to but itself.
             let (v, a) = (self.v[i].abs(), self.a[i].abs());
@@ -111,15 +111,15 @@ where
                 self.tolerance * self.size_q[i].max(h * (v + h * a)).max(f64::MIN_POSITIVE);
             scale.v[i] = self.tolerance * self.size_v[i].max(h * a).max(f64::MIN_POSITIVE);
         }
-        let from = State { q: self.q, v: self.v, z: [[]; N] };
-        let first = State { q: self.v, v: self.a, z: [[]; N] };
+        let from = BodyState { q: self.q, v: self.v, z: [[]; N] };
+        let first = BodyState { q: self.v, v: self.a, z: [[]; N] };
         self.evaluations += EVALUATIONS;
         let (mechanism, friction, mode, last_s) =
             (self.mechanism, self.friction, self.mode, self.last_s);
-        let rates = |t: f64, s: &State<N, 0>| {
+        let rates = |t: f64, s: &BodyState<N, 0>| {
             let terms = mechanism.terms(t.min(last_s), &s.q, &s.v);
             let (a, _) = accelerations(&terms, friction, &s.v, &mode);
-            State { q: s.v, v: a, z: [[]; N] }
+            BodyState { q: s.v, v: a, z: [[]; N] }
         };
         step(rates, self.t, &from, &first, h, &scale)
     }
@@ -179,14 +179,14 @@ where
         &mut self,
         switch: &Switch,
         h: f64,
-    ) -> Option<(f64, State<N, 0>, [f64; N], [f64; N])> {
+    ) -> Option<(f64, BodyState<N, 0>, [f64; N], [f64; N])> {
         let i = switch.body;
         let mut part = switch.part;
         for _ in 0..8 {
             let end = if part > 0.0 {
                 self.attempt(part * h).end
             } else {
-                State { q: self.q, v: self.v, z: [[]; N] }
+                BodyState { q: self.q, v: self.v, z: [[]; N] }
             };
             let (a, forces) = self.instant(self.t + part * h, &end.q, &end.v);
             let (left, size) = if switch.breaks == 0 {
@@ -231,7 +231,7 @@ where
             // For the reader, not for the solution: not counted.
             let terms = self.mechanism.terms(time_s.min(self.last_s), &q, &v);
             let (a, friction) = accelerations(&terms, self.friction, &v, &self.mode);
-            self.observer.sample(&Sample {
+            self.observer.sample(&BodySample {
                 time_s,
                 q,
                 v,

@@ -16,7 +16,7 @@
 //! before; so the linear system of that mode is tried first, and its solution is exact.
 
 use super::super::linear::solve;
-use super::super::modes::Mode;
+use super::super::modes::BodyMode;
 use super::dot;
 
 /// Sweeps before it is given up.
@@ -51,7 +51,7 @@ fn in_mode<const N: usize>(
     mass: &[[f64; N]; N],
     momentum: &[f64; N],
     limit: &[f64; N],
-    mode: &Mode<N>,
+    mode: &BodyMode<N>,
 ) -> Option<[f64; N]> {
     let net = std::array::from_fn(|i| match mode[i] {
         0 => 0.0,

@@ -6,20 +6,22 @@ use super::monotone::{self, Reaction};
 use crate::friction::Implicit;
 
 /// The frictions and their states.
-pub struct Law<'a, const N: usize, const Z: usize, F> {
+pub struct ImplicitLaw<'a, const N: usize, const Z: usize, F> {
     friction: &'a [F; N],
     z: [[f64; Z]; N],
     slip: [i8; N],
 }
 
-impl<'a, const N: usize, const Z: usize, F: Implicit<Z>> Law<'a, N, Z, F> {
+impl<'a, const N: usize, const Z: usize, F: Implicit<Z>> ImplicitLaw<'a, N, Z, F> {
     /// All at rest, with no deflection.
     pub fn new(friction: &'a [F; N]) -> Self {
         Self { friction, z: [[0.0; Z]; N], slip: [0; N] }
     }
 }
 
-impl<const N: usize, const Z: usize, F: Implicit<Z>> super::Law<N> for Law<'_, N, Z, F> {
+impl<const N: usize, const Z: usize, F: Implicit<Z>> super::ContactLaw<N>
+    for ImplicitLaw<'_, N, Z, F>
+{
     fn begin(&mut self, _: &[f64; N]) {}
 
     fn velocities(&mut self, step: &Step<N>, guess: &[f64; N]) -> Option<[f64; N]> {

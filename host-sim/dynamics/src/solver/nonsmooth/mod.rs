@@ -25,9 +25,9 @@ mod implicit;
 mod monotone;
 mod set_valued;
 
-use super::state::{BodyEvent, Finish, Observer, Sample};
+use super::state::{BodyEvent, BodySample, Finish, Observer};
 use super::zeno_guard::ZenoGuard;
-use super::{EventKind, Trouble};
+use super::{EventKind, SolverFailure};
 use crate::friction::{Implicit, SetValued};
 use crate::mechanism::Mechanism;
 
@@ -52,13 +52,13 @@ pub fn run<const N: usize, M, F, O>(
     step_s: f64,
     duration_s: f64,
     observer: &mut O,
-) -> Result<Finish<N>, Trouble>
+) -> Result<Finish<N>, SolverFailure>
 where
     M: Mechanism<N> + ?Sized,
     F: SetValued,
     O: Observer<N>,
 {
-    Run::new(mechanism, set_valued::Law::new(friction), duration_s, observer)
+    Run::new(mechanism, set_valued::SetValuedLaw::new(friction), duration_s, observer)
         .finished(step_s, duration_s)
 }
 
@@ -72,13 +72,13 @@ pub fn run_implicit<const N: usize, const Z: usize, M, F, O>(
     step_s: f64,
     duration_s: f64,
     observer: &mut O,
-) -> Result<Finish<N>, Trouble>
+) -> Result<Finish<N>, SolverFailure>
 where
     M: Mechanism<N> + ?Sized,
     F: Implicit<Z>,
     O: Observer<N>,
 {
-    Run::new(mechanism, implicit::Law::new(friction), duration_s, observer)
+    Run::new(mechanism, implicit::ImplicitLaw::new(friction), duration_s, observer)
         .finished(step_s, duration_s)
 }
 
@@ -94,7 +94,7 @@ struct Step<const N: usize> {
 }
 
 /// How friction enters a step.
-trait Law<const N: usize> {
+trait ContactLaw<const N: usize> {
     /// A new step begins.
     fn begin(&mut self, v: &[f64; N]);
 
@@ -129,7 +129,9 @@ struct Run<'a, const N: usize, M: ?Sized, L, O> {
     zeno_guard: ZenoGuard,
 }
 
-impl<'a, const N: usize, M: Mechanism<N> + ?Sized, L: Law<N>, O: Observer<N>> Run<'a, N, M, L, O> {
+impl<'a, const N: usize, M: Mechanism<N> + ?Sized, L: ContactLaw<N>, O: Observer<N>>
+    Run<'a, N, M, L, O>
+{
     fn new(mechanism: &'a M, law: L, duration_s: f64, observer: &'a mut O) -> Self {
         let (q, slip) = (mechanism.start(), law.slip());
         let zeno_guard = ZenoGuard::new(duration_s);
@@ -147,7 +149,7 @@ impl<'a, const N: usize, M: Mechanism<N> + ?Sized, L: Law<N>, O: Observer<N>> Ru
         }
     }
 
-    fn finished(mut self, step_s: f64, duration_s: f64) -> Result<Finish<N>, Trouble> {
+    fn finished(mut self, step_s: f64, duration_s: f64) -> Result<Finish<N>, SolverFailure> {
         self.sample_start();
         while self.t < duration_s {
             let begin_s = self.t;
@@ -168,7 +170,7 @@ impl<'a, const N: usize, M: Mechanism<N> + ?Sized, L: Law<N>, O: Observer<N>> Ru
         Ok(self.finish(None))
     }
 
-    fn step(&mut self, h: f64, t_end: f64, last_s: f64) -> Result<(), Trouble> {
+    fn step(&mut self, h: f64, t_end: f64, last_s: f64) -> Result<(), SolverFailure> {
         self.law.begin(&self.v);
         let (v, mut v_end) = (self.v, self.v);
         for _ in 0..MAX_PASSES {
@@ -197,7 +199,7 @@ impl<'a, const N: usize, M: Mechanism<N> + ?Sized, L: Law<N>, O: Observer<N>> Ru
             .trouble("the step is too long for the springs (or other forces) of the mechanism", h))
     }
 
-    fn keep(&mut self, step: &Step<N>, t_end: f64, v_end: [f64; N]) -> Result<(), Trouble> {
+    fn keep(&mut self, step: &Step<N>, t_end: f64, v_end: [f64; N]) -> Result<(), SolverFailure> {
         let friction = self.law.keep(step, &v_end);
         let a = std::array::from_fn(|i| (v_end[i] - self.v[i]) / step.h);
         for (q, v) in self.q.iter_mut().zip(&v_end) {
@@ -235,7 +237,7 @@ impl<'a, const N: usize, M: Mechanism<N> + ?Sized, L: Law<N>, O: Observer<N>> Ru
         if O::SAMPLES {
             let Self { t: time_s, q, v, slip, .. } = *self;
             let z = self.law.deflections();
-            self.observer.sample(&Sample { time_s, q, v, a, friction, slip, z });
+            self.observer.sample(&BodySample { time_s, q, v, a, friction, slip, z });
         }
     }
 
@@ -248,8 +250,8 @@ impl<'a, const N: usize, M: Mechanism<N> + ?Sized, L: Law<N>, O: Observer<N>> Ru
         Finish { q, v, evaluations, steps, diverged_at_s }
     }
 
-    fn trouble(&self, what: &str, h: f64) -> Trouble {
-        Trouble::new(format!("{what} (step {h:e} s)"), self.t, &self.q, &self.v)
+    fn trouble(&self, what: &str, h: f64) -> SolverFailure {
+        SolverFailure::new(format!("{what} (step {h:e} s)"), self.t, &self.q, &self.v)
     }
 }
 

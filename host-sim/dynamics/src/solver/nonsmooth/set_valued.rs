@@ -1,7 +1,7 @@
 //! Set-valued friction in a step: limits for the convex problem.
 
 use super::super::dynamics::direction;
-use super::super::modes::Mode;
+use super::super::modes::BodyMode;
 use super::{Step, convex, dot};
 use crate::friction::SetValued;
 
@@ -20,14 +20,14 @@ enum Body {
 }
 
 /// Who slips, and what a step has decided so far.
-pub struct Law<'a, const N: usize, F> {
+pub struct SetValuedLaw<'a, const N: usize, F> {
     friction: &'a [F; N],
-    slip: Mode<N>,
+    slip: BodyMode<N>,
     bodies: [Body; N],
     speeds: [f64; N],
 }
 
-impl<'a, const N: usize, F: SetValued> Law<'a, N, F> {
+impl<'a, const N: usize, F: SetValued> SetValuedLaw<'a, N, F> {
     /// All at rest.
     pub fn new(friction: &'a [F; N]) -> Self {
         Self { friction, slip: [0; N], bodies: [Body::Rests; N], speeds: [0.0; N] }
@@ -75,7 +75,7 @@ impl<'a, const N: usize, F: SetValued> Law<'a, N, F> {
     }
 }
 
-impl<const N: usize, F: SetValued> super::Law<N> for Law<'_, N, F> {
+impl<const N: usize, F: SetValued> super::ContactLaw<N> for SetValuedLaw<'_, N, F> {
     fn begin(&mut self, v: &[f64; N]) {
         self.speeds = v.map(f64::abs);
         self.bodies = std::array::from_fn(|i| match (self.slip[i], v[i] == 0.0) {

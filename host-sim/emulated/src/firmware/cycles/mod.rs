@@ -44,14 +44,14 @@ pub struct Timing {
 
 /// An instruction without a known time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Unknown {
+pub struct UnknownTiming {
     /// Its first halfword.
     pub first: u16,
     /// The second one, if it has two.
     pub second: Option<u16>,
 }
 
-impl fmt::Display for Unknown {
+impl fmt::Display for UnknownTiming {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "the encoding {:04x}", self.first)?;
         self.second.map_or(Ok(()), |second| write!(f, " {second:04x}"))
@@ -64,14 +64,14 @@ impl Timing {
     ///
     /// # Errors
     /// If its time is not known.
-    pub fn of(first: u16, second: u16) -> Result<Self, Unknown> {
+    pub fn of(first: u16, second: u16) -> Result<Self, UnknownTiming> {
         let long = first >= 0xE800;
         let timing = if long {
             processor::long(first.into(), second.into())
         } else {
             processor::short(first.into())
         };
-        timing.ok_or(Unknown { first, second: long.then_some(second) })
+        timing.ok_or(UnknownTiming { first, second: long.then_some(second) })
     }
 
     /// Counts the cycles that `next`, right after it, waits for its results.

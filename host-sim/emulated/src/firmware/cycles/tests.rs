@@ -2,7 +2,7 @@
 
 use super::*;
 
-fn of(code: u32) -> Result<Timing, Unknown> {
+fn of(code: u32) -> Result<Timing, UnknownTiming> {
     let (first, second) = if code > 0xFFFF { (code >> 16, code & 0xFFFF) } else { (code, 0) };
     Timing::of(first as u16, second as u16)
 }

@@ -7,7 +7,7 @@ mod slack;
 use toml::Table;
 
 use super::tables::DrivenBy;
-use super::{DataSheet, Mapping, Tables, WrittenDrive};
+use super::{DataSheet, Mapping, SheetTables, WrittenDrive};
 
 /// A joint with a bridge, round numbers, and everything that a rigid joint has.
 const BRIDGE: &str = "
@@ -27,7 +27,7 @@ fn sheet(set: &[(&str, &str)]) -> (DataSheet, Mapping) {
         let value = format!("v = {value}").parse::<Table>().unwrap().remove("v").unwrap();
         table.get_mut(of).unwrap().as_table_mut().unwrap().insert(key.to_owned(), value);
     }
-    let tables: Tables = table.try_into().unwrap();
+    let tables: SheetTables = table.try_into().unwrap();
     let sheet = tables.sheet().unwrap().unwrap();
     let mapping = Mapping::of(&sheet, WrittenDrive::default()).unwrap();
     (sheet, mapping)

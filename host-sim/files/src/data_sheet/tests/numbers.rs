@@ -77,7 +77,7 @@ fn degrees_and_radians_say_the_same() {
         let value = value.parse::<f64>().unwrap();
         table[of].as_table_mut().unwrap().insert(key.into(), value.into());
     }
-    let degrees = table.try_into::<Tables>().unwrap().sheet().unwrap().unwrap();
+    let degrees = table.try_into::<SheetTables>().unwrap().sheet().unwrap().unwrap();
     let all = |sheet: &DataSheet| {
         [
             Some(sheet.viscous()),
@@ -129,7 +129,7 @@ fn a_plausible_sheet_has_no_doubts_and_an_implausible_one_is_told() {
         (("load.inertia_kg_m2", "7e-4"), "1143 times less than the rotor's"),
         (("friction.stick_nm", "30"), "stall torque is 48 N m"),
         (("friction.stick_nm", "17"), "`friction.stick_nm` is 17 and `slip_nm` 4;"),
-        (("load.constant_nm", "-6"), "moves by itself when the motor is off"),
+        (("load.constant_nm", "-6"), "moves when the motor is off"),
         (("load.unbalance_nm", "45"), "it does not start from everywhere"),
         (("supply.voltage_v", "12000"), "12000 V: are these mV? The key is in V"),
         (("gear.ratio", "1e6"), "Is this number right? The key has no unit"),
@@ -163,7 +163,7 @@ fn what_cannot_move_either_way_is_refused_and_what_moves_one_way_is_not() {
     // The key that is far from any real joint is blamed, and not the friction.
     let why = can_move(&[("supply.voltage_v", "1e-3")]).unwrap_err();
     assert!(
-        why.starts_with("`supply.voltage_v` is 0.001 V; usual is 1 to 1000 V: the motor's stall")
+        why.starts_with("`supply.voltage_v` is 0.001 V; usual is 1 to 1000 V: the joint cannot")
             && why.contains("(`friction.stick_nm`) is 5 N m"),
         "{why}"
     );

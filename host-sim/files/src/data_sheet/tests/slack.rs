@@ -3,14 +3,14 @@
 use toml::Table;
 
 use super::sheet;
-use crate::data_sheet::{Tables, UnseenSlack};
+use crate::data_sheet::{SheetTables, UnseenSlack};
 
 /// The joint that the tests of every judge share.
 const GEAR: &str = include_str!("../../../../tests/joints_under_test/gear_with_backlash.toml");
 
 #[test]
 fn the_slack_of_a_gear_is_its_backlash_and_the_wind_up_of_what_holds_it_at_rest() {
-    let tables: Tables = GEAR.parse::<Table>().unwrap().try_into().unwrap();
+    let tables: SheetTables = GEAR.parse::<Table>().unwrap().try_into().unwrap();
     let slack = UnseenSlack::of(&tables.sheet().unwrap().unwrap(), 360.0 / 102_400.0).unwrap();
     // 0.6 deg of 102 400 counts in 360 deg.
     assert!((slack.backlash_counts - 0.6 * 102_400.0 / 360.0).abs() < 1e-9, "{slack:?}");

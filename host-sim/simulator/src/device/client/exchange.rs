@@ -1,4 +1,4 @@
-//! One request and its answer, and what else comes meanwhile.
+//! Exchange of one request and its answer; samples that arrive meanwhile are kept.
 
 use std::time::Duration;
 
@@ -9,21 +9,20 @@ use crate::device::wire::Wire;
 use crate::device::words;
 use crate::error::Error;
 
-/// Time that a device has for an answer. It answers within milliseconds, but for a save.
+/// Timeout for an answer. A device answers within milliseconds, except to a save.
 pub(super) const PATIENCE: Duration = Duration::from_millis(200);
 
-/// Time that a device has for an erase of its flash: three times the longest that one takes
-/// (docs/link.md).
+/// Timeout for an answer after an erase of the flash: three times the longest erase (docs/link.md).
 const PATIENCE_TO_SAVE: Duration = Duration::from_secs(6);
 
-/// How often a request is sent before the device counts as silent.
+/// Number of times that a request is sent before the device counts as silent.
 const TRIES: u32 = 3;
 
-/// How many bytes of what is not understood an error shows.
+/// Number of unknown bytes that an error shows.
 const SHOWN: usize = 24;
 
-/// What has come since the last request. A device that is silent and one that talks otherwise need
-/// different advice.
+/// Bytes received since the last request. A silent device needs other advice than one that sends
+/// unknown bytes.
 #[derive(Debug, Default)]
 pub(super) struct Heard {
     /// The first bytes, at most [`SHOWN`].
@@ -33,7 +32,7 @@ pub(super) struct Heard {
 }
 
 impl<W: Wire> Client<W> {
-    /// Makes a request that is answered with nothing but that it is done.
+    /// Makes a request whose answer has no content.
     pub(super) fn done(&mut self, what: &str, request: Request) -> Result<(), Error> {
         match self.talk(request)? {
             Reply::Done => Ok(()),
@@ -50,7 +49,8 @@ impl<W: Wire> Client<W> {
         }
     }
 
-    /// Sends a request until it is answered. Its number stays the same, so the device does it once.
+    /// Sends a request until it is answered. Its number stays the same, so that the device executes
+    /// it once.
     pub(super) fn talk(&mut self, request: Request) -> Result<Reply, Error> {
         self.number = self.number.wrapping_add(1);
         let patience = match request {
@@ -82,21 +82,20 @@ impl<W: Wire> Client<W> {
         let Heard { begin, whole } = &self.heard;
         Err(Error::Device(match (begin.is_empty(), whole) {
             (true, _) => format!(
-                "{name} does not answer: is it powered, is it this firmware, and is it the right \
-                 port? (docs/link.md)"
+                "{name} does not answer: check its power, its firmware and the port (docs/link.md)"
             ),
             (false, true) => {
                 format!("{name} sends, but does not answer: its answers are lost (docs/link.md)")
             }
             (false, false) => format!(
-                "{name} sends what is no message of the link (\"{}\"): it has other firmware, or \
-                 another baud rate (docs/link.md)",
+                "{name} sends bytes that are no message of the link (\"{}\"): it has other \
+                 firmware, or another baud rate (docs/link.md)",
                 begin.escape_ascii()
             ),
         }))
     }
 
-    /// Sorts the bytes that came: it keeps samples, and returns the answer to the last request.
+    /// Decodes received bytes: stores samples, and returns the answer to the last request.
     pub(super) fn take(&mut self, bytes: &[u8]) -> Option<Reply> {
         let mut reply = None;
         let room = SHOWN - self.heard.begin.len();
@@ -110,14 +109,14 @@ impl<W: Wire> Client<W> {
                     reply = Some(content);
                 }
                 Ok(Message::Sample(sample)) => self.subscription.push(sample),
-                // An answer that came late, or something that is not of this protocol.
+                // A late answer, or bytes of another protocol.
                 Ok(Message::Reply(_)) | Err(_) => {}
             }
         }
         reply
     }
 
-    /// The error that says why the device refuses a request.
+    /// Returns the error with the reason of a refusal.
     pub(super) fn refused(&self, what: &str, refused: &Refused) -> Error {
         let (name, why, excuse) =
             (self.wire.name(), words::refused(refused), self.wire.excuse(refused));
@@ -125,10 +124,10 @@ impl<W: Wire> Client<W> {
         Error::Refused(format!("{what}: {name} refuses: {why}{excuse}{more}"))
     }
 
-    /// The error that says that an answer belongs to another request.
+    /// Returns the error for an answer that does not fit its request.
     pub(super) fn unexpected(&self) -> Error {
         Error::Device(format!(
-            "{} gives an answer that does not fit the question (docs/link.md)",
+            "{} sends an answer that does not fit the request (docs/link.md)",
             self.wire.name()
         ))
     }

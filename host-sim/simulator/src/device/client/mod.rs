@@ -20,12 +20,12 @@
 //! # }
 //! ```
 //!
-//! | file | what the client does there |
+//! | file | content |
 //! |---|---|
-//! | `exchange.rs` | repeats a request until its answer comes, and sorts what a wire brings |
+//! | `exchange.rs` | repeats a request until it is answered, and decodes received bytes |
 //! | `motion.rs` | arms, moves, stops, and runs a ramp |
 //! | `parameters.rs` | reads, writes, changes and saves parameters |
-//! | `state.rs` | asks for state and faults, and waits |
+//! | `state.rs` | reads state and faults, and waits |
 //! | `telemetry.rs` | subscribes to signals, and keeps and counts their samples |
 
 mod exchange;
@@ -64,7 +64,7 @@ impl<W: Wire> Client<W> {
     /// Opens a session with a hello.
     ///
     /// # Errors
-    /// Says that nobody answers, or that the device speaks another version of the protocol.
+    /// Returns an error if no device answers, or if it has another version of the protocol.
     pub fn connect(wire: W) -> Result<Self, Error> {
         let mut client = Self {
             wire,
@@ -77,7 +77,7 @@ impl<W: Wire> Client<W> {
         };
         // A zero ends a frame that an earlier session may have left unfinished.
         client.wire.send(&[0])?;
-        // Random: the standard library has no other source of that on every system.
+        // Random; the standard library has no other random source on every system.
         let session = RandomState::new().hash_one(()) as u32;
         match client.ask(Request::Hello { protocol: PROTOCOL, session })? {
             Reply::Hello(identity) if identity.protocol == PROTOCOL => {
@@ -87,42 +87,42 @@ impl<W: Wire> Client<W> {
             Reply::Hello(Identity { protocol, version, .. }) => {
                 let name = client.wire.name();
                 Err(Error::Device(format!(
-                    "{name} runs firmware {version} with version {protocol} of the link, and this \
-                     program speaks version {PROTOCOL}; flash the firmware that belongs to it \
-                     (`cargo xtask flash`, docs/link.md)"
+                    "{name} runs firmware {version} with version {protocol} of the link, but this \
+                     program has version {PROTOCOL}; flash the firmware of this program (`cargo \
+                     xtask flash`, docs/link.md)"
                 )))
             }
             _ => Err(client.unexpected()),
         }
     }
 
-    /// The device, as it has introduced itself.
+    /// Returns the identity that the device has sent.
     pub const fn identity(&self) -> Option<&Identity> {
         self.identity.as_ref()
     }
 
-    /// The warning that has to stand before whatever is shown of the device. A board needs none.
+    /// Returns the warning that precedes every output about the device. A board needs none.
     pub fn warning(&self) -> Option<&'static str> {
         let simulated =
             || self.identity.as_ref().is_some_and(|identity| identity.kind == Kind::Simulated);
-        // A simulated device at the other end of a port is known by its hello only.
+        // Only its hello identifies a simulated device behind a port.
         self.wire.warning().or_else(|| simulated().then_some(SIMULATED))
     }
 
     /// Ends each wait ([`pass`](Self::pass), [`pass_armed`](Self::pass_armed)) with
-    /// [`Error::CtrlC`] once the flag is set. Requests are made as before, so that the device can be
+    /// [`Error::CtrlC`] once the flag is set. Requests still work, so that the device can be
     /// stopped.
     pub fn end_on(&mut self, interrupt: Arc<AtomicBool>) {
         self.interrupt = Some(interrupt);
     }
 
-    /// The load's angle minus the angle of the side that the encoder sits on, deg, in a tick of the
-    /// device's clock; none from a device that measures its encoder only.
+    /// Returns the load's angle minus that of the encoder's side, deg, at a tick of the device's
+    /// clock; `None` if the device measures its encoder only.
     pub fn load_ahead_deg(&self, clock: u32) -> Option<f64> {
         self.wire.load_ahead_deg(clock)
     }
 
-    /// The wire to the device.
+    /// Returns the wire to the device.
     pub const fn wire(&mut self) -> &mut W {
         &mut self.wire
     }

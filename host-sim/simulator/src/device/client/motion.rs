@@ -12,15 +12,15 @@ use crate::device::moved::longest_s;
 use crate::device::wire::Wire;
 use crate::error::{Error, shown};
 
-/// The map of the friction: each speed in both senses, the fastest first.
+/// Friction map: each speed in both senses, the fastest first.
 pub type Map = [[MapPoint; 2]; SPEEDS];
 
 impl<W: Wire> Client<W> {
-    /// Closes the loop where the joint is. From now on the device has to hear from the client
-    /// within its link timeout.
+    /// Closes the loop at the position of the joint. From now on the client must send a request
+    /// within the device's link timeout.
     ///
     /// # Errors
-    /// Says why the device refuses.
+    /// Returns why the device refuses.
     pub fn arm(&mut self) -> Result<(), Error> {
         self.done("arm", Request::Arm)
     }
@@ -28,16 +28,16 @@ impl<W: Wire> Client<W> {
     /// Turns the output off.
     ///
     /// # Errors
-    /// Says that the device does not answer.
+    /// Returns an error if the device does not answer.
     pub fn stop(&mut self) -> Result<(), Error> {
         self.done("stop", Request::Stop)
     }
 
-    /// Stops the joint; the loop stays closed. A profiled move slows down within its limits, and
-    /// any other joint stays where it is.
+    /// Stops the joint; the loop stays closed. A profiled move slows down within its limits;
+    /// without one, the joint holds its position.
     ///
     /// # Errors
-    /// Says why the device refuses.
+    /// Returns why the device refuses.
     pub fn hold(&mut self) -> Result<(), Error> {
         self.done("move", Request::Move(Motion::Hold))
     }
@@ -45,7 +45,7 @@ impl<W: Wire> Client<W> {
     /// Steps to a position (deg), counted from the zero that arming has set.
     ///
     /// # Errors
-    /// Says why the device refuses.
+    /// Returns why the device refuses.
     pub fn step_to(&mut self, deg: f64) -> Result<(), Error> {
         let motion = self.step(deg)?;
         self.move_along(motion)
@@ -55,7 +55,7 @@ impl<W: Wire> Client<W> {
     /// the device's profile.
     ///
     /// # Errors
-    /// Says why the device refuses.
+    /// Returns why the device refuses.
     pub fn move_to(&mut self, deg: f64) -> Result<(), Error> {
         let motion = self.profiled(deg)?;
         self.move_along(motion)
@@ -65,7 +65,7 @@ impl<W: Wire> Client<W> {
     /// [`move_along`](Self::move_along).
     ///
     /// # Errors
-    /// Says that there is no such position.
+    /// Returns an error if the position is out of range.
     pub fn profiled(&mut self, deg: f64) -> Result<Motion, Error> {
         self.counted(deg).map(Motion::Profiled)
     }
@@ -73,17 +73,16 @@ impl<W: Wire> Client<W> {
     /// Turns a step to a position (deg) into counts, for [`move_along`](Self::move_along).
     ///
     /// # Errors
-    /// Says that there is no such position.
+    /// Returns an error if the position is out of range.
     pub fn step(&mut self, deg: f64) -> Result<Motion, Error> {
         self.counted(deg).map(Motion::Step)
     }
 
-    /// Asks for the longest time that a profiled move over so many degrees takes until its set
-    /// point rests, s: if the device has just been armed, its driver wakes up before it, and it
-    /// waits for the soft start.
+    /// Returns the longest time that a profiled move over `deg` takes until its set point rests, s,
+    /// with the wake-up of the driver and the soft start after arming.
     ///
     /// # Errors
-    /// Says that the device has no parameters.
+    /// Returns an error if the device has no parameters.
     pub fn longest_s(&mut self, deg: f64) -> Result<f64, Error> {
         let Parameters { profile, device, .. } = self.parameters()?;
         let waits = [device.reset_pulse, device.wake_up, device.soft_start].map(f64::from);
@@ -94,11 +93,11 @@ impl<W: Wire> Client<W> {
         position_of(deg, self.status()?.resolution.into())
     }
 
-    /// Refuses a move that a stopped device would refuse once it is armed, as far as that is known
-    /// before. Nothing is armed. What a device in any other state refuses is left to it.
+    /// Checks the target of a move before a stopped device is armed. It arms nothing, and accepts
+    /// every move in any other state of the device.
     ///
     /// # Errors
-    /// Says in the device's words why it would refuse, or that it does not answer.
+    /// Returns why the device would refuse, or that it does not answer.
     pub fn check_move(&mut self, motion: &Motion) -> Result<(), Error> {
         let (Motion::Step(to) | Motion::Profiled(to)) = motion else { return Ok(()) };
         let status = self.status()?;
@@ -110,10 +109,10 @@ impl<W: Wire> Client<W> {
         Ok(())
     }
 
-    /// Begins a motion, whose positions are counted from the zero that arming has set.
+    /// Starts a motion. Its positions count from the zero of the arming.
     ///
     /// # Errors
-    /// Says why the device refuses.
+    /// Returns why the device refuses.
     pub fn move_along(&mut self, motion: Motion) -> Result<(), Error> {
         match self.talk(Request::Move(motion))? {
             Reply::Done => Ok(()),
@@ -123,7 +122,7 @@ impl<W: Wire> Client<W> {
         }
     }
 
-    /// The refusal of a motion that leads out of the limits of travel, with these limits if the
+    /// Returns the error for a motion that leaves the limits of travel, with these limits if the
     /// device still answers.
     fn out_of_range(&mut self) -> Error {
         let error = self.refused("move", &Refused::OutOfRange);
@@ -133,31 +132,30 @@ impl<W: Wire> Client<W> {
         Error::Refused(format!("{error}; the range is {range}"))
     }
 
-    /// Arms and begins a ramp of the effort, which rises by `rate` (V/s) until the joint moves, is
-    /// held for `hold` (s) and falls again. The ramp ends by itself, and [`levels`](Self::levels)
-    /// says what it has found. Meanwhile the device has to hear from the client within its link
-    /// timeout.
+    /// Arms and starts a ramp: the effort rises by `rate` (V/s) until the joint moves, is held for
+    /// `hold` (s) and falls again. The ramp ends automatically; [`levels`](Self::levels) returns
+    /// its result. Meanwhile the client must send a request within the device's link timeout.
     ///
     /// # Errors
-    /// Says why the device refuses.
+    /// Returns why the device refuses.
     pub fn identify(&mut self, rate: f32, hold: f32) -> Result<(), Error> {
         self.done("identify", Request::Identify { rate, hold })
     }
 
-    /// Arms and begins a jog, within the bounds of the device and those that are asked for. The jog
-    /// ends by itself, and [`jogged`](Self::jogged) says what it has found. Meanwhile the device
-    /// has to hear from the client within its link timeout.
+    /// Arms and starts a jog, within the limits of the device and those of the request. The jog
+    /// ends automatically; [`jogged`](Self::jogged) returns its result. Meanwhile the client must
+    /// send a request within the device's link timeout.
     ///
     /// # Errors
-    /// Says why the device refuses.
+    /// Returns why the device refuses.
     pub fn jog(&mut self, asked: Asked) -> Result<(), Error> {
         self.done("jog", Request::Jog(asked))
     }
 
-    /// What the last jog has found; none before it is over, and none if something else ended it.
+    /// Returns the result of the last jog; `None` before its end or if it was interrupted.
     ///
     /// # Errors
-    /// Says that the device does not answer.
+    /// Returns an error if the device does not answer.
     pub fn jogged(&mut self) -> Result<Option<Found>, Error> {
         match self.ask(Request::ReadJog)? {
             Reply::Jog(found) => Ok(found),
@@ -165,33 +163,32 @@ impl<W: Wire> Client<W> {
         }
     }
 
-    /// Asks for the parameters, and refuses an identification that would find nothing: its encoder
-    /// is too coarse for the bound of its speed. Nothing moves. To be asked before
-    /// [`identify_joint`](Self::identify_joint), which does not look: it takes several exchanges,
-    /// and somebody may have to look at something between these and the arming.
+    /// Checks that the encoder is fine enough for an identification at its speed limit. Nothing
+    /// moves. Call it before [`identify_joint`](Self::identify_joint), which does not check: the
+    /// check takes several exchanges, and the caller can do other checks before arming.
     ///
     /// # Errors
-    /// Says to which speed it has to be raised, or that the device does not answer.
+    /// Returns the speed limit that is needed, or that the device does not answer.
     pub fn check_identification(&mut self, asked: &identification::Asked) -> Result<(), Error> {
         let why = shows_too_little(asked, &self.parameters()?);
         why.map_or(Ok(()), |why| Err(Error::Refused(why)))
     }
 
-    /// Arms and begins an identification, within the bounds that are asked for and the device's. It
-    /// ends by itself, and [`identified`](Self::identified) says what it has found. Meanwhile the
-    /// device has to hear from the client within its link timeout.
+    /// Arms and starts an identification, within the limits of the request and of the device. It
+    /// ends automatically; [`identified`](Self::identified) returns its result. Meanwhile the
+    /// client must send a request within the device's link timeout.
     ///
     /// # Errors
-    /// Says why the device refuses.
+    /// Returns why the device refuses.
     pub fn identify_joint(&mut self, asked: identification::Asked) -> Result<(), Error> {
         self.done("identify", Request::IdentifyJoint(asked))
     }
 
-    /// What the last identification has found; none before it is over, and none if something else
-    /// ended it.
+    /// Returns the result of the last identification; `None` before its end or if it was
+    /// interrupted.
     ///
     /// # Errors
-    /// Says that the device does not answer.
+    /// Returns an error if the device does not answer.
     pub fn identified(&mut self) -> Result<Option<(Summary, Map)>, Error> {
         let Reply::Identification(summary) = self.ask(Request::ReadIdentification)? else {
             return Err(self.unexpected());
@@ -202,10 +199,10 @@ impl<W: Wire> Client<W> {
         }
     }
 
-    /// The efforts (V) that the last ramp has found; none before the ramp is over.
+    /// Returns the efforts (V) that the last ramp has measured; `None` before its end.
     ///
     /// # Errors
-    /// Says that the device does not answer.
+    /// Returns an error if the device does not answer.
     pub fn levels(&mut self) -> Result<Option<Levels>, Error> {
         match self.ask(Request::ReadLevels)? {
             Reply::Levels(levels) => Ok(levels),
@@ -214,21 +211,21 @@ impl<W: Wire> Client<W> {
     }
 }
 
-/// Turns an angle (deg) into the counts of an encoder, of which one is so many deg.
+/// Converts an angle (deg) to counts of an encoder with the given resolution (deg).
 ///
 /// # Errors
-/// Says that there is no such position.
+/// Returns an error if the position is out of range.
 pub fn position_of(deg: f64, resolution_deg: f64) -> Result<Position, Error> {
     let counts = deg / resolution_deg;
     // 2^30 counts, as for steps of a machine's file.
     if !counts.is_finite() || counts.abs() > f64::from(1 << 30) {
-        return Err(Error::Input(format!("move {deg}: allowed is a position within 2^30 counts")));
+        return Err(Error::Input(format!("move {deg}: the position must be within 2^30 counts")));
     }
     Ok(crate::experiment::position(counts))
 }
 
-/// Whether a position is out of the range of a device that is armed at `zero`, counts since
-/// power-on. A joint that stands out of the range is not armed at all, for another reason.
+/// Returns whether a position is out of the range of a device that is armed at `zero`, counts since
+/// power-on. False if the joint itself is out of range: the device refuses to arm then.
 fn leads_out(parameters: &Parameters, zero: i32, to: Position) -> bool {
     let Limits { position_min, position_max, .. } = parameters.limits;
     if position_min == 0.0 && position_max == 0.0 {
@@ -240,32 +237,34 @@ fn leads_out(parameters: &Parameters, zero: i32, to: Position) -> bool {
     range.contains(&zero) && !range.contains(&zero.wrapping_add(to.counts))
 }
 
-/// Says that a bound of the speed is one at which the encoder does not show the swings: minutes of
-/// motion would not identify the inertia. What the device refuses is left to it.
+/// Returns an error message if the encoder does not resolve the swings at the speed limit: minutes
+/// of motion would not identify the inertia. Returns `None` for a request that the device refuses
+/// itself.
 fn shows_too_little(asked: &identification::Asked, parameters: &Parameters) -> Option<String> {
     let least = parameters.identify(asked).ok()?.least_speed()?;
     let most = parameters.profile.velocity;
     let how = if least <= most {
-        format!("give it --speed {} or more", enough(least).min(most))
+        format!("use --speed {} or more", enough(least).min(most))
     } else {
         format!(
-            "set profile.velocity_deg_per_s, which is {most}, to {} or more, with an acceleration \
-             and a jerk that go with it",
+            "raise profile.velocity_deg_per_s from {most} to {} or more, with an acceleration and \
+             a jerk to match",
             enough(least)
         )
     };
     Some(format!(
-        "identify: at the bound of its speed, {} deg/s, the encoder counts too coarsely to tell \
-         the inertia; {how}. Nothing has moved",
+        "identify: at the speed limit of {} deg/s the encoder is too coarse to identify the \
+         inertia; {how}. Nothing has moved",
         asked.speed.unwrap_or(most)
     ))
 }
 
-/// A tenth more, so that no rounding is in the way, in two digits.
+/// Returns a value 10 % higher, rounded up to two digits, so that rounding does not fall below the
+/// least one.
 fn enough(least: f32) -> f32 {
     let more = 1.1 * f64::from(least);
     let digit = 10f64.powf(more.log10().floor() - 1.0);
-    // What is two digits but for its rounding stays.
+    // A value of two digits stays in spite of its rounding error.
     let up = (more / digit - 1e-6).ceil() * digit;
     format!("{up:.1e}").parse().unwrap_or(up as f32)
 }
@@ -278,7 +277,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_speed_is_told_in_two_digits_with_a_tenth_to_spare_and_within_the_profile() {
+    fn an_advised_speed_has_two_digits_and_a_margin_within_the_profile() {
         assert_eq!([0.1037, 19.286, 1.0, 90.0].map(enough), [0.12, 22.0, 1.1, 99.0]);
         // The thesis's encoder at 20 ms shows the swings from 0.1037 deg/s on.
         let said = |most: f32| {
@@ -295,8 +294,8 @@ mod tests {
             let asked = identification::Asked { speed: Some(0.05), ..Default::default() };
             shows_too_little(&asked, &parameters).unwrap()
         };
-        assert!(said(1.0).contains("give it --speed 0.12 or more"), "{}", said(1.0));
-        assert!(said(0.11).contains("give it --speed 0.11 or more"), "{}", said(0.11));
-        assert!(said(0.1).contains("which is 0.1, to 0.12 or more"), "{}", said(0.1));
+        assert!(said(1.0).contains("use --speed 0.12 or more"), "{}", said(1.0));
+        assert!(said(0.11).contains("use --speed 0.11 or more"), "{}", said(0.11));
+        assert!(said(0.1).contains("from 0.1 to 0.12 or more"), "{}", said(0.1));
     }
 }

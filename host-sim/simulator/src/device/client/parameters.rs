@@ -13,7 +13,7 @@ impl<W: Wire> Client<W> {
     /// Reads the parameters in use.
     ///
     /// # Errors
-    /// Says that the device has none.
+    /// Returns an error if the device has none.
     pub fn parameters(&mut self) -> Result<Parameters, Error> {
         let mut record: Vec<u8> = Vec::new();
         loop {
@@ -35,11 +35,11 @@ impl<W: Wire> Client<W> {
         decoded.map(|(parameters, _)| parameters).map_err(|_| self.unexpected())
     }
 
-    /// Sends other parameters. The device validates all of them before it takes any, and forgets
-    /// them at a reset unless they are [saved](Self::save).
+    /// Sends parameters. The device validates all of them before it uses any. A reset restores the
+    /// saved ones, unless these are [saved](Self::save).
     ///
     /// # Errors
-    /// Says why the device refuses; the old parameters stay in use then.
+    /// Returns why the device refuses; the old parameters stay in use.
     pub fn set_parameters(&mut self, parameters: &Parameters) -> Result<(), Error> {
         let mut room = [0; ROOM];
         let record = parameters.encode(0, &mut room).unwrap_or_default();
@@ -50,13 +50,13 @@ impl<W: Wire> Client<W> {
         self.done("params push", Request::TakeParameters { length: record.len() as u16 })
     }
 
-    /// Changes some of the parameters by their numbers. The device validates the result as a whole.
+    /// Changes some parameters by their numbers. The device validates the whole result.
     ///
     /// # Errors
-    /// Says why the device refuses; no value is taken then.
+    /// Returns why the device refuses; no value is changed then.
     pub fn change(&mut self, values: &[(Key, u32)]) -> Result<(), Error> {
         let (mut room, mut length) = ([0; CHUNK], 0);
-        // Which laws there are comes before their gains, as in a record.
+        // The laws come before their gains, as in a record.
         let mut values = values.to_vec();
         values.sort_unstable_by_key(|(key, _)| *key);
         for (key, bits) in values {
@@ -67,19 +67,19 @@ impl<W: Wire> Client<W> {
         self.done("params", Request::Change { entries })
     }
 
-    /// Saves the parameters in use, so that they outlast a reset. A board takes seconds for that.
+    /// Saves the parameters in use to flash. A board takes seconds for that.
     ///
     /// # Errors
-    /// Says that the device is armed, or that its flash fails.
+    /// Returns an error if the device is armed or its flash fails.
     pub fn save(&mut self) -> Result<(), Error> {
         self.done("params save", Request::Save)
     }
 
-    /// Turns the part's brown-out reset on, at its highest level. The part keeps that for good, and
-    /// goes by it after its next reset. It stands still for up to seconds meanwhile.
+    /// Turns the brown-out reset of the microcontroller on permanently, at its highest level. It
+    /// takes effect at the next reset. The device does not run while it writes, up to seconds.
     ///
     /// # Errors
-    /// Says that the device is armed, has no brown-out reset, or may not change it.
+    /// Returns an error if the device is armed, has no brown-out reset, or cannot change it.
     pub fn set_brown_out(&mut self) -> Result<(), Error> {
         self.done("set-brown-out", Request::SetBrownOut)
     }

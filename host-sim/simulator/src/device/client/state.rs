@@ -1,4 +1,4 @@
-//! The state and the faults of the device, and waiting without falling silent.
+//! State and faults of the device, and waits with a keep-alive.
 
 use std::sync::atomic::Ordering;
 use std::time::Duration;
@@ -10,14 +10,14 @@ use super::exchange::PATIENCE;
 use crate::device::wire::Wire;
 use crate::error::Error;
 
-/// Longest silence of a client that waits: a fifth of the default link timeout.
+/// Longest time between two requests of a waiting client: a fifth of the default link timeout.
 const SIGN_OF_LIFE: Duration = Duration::from_millis(100);
 
 impl<W: Wire> Client<W> {
-    /// Asks for the state of the device.
+    /// Reads the state of the device.
     ///
     /// # Errors
-    /// Says that the device does not answer.
+    /// Returns an error if the device does not answer.
     pub fn status(&mut self) -> Result<Status, Error> {
         match self.ask(Request::Status)? {
             Reply::Status(status) => Ok(status),
@@ -25,15 +25,15 @@ impl<W: Wire> Client<W> {
         }
     }
 
-    /// Asks for the faults that the device remembers, the oldest first.
+    /// Reads the faults that the device has stored, the oldest first.
     ///
     /// # Errors
-    /// Says that the device does not answer.
+    /// Returns an error if the device does not answer.
     pub fn faults(&mut self) -> Result<Vec<Told>, Error> {
         let mut faults = Vec::new();
         for index in 0..stiction::safety::fault::HISTORY as u8 {
             match self.talk(Request::Fault { index })? {
-                Reply::Fault(told) => faults.push(told),
+                Reply::Fault(fault) => faults.push(fault),
                 Reply::Refused(Refused::NoSuch) => break,
                 Reply::Refused(refused) => return Err(self.refused("faults", &refused)),
                 _ => return Err(self.unexpected()),
@@ -45,24 +45,24 @@ impl<W: Wire> Client<W> {
     /// Clears the latched fault.
     ///
     /// # Errors
-    /// Says why the fault cannot be cleared.
+    /// Returns why the fault cannot be cleared.
     pub fn clear(&mut self) -> Result<(), Error> {
         self.done("faults --clear", Request::Clear)
     }
 
-    /// Waits for so much time of the device, talks to it meanwhile, and keeps the samples that
-    /// come.
+    /// Waits for a time of the device, keeps the link alive, and stores the samples that arrive.
     ///
     /// # Errors
-    /// Says that the device does not answer, or that Ctrl-C ended it ([`end_on`](Self::end_on)).
+    /// Returns an error if the device does not answer, or if Ctrl-C ended the wait
+    /// ([`end_on`](Self::end_on)).
     pub fn pass(&mut self, time: Duration) -> Result<Status, Error> {
         self.pass_while(time, |_| true)
     }
 
-    /// Waits as [`pass`](Self::pass) does, but no longer than the device is armed.
+    /// Waits as [`pass`](Self::pass) does, but only while the device is armed.
     ///
     /// # Errors
-    /// Says that the device does not answer.
+    /// Returns an error if the device does not answer.
     pub fn pass_armed(&mut self, time: Duration) -> Result<Status, Error> {
         self.pass_while(time, |status| status.state == StateCode::Armed)
     }
@@ -77,9 +77,8 @@ impl<W: Wire> Client<W> {
         let (begin, started) = (device_s(&status), self.wire.now());
         loop {
             let on_the_wire = self.wire.now() - started;
-            // The device's time counts, not the wire's: a simulated device has its own. A device
-            // without parameters has no time, and one whose clock stands still is not waited for
-            // for ever.
+            // The device's clock counts, since a simulated device has its own. The wire's clock
+            // counts for a device without parameters, and limits the wait for one that has stopped.
             let passed = if status.sample_time > 0.0 && on_the_wire < 2 * time + PATIENCE {
                 device_s(&status) - begin
             } else {

@@ -1,4 +1,4 @@
-//! Signals of the device, and the samples of those that the client has subscribed to.
+//! Signals of the device, and the samples of subscribed signals.
 
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -9,20 +9,20 @@ use super::Client;
 use crate::device::wire::Wire;
 use crate::error::Error;
 
-/// The samples of a subscription, as they come.
+/// Received samples of a subscription.
 #[derive(Debug, Default)]
 pub(super) struct Subscription {
     samples: VecDeque<Sample>,
-    /// Number that the next sample has if none is lost.
+    /// Number of the next sample if none is lost.
     expected: Option<u32>,
-    /// Another subscription was asked for, and its answer has not come yet.
+    /// Whether a new subscription was requested and not yet answered.
     asked: bool,
     lost: u64,
 }
 
 impl Subscription {
-    /// Begins anew if this is the answer to a subscription: samples that came before it belong to
-    /// the last one, which counts from another number.
+    /// Clears the samples if this is the answer to a subscription: earlier samples belong to the
+    /// previous one, which has other numbers.
     pub(super) fn answered(&mut self) {
         if std::mem::take(&mut self.asked) {
             self.expected = None;
@@ -30,7 +30,7 @@ impl Subscription {
         }
     }
 
-    /// Keeps a sample, and counts those that are missing before it.
+    /// Stores a sample, and counts the missing ones before it.
     pub(super) fn push(&mut self, sample: Sample) {
         let expected = self.expected.unwrap_or(sample.number);
         self.lost += u64::from(sample.number.wrapping_sub(expected));
@@ -40,10 +40,10 @@ impl Subscription {
 }
 
 impl<W: Wire> Client<W> {
-    /// Asks for the signals that the device announces, in the order of their places.
+    /// Reads the signals that the device announces, in the order of their places.
     ///
     /// # Errors
-    /// Says that the device does not answer.
+    /// Returns an error if the device does not answer.
     pub fn signals(&mut self) -> Result<Vec<Announced>, Error> {
         let mut all = Vec::new();
         for index in 0..=u8::MAX {
@@ -57,19 +57,20 @@ impl<W: Wire> Client<W> {
         Ok(all)
     }
 
-    /// Subscribes to signals, given as a sum of 1 << place, of every `every`-th tick; 0 ends it.
+    /// Subscribes to the signals of a mask (the sum of 1 << place), in every `every`-th tick; 0
+    /// ends the subscription.
     ///
     /// # Errors
-    /// Says that the device does not answer, or that it has no such signal.
+    /// Returns an error if the device does not answer or has no such signal.
     pub fn subscribe(&mut self, signals: u64, every: u16) -> Result<(), Error> {
         self.subscription.asked = true;
         self.done("log", Request::Subscribe { signals, every })
     }
 
-    /// Returns the next sample, and waits for it as long as `at_most`.
+    /// Returns the next sample; waits for it up to `at_most`.
     ///
     /// # Errors
-    /// Says that the wire is gone.
+    /// Returns an error if the wire is gone.
     pub fn sample(&mut self, at_most: Duration) -> Result<Option<Sample>, Error> {
         if self.subscription.samples.is_empty() {
             let bytes = self.wire.receive(at_most)?;
@@ -78,12 +79,12 @@ impl<W: Wire> Client<W> {
         Ok(self.kept())
     }
 
-    /// Returns the next sample of those that have come already.
+    /// Returns the next sample that has already arrived.
     pub fn kept(&mut self) -> Option<Sample> {
         self.subscription.samples.pop_front()
     }
 
-    /// How many samples did not arrive, as far as later ones have shown.
+    /// Returns the number of lost samples, as far as later ones show.
     pub const fn lost(&self) -> u64 {
         self.subscription.lost
     }

@@ -103,7 +103,7 @@ fn state_of(watched: &WatchedDevice) -> Line<'static> {
     let mut say =
         |text: String, color| line.push(Span::styled(format!("  {text}"), Style::new().fg(color)));
     if status.fault.code != 0 {
-        say(words::told(&status.fault, status.sample_time), Color::Red);
+        say(words::fault(&status.fault, status.sample_time), Color::Red);
         say(words::remedy(status.fault.code, "key c"), Color::Red);
     }
     // Dangerous conditions come first. Those that change from tick to tick come last, so that they

@@ -1,14 +1,14 @@
 //! What a log's text and its times can be like.
 
 use crate::log_identification::gate;
-use crate::log_identification::reading::{Columns, Log, MOST, read_from};
-use crate::log_identification::time_grid::{Grid, Stretch};
+use crate::log_identification::reading::{LogColumns, MOST, MotionLog, read_from};
+use crate::log_identification::time_grid::{Stretch, TimeGrid};
 
-fn columns(time: &str, position: &str, effort: &str) -> Columns {
-    Columns { time: time.into(), position: position.into(), effort: effort.into() }
+fn columns(time: &str, position: &str, effort: &str) -> LogColumns {
+    LogColumns { time: time.into(), position: position.into(), effort: effort.into() }
 }
 
-fn read(text: &str, names: [&str; 3]) -> Result<Log, String> {
+fn read(text: &str, names: [&str; 3]) -> Result<MotionLog, String> {
     read_from("log", text.as_bytes(), &columns(names[0], names[1], names[2]))
         .map_err(|error| error.to_string())
 }
@@ -85,27 +85,27 @@ fn a_log_that_is_longer_than_the_memory_is_averaged_in_pairs() {
 }
 
 /// A log of q = sin t with the given times.
-fn sine(times: impl Iterator<Item = f64>) -> Log {
+fn sine(times: impl Iterator<Item = f64>) -> MotionLog {
     let time: Vec<f64> = times.collect();
     let position = time.iter().map(|t| t.sin()).collect();
     let effort = time.clone();
-    Log { rows: time.len() as u64, time, position, effort, folded: 1, ..Log::default() }
+    MotionLog { rows: time.len() as u64, time, position, effort, folded: 1, ..MotionLog::default() }
 }
 
 #[test]
 fn rounded_times_are_even_and_jitter_is_interpolated() {
     let n = 2000;
     let round = |i: u32| (f64::from(i) * 0.7e-3 * 1e3).round() / 1e3;
-    let log = Log { first_equal: Some(2), ..sine((0..n).map(round)) };
-    let grid = Grid::of(&log, 1e-3).unwrap();
+    let log = MotionLog { first_equal: Some(2), ..sine((0..n).map(round)) };
+    let grid = TimeGrid::of(&log, 1e-3).unwrap();
     assert!(!grid.is_interpolated && grid.gaps == 0);
     assert!((grid.step_s - 0.7e-3).abs() < 1e-6, "{}", grid.step_s);
     // The same times, written as finely as they are, do not increase.
-    let why = Grid::of(&log, 1e-9).unwrap_err();
+    let why = TimeGrid::of(&log, 1e-9).unwrap_err();
     assert!(why.contains("row 2"), "{why}");
     // A third of a step of jitter, deterministic.
     let jitter = |i: u32| 1e-2 * (f64::from(i) + 0.33 * (f64::from(i) * 2.4).sin());
-    let grid = Grid::of(&sine((0..n).map(jitter)), 1e-9).unwrap();
+    let grid = TimeGrid::of(&sine((0..n).map(jitter)), 1e-9).unwrap();
     assert!(grid.is_interpolated);
     let Stretch { begin_s, position, effort } = &grid.stretches[0];
     for (i, (q, u)) in position.iter().zip(effort).enumerate().take(n as usize - 4).skip(2) {
@@ -118,7 +118,7 @@ fn rounded_times_are_even_and_jitter_is_interpolated() {
 #[test]
 fn a_gap_parts_a_log_and_lost_rows_do_not() {
     let kept = (0..3000u32).filter(|i| ![7, 8, 900].contains(i) && !(1000..1200).contains(i));
-    let grid = Grid::of(&sine(kept.map(|i| 1e-3 * f64::from(i))), 1e-9).unwrap();
+    let grid = TimeGrid::of(&sine(kept.map(|i| 1e-3 * f64::from(i))), 1e-9).unwrap();
     assert_eq!((grid.gaps, grid.stretches.len()), (1, 2));
     assert!((grid.first_gap_s.unwrap() - 0.999).abs() < 1e-9);
     assert_eq!(grid.stretches[0].position.len(), 1000);
@@ -131,15 +131,15 @@ fn a_counter_that_runs_over_parts_a_log_and_a_quick_motion_does_not() {
     // A stroke within 20 ms, as quick as machines are.
     let stroke = |t: f64| if t < 3.0 { 0.0 } else { 1.0 - (-(t - 3.0) / 0.005).exp() };
     log.position = log.time.iter().map(|t| t.sin() + stroke(*t)).collect();
-    assert!(Grid::of(&log, 1e-9).unwrap().jumps_s.is_empty());
+    assert!(TimeGrid::of(&log, 1e-9).unwrap().jumps_s.is_empty());
     log.position.iter_mut().skip(2000).for_each(|q| *q -= 4.0);
-    let grid = Grid::of(&log, 1e-9).unwrap();
+    let grid = TimeGrid::of(&log, 1e-9).unwrap();
     assert_eq!((grid.gaps, grid.jumps_s, grid.stretches.len()), (0, vec![2.0], 2));
 }
 
 #[test]
 fn an_effort_is_saturated_where_it_is_cut_and_not_where_it_turns_or_is_switched() {
-    let grid = |of: fn(f64) -> f64| Grid {
+    let grid = |of: fn(f64) -> f64| TimeGrid {
         step_s: 1e-3,
         stretches: vec![Stretch {
             begin_s: 0.0,

@@ -2,12 +2,12 @@
 //! steps, friction with a smooth sign, and a PD that follows ramps of random length and speed.
 //! Nothing of the simulator is in it.
 
-use crate::log_identification::reading::Log;
+use crate::log_identification::reading::MotionLog;
 
 /// A random sequence (Numerical Recipes' linear congruence of 64 bits).
-pub struct Random(pub u64);
+pub struct SplitMix(pub u64);
 
-impl Random {
+impl SplitMix {
     /// From 0 to 1.
     pub fn part(&mut self) -> f64 {
         self.0 =
@@ -28,7 +28,7 @@ impl Random {
 
 /// A machine, SI.
 #[derive(Clone, Copy, Debug)]
-pub struct Machine {
+pub struct RandomMachine {
     pub inertia: f64,
     pub viscous: [f64; 2],
     pub coulomb: [f64; 2],
@@ -55,9 +55,9 @@ pub struct Machine {
 /// What moves: positions and velocities of the motor's side and the load's.
 type State = [f64; 4];
 
-impl Machine {
+impl RandomMachine {
     /// A machine somewhere between a gimbal and a big axis.
-    pub fn random(random: &mut Random) -> Self {
+    pub fn random(random: &mut SplitMix) -> Self {
         let inertia = random.between(0.01, 100.0);
         let speed = random.between(0.1, 5.0);
         let acceleration = speed * random.between(3.0, 20.0);
@@ -126,7 +126,7 @@ impl Machine {
     }
 
     /// Time, position and effort of each sample; the effort is that of the sample, as measured.
-    pub fn samples(&self, random: &mut Random) -> Vec<[f64; 3]> {
+    pub fn samples(&self, random: &mut SplitMix) -> Vec<[f64; 3]> {
         let h = self.sample_time_s;
         let wn = 25.0f64.min(0.1 / h);
         // So short that the smooth sign is stable: its rate is level/(3e-3 speed inertia).
@@ -173,10 +173,10 @@ impl Machine {
     }
 
     /// The samples as a log that was read.
-    pub fn log(&self, random: &mut Random) -> Log {
+    pub fn log(&self, random: &mut SplitMix) -> MotionLog {
         let samples = self.samples(random);
         let column = |place: usize| samples.iter().map(|sample| sample[place]).collect();
-        Log {
+        MotionLog {
             time: column(0),
             position: column(1),
             effort: column(2),
@@ -184,7 +184,7 @@ impl Machine {
             folded: 1,
             time_digit: 1e-9,
             smallest_change: self.count,
-            ..Log::default()
+            ..MotionLog::default()
         }
     }
 }

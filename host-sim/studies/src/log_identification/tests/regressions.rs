@@ -1,9 +1,9 @@
 //! Least squares and its standard deviations against closed forms.
 
-use super::machine::Random;
-use crate::log_identification::least_squares::{Columns, Fit, MOST};
+use super::machine::SplitMix;
+use crate::log_identification::least_squares::{Fit, MOST, RegressionRow};
 
-fn row(values: &[f64]) -> Columns {
+fn row(values: &[f64]) -> RegressionRow {
     let mut row = [0.0; MOST];
     row[..values.len()].copy_from_slice(values);
     row
@@ -34,9 +34,9 @@ fn a_column_that_is_a_sum_of_others_is_named() {
 fn the_deviation_of_a_mean_takes_the_correlation_of_its_residuals_into_account() {
     const N: usize = 4000;
     for a in [0.0, 0.9] {
-        let mut random = Random(3);
+        let mut random = SplitMix(3);
         let mut values = vec![0.0; N];
-        let mut told = 0.0;
+        let mut estimated = 0.0;
         const LOGS: usize = 40;
         for _ in 0..LOGS {
             let mut error = 0.0;
@@ -45,10 +45,10 @@ fn the_deviation_of_a_mean_takes_the_correlation_of_its_residuals_into_account()
                 *value = 5.0 + error;
             }
             let fit = Fit::of(1, || values.iter().map(|value| (row(&[1.0]), *value))).unwrap();
-            told += fit.covariance[0][0] / LOGS as f64;
+            estimated += fit.covariance[0][0] / LOGS as f64;
         }
         let expected = 1.0 / (1.0 - a * a) * (1.0 + a) / (1.0 - a) / N as f64;
-        let ratio = (told / expected).sqrt();
+        let ratio = (estimated / expected).sqrt();
         // The largest of three estimates, each widened by Student's t, is above 1 and below 1.5.
         assert!((1.0..1.5).contains(&ratio), "correlation {a}: {ratio} of the closed form");
     }

@@ -1,27 +1,26 @@
-//! A data sheet told to a person: both systems of units side by side, and where each number comes
-//! from.
+//! Derived numbers of a data sheet in both systems of units, each with its formula.
 
 use std::f64::consts::TAU;
 
 use super::sheet::DataSheet;
-use super::tables::{DrivenBy, Side};
+use super::tables::{DrivenBy, EncoderPlace};
 use super::units::Mapping;
 use crate::error::shown;
 
 /// A derived number.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Row {
-    /// What it is.
+pub struct DerivedNumber {
+    /// Name of the quantity.
     pub what: &'static str,
-    /// In SI, with its unit; empty if it has none.
+    /// Value in SI, with its unit; empty if it has none.
     pub si: String,
-    /// In the core's units; empty if the core has none.
+    /// Value in the core's units; empty if the core has none.
     pub core: String,
-    /// How it came about.
+    /// Formula.
     pub how: String,
 }
 
-/// Five digits, which is more than a data sheet has.
+/// Formats a number with five digits, which is more than a data sheet has.
 fn digits(number: f64) -> String {
     shown(format!("{number:.4e}").parse().unwrap_or(number))
 }
@@ -30,8 +29,8 @@ fn with(number: f64, unit: &str) -> String {
     format!("{} {unit}", digits(number))
 }
 
-/// Tells every number that a data sheet gives.
-pub fn rows(sheet: &DataSheet, mapping: &Mapping) -> Vec<Row> {
+/// Lists all numbers that are derived from a data sheet.
+pub fn rows(sheet: &DataSheet, mapping: &Mapping) -> Vec<DerivedNumber> {
     let mut rows = vec![effort(sheet, mapping)];
     rows.extend(body(sheet, mapping));
     rows.extend(friction(sheet, mapping));
@@ -41,7 +40,7 @@ pub fn rows(sheet: &DataSheet, mapping: &Mapping) -> Vec<Row> {
     rows
 }
 
-fn effort(sheet: &DataSheet, mapping: &Mapping) -> Row {
+fn effort(sheet: &DataSheet, mapping: &Mapping) -> DerivedNumber {
     let (motor, gear) = (&sheet.motor, &sheet.gear);
     let torque = format!(
         "{} x {} x {}",
@@ -59,17 +58,17 @@ fn effort(sheet: &DataSheet, mapping: &Mapping) -> Row {
             format!("G = n eta K_t A = {torque} x {amplifier}")
         }
     };
-    Row {
-        what: "effort of a volt",
+    DerivedNumber {
+        what: "effort per volt",
         si: with(mapping.units.effort_gain, "N m"),
         core: "1 V".into(),
         how,
     }
 }
 
-fn body(sheet: &DataSheet, mapping: &Mapping) -> Vec<Row> {
+fn body(sheet: &DataSheet, mapping: &Mapping) -> Vec<DerivedNumber> {
     let (motor, gear, load) = (&sheet.motor, &sheet.gear, &sheet.load);
-    let mut rows = vec![Row {
+    let mut rows = vec![DerivedNumber {
         what: "inertia",
         si: with(mapping.inertia, "kg m^2"),
         core: with(mapping.units.per_degree(mapping.inertia), "V s^2/deg"),
@@ -81,23 +80,23 @@ fn body(sheet: &DataSheet, mapping: &Mapping) -> Vec<Row> {
             digits(motor.rotor_inertia_kg_m2)
         ),
     }];
-    rows.push(Row {
-        what: "acceleration of a volt",
+    rows.push(DerivedNumber {
+        what: "acceleration per volt",
         si: with(mapping.units.effort_gain / mapping.inertia, "rad/s^2"),
         core: with(mapping.gain(), "deg/s^2"),
         how: "kappa = (180/pi) G / J".into(),
     });
     let viscous_core = |viscous: f64| with(mapping.units.per_degree(viscous), "V s/deg");
     if mapping.back_emf > 0.0 {
-        rows.push(Row {
+        rows.push(DerivedNumber {
             what: "back-EMF",
             si: with(mapping.back_emf, "N m s/rad"),
             core: viscous_core(mapping.back_emf),
-            how: "eta (n K_t)^2 / R: to the core, a viscous friction".into(),
+            how: "eta (n K_t)^2 / R: a viscous friction for the core".into(),
         });
     }
-    rows.push(Row {
-        what: "viscous friction in all",
+    rows.push(DerivedNumber {
+        what: "total viscous friction",
         si: with(mapping.viscous, "N m s/rad"),
         core: viscous_core(mapping.viscous),
         how: if mapping.back_emf > 0.0 {
@@ -109,8 +108,8 @@ fn body(sheet: &DataSheet, mapping: &Mapping) -> Vec<Row> {
     rows
 }
 
-fn friction(sheet: &DataSheet, mapping: &Mapping) -> Vec<Row> {
-    let level = |what, torque: f64, how: &str| Row {
+fn friction(sheet: &DataSheet, mapping: &Mapping) -> Vec<DerivedNumber> {
+    let level = |what, torque: f64, how: &str| DerivedNumber {
         what,
         si: with(torque, "N m"),
         core: with(mapping.volts(torque), "V"),
@@ -131,10 +130,10 @@ fn friction(sheet: &DataSheet, mapping: &Mapping) -> Vec<Row> {
     rows
 }
 
-/// What an axis in closed form does not have, as far as it has a unit.
-fn shape(sheet: &DataSheet, mapping: &Mapping) -> Vec<Row> {
+/// Lists effects that an axis in closed form does not have.
+fn shape(sheet: &DataSheet, mapping: &Mapping) -> Vec<DerivedNumber> {
     let angle = |what, radians: Option<f64>, per: &str| {
-        radians.filter(|radians| *radians != 0.0).map(|radians| Row {
+        radians.filter(|radians| *radians != 0.0).map(|radians| DerivedNumber {
             what,
             si: with(radians, &format!("rad{per}")),
             core: with(radians.to_degrees(), &format!("deg{per}")),
@@ -142,7 +141,7 @@ fn shape(sheet: &DataSheet, mapping: &Mapping) -> Vec<Row> {
         })
     };
     let spring = |what, stiffness: Option<f64>| {
-        stiffness.map(|stiffness| Row {
+        stiffness.map(|stiffness| DerivedNumber {
             what,
             si: with(stiffness, "N m/rad"),
             core: with(mapping.units.per_degree(stiffness), "V/deg"),
@@ -160,12 +159,12 @@ fn shape(sheet: &DataSheet, mapping: &Mapping) -> Vec<Row> {
     .collect()
 }
 
-fn limits(sheet: &DataSheet, mapping: &Mapping) -> Vec<Row> {
+fn limits(sheet: &DataSheet, mapping: &Mapping) -> Vec<DerivedNumber> {
     let how = match (sheet.motor.driven_by, &sheet.supply) {
         (DrivenBy::Voltage, Some(_)) => "full duty is the supply's voltage",
         _ => "the current limit, or `drive.full_scale_v`",
     };
-    let mut rows = vec![Row {
+    let mut rows = vec![DerivedNumber {
         what: "full scale",
         si: with(mapping.units.effort(mapping.full_scale_v), "N m"),
         core: with(mapping.full_scale_v, "V"),
@@ -176,17 +175,17 @@ fn limits(sheet: &DataSheet, mapping: &Mapping) -> Vec<Row> {
             .motor
             .current_limit_a
             .map_or("what is written".into(), |limit| format!("{} A at standstill", digits(limit)));
-        rows.push(Row {
+        rows.push(DerivedNumber {
             what: "largest duty",
             si: with(mapping.stall(), "N m"),
             core: digits(mapping.duty_max),
             how: limit,
         });
     }
-    // Without a supply nobody knows where the current of an amplifier ends.
+    // Without a supply the voltage limit of an amplifier is unknown.
     if let Some(supply) = &sheet.supply {
         let speed = supply.voltage_v / (sheet.gear.ratio * sheet.motor.kt_nm_per_a);
-        rows.push(Row {
+        rows.push(DerivedNumber {
             what: "speed without load",
             si: with(speed, "rad/s"),
             core: with(speed.to_degrees(), "deg/s"),
@@ -196,7 +195,7 @@ fn limits(sheet: &DataSheet, mapping: &Mapping) -> Vec<Row> {
     if let (DrivenBy::Voltage, Some(resistance)) =
         (sheet.motor.driven_by, sheet.motor.resistance_ohm)
     {
-        rows.push(Row {
+        rows.push(DerivedNumber {
             what: "time constants",
             si: with(mapping.inertia / mapping.viscous, "s"),
             core: with(sheet.motor.inductance_h / resistance, "s"),
@@ -206,13 +205,13 @@ fn limits(sheet: &DataSheet, mapping: &Mapping) -> Vec<Row> {
     rows
 }
 
-fn encoder(sheet: &DataSheet, mapping: &Mapping) -> Option<Row> {
+fn encoder(sheet: &DataSheet, mapping: &Mapping) -> Option<DerivedNumber> {
     let (count, lines) = (mapping.count?, sheet.encoder.lines?);
     let how = match sheet.encoder.at {
-        Some(Side::Motor) => format!("360 / (4 x {lines} x {})", digits(sheet.gear.ratio)),
+        Some(EncoderPlace::Motor) => format!("360 / (4 x {lines} x {})", digits(sheet.gear.ratio)),
         _ => format!("360 / (4 x {lines})"),
     };
-    Some(Row {
+    Some(DerivedNumber {
         what: "encoder's count",
         si: with(count, "rad"),
         core: with(count.to_degrees(), "deg"),

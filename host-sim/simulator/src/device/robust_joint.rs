@@ -1,20 +1,20 @@
-//! What `robust` is told of a joint that was identified.
+//! Joint values of the law `robust`, set from an identification.
 //!
-//! | told | from what was found |
+//! | value | source |
 //! |---|---|
-//! | inertia, viscous friction | as found |
+//! | inertia, viscous friction | identified value |
 //! | lowest breakaway | half of the least of: slip friction less its error bar, each breakaway |
 //! | highest breakaway | twice the largest of: top of the stick friction's range, each breakaway |
-//! | load | constant load and gravity, if that is more than the slip friction less its bar holds |
+//! | load | constant load and gravity, if they exceed the slip friction less its error bar |
 //!
-//! The factors of two are those of a first file ([`Told`]): an identification sees the joint of one
-//! day, at one temperature. Where the joint is doubted, the ranges of `[spread]` are wider, and so
-//! is this one. Everything else that the law was given, a bandwidth for one, stays, and the file
-//! says so.
+//! The factors of two are those of a new machine's file: an identification measures the joint on
+//! one day, at one temperature. If the identification has doubts, the ranges of `[spread]` are
+//! wider, and so is the range of the breakaway. All other gains of the law, such as its bandwidth,
+//! stay, and the file lists them.
 //!
-//! The thresholds of the device stay, unless the joint that was found would trip one of them while it
-//! rests against its load: then `breakaway_v`, and in proportion `stall_v`, `stall_impulse_vs` and
-//! `wind_up_v`, are raised to the stick friction and the load that were found.
+//! The thresholds of the device stay, unless the identified joint would trip one of them while it
+//! rests against its load. Then `breakaway_v` is raised to the identified stick friction plus load,
+//! and `stall_v`, `stall_impulse_vs` and `wind_up_v` are raised in proportion.
 
 use std::collections::BTreeMap;
 
@@ -22,41 +22,43 @@ use stiction::Parameters;
 use stiction::control::laws::{Gains, RobustGains};
 use stiction::units::value::{About, Absent, Table as _, Values as _};
 
-use super::identified::Identified;
+use super::identified::IdentifiedJoint;
 use super::spread::commented;
 use crate::draft::Told;
 use crate::error::rounded;
-use crate::machine::Joint;
+use crate::machine::JointTable;
 
-/// Tells the `robust` of the device's parameters what was found, and says so in a comment. Without
-/// that law there is nothing to tell.
-pub fn retold(
-    found: &Identified,
-    joint: &Joint,
+/// Returns the device's parameters with the identified joint in their law `robust`, and the comment
+/// for the file that lists the changes. Without that law, the gains stay and there is no comment.
+pub fn with_identified_joint(
+    found: &IdentifiedJoint,
+    joint: &JointTable,
     spread: &BTreeMap<String, [f64; 2]>,
 ) -> (Parameters, Option<String>) {
     let mut parameters = found.parameters.clone();
-    let told = of(found, joint, spread);
+    let values = joint_values(found, joint, spread);
     let mut remark = None;
     for law in &mut parameters.controller.compensator {
         if let Gains::Robust(gains) = law {
             let before = *gains;
-            tell(gains, &told);
-            remark = Some(said(&before, gains));
+            set_joint(gains, &values);
+            remark = Some(comment(&before, gains));
         }
     }
-    if let Some(said) = raise(&mut parameters, joint.friction.stick_v + load_v(found)) {
-        remark = Some(remark.unwrap_or_default() + &said);
+    let raised = raise_thresholds(&mut parameters, joint.friction.stick_v + load_v(found));
+    if let Some(comment) = raised {
+        remark = Some(remark.unwrap_or_default() + &comment);
     }
     (parameters, remark)
 }
 
-/// Thresholds are raised if the joint needs more than this times as much: less is an error bar.
+/// Ratio of the needed to the set threshold from which thresholds are raised. A smaller difference
+/// lies within the error bar.
 const MORE: f64 = 1.05;
 
-/// Raises the thresholds under which a joint would stall that rests under an effort (V), and returns
-/// a comment about it. A threshold that is off stays off.
-fn raise(parameters: &mut Parameters, rests_v: f64) -> Option<String> {
+/// Raises the thresholds that a joint at rest under an effort (V) would trip, and returns a comment
+/// about it. A threshold that is off stays off.
+fn raise_thresholds(parameters: &mut Parameters, rests_v: f64) -> Option<String> {
     let Parameters { controller, limits, .. } = parameters;
     let largest = controller.drive.full_scale * controller.drive.duty_max;
     let before = limits.breakaway_effort;
@@ -70,21 +72,26 @@ fn raise(parameters: &mut Parameters, rests_v: f64) -> Option<String> {
     limits.stall_impulse *= ratio;
     limits.wind_up_effort *= ratio;
     Some(commented(&format!(
-        "`limits.breakaway_v` is raised from {} V, and with it `stall_v`, `stall_impulse_vs` and \
-         `wind_up_v`: the joint that was found rests under more, against its friction and its load.",
+        "`limits.breakaway_v` is raised from {} V, and `stall_v`, `stall_impulse_vs` and \
+         `wind_up_v` in proportion: friction and load of the identified joint hold it at rest \
+         under a larger effort.",
         rounded(before.into())
     )))
 }
 
 /// Returns the largest effort that the load of the joint needs, V: constant load and gravity.
-fn load_v(found: &Identified) -> f64 {
+fn load_v(found: &IdentifiedJoint) -> f64 {
     found.summary.estimate.map_or(0.0, |estimate| {
         let [sine, cosine] = estimate.gravity.map(|[value, _]| f64::from(value));
         f64::from(estimate.offset[0]).abs() + sine.hypot(cosine)
     })
 }
 
-fn of(found: &Identified, joint: &Joint, spread: &BTreeMap<String, [f64; 2]>) -> Told {
+fn joint_values(
+    found: &IdentifiedJoint,
+    joint: &JointTable,
+    spread: &BTreeMap<String, [f64; 2]>,
+) -> Told {
     let end = |key: &str, end: usize, otherwise: f64| {
         spread.get(key).and_then(|range| range.get(end)).copied().unwrap_or(otherwise)
     };
@@ -98,19 +105,21 @@ fn of(found: &Identified, joint: &Joint, spread: &BTreeMap<String, [f64; 2]>) ->
         .with_load(load_v(found), slip)
 }
 
-/// Four digits, as the first file has them: the error bars bear no more.
-fn tell(gains: &mut RobustGains, told: &Told) {
+/// Sets the joint values of `robust`, rounded to four digits as in a new machine's file. The error
+/// bars are wider than the rounding.
+fn set_joint(gains: &mut RobustGains, values: &Told) {
     let number = |value: f64| rounded(value).parse().unwrap_or(value) as f32;
-    gains.inertia = number(told.inertia);
-    gains.viscous = number(told.viscous);
-    [gains.breakaway_low, gains.breakaway_high] = told.breakaway.map(number);
-    if told.load > 0.0 {
-        gains.load = number(told.load);
+    gains.inertia = number(values.inertia);
+    gains.viscous = number(values.viscous);
+    [gains.breakaway_low, gains.breakaway_high] = values.breakaway.map(number);
+    if values.load > 0.0 {
+        gains.load = number(values.load);
     }
 }
 
-/// Says what was told anew, and what was left alone.
-fn said(before: &RobustGains, after: &RobustGains) -> String {
+/// Returns the comment for the file: the changed values, and the values that the user has set and
+/// that stay.
+fn comment(before: &RobustGains, after: &RobustGains) -> String {
     let number =
         |gains: &RobustGains, about: &About| gains.get(about.key).map_or(f32::NAN, f32::from_bits);
     let of = |holds: &dyn Fn(&About) -> bool, word: &dyn Fn(&About) -> String| {
@@ -120,7 +129,7 @@ fn said(before: &RobustGains, after: &RobustGains) -> String {
     let is_new = |about: &About| before.get(about.key) != after.get(about.key);
     let anew = of(&is_new, &|about| {
         let was = rounded(f64::from(number(before, about)));
-        format!("{} (it was {was})", about.name)
+        format!("{} (was {was})", about.name)
     });
     let is_kept = |about: &About| {
         about.absent == Absent::Default
@@ -129,16 +138,16 @@ fn said(before: &RobustGains, after: &RobustGains) -> String {
     };
     let kept = of(&is_kept, &|about| about.name.to_owned());
     let mut text = if anew.is_empty() {
-        commented("What `robust` is told is what the identification has found.")
+        commented("The joint values of `robust` agree with the identification.")
     } else {
-        commented(&format!("From the identification, with its error bars: {anew}."))
+        commented(&format!("Set from the identification, with its error bars: {anew}."))
     };
     text += &commented(
-        "The breakaway is from half of the lowest friction to twice the highest, with their error \
-         bars (docs/identification-on-the-board.md).",
+        "The breakaway range is from half of the lowest friction to twice the highest, with their \
+         error bars (docs/identification-on-the-board.md).",
     );
     if !kept.is_empty() {
-        text += &commented(&format!("Left alone, as somebody has set them: {kept}."));
+        text += &commented(&format!("Unchanged, since their values are not defaults: {kept}."));
     }
     text
 }
