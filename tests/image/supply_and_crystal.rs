@@ -143,7 +143,7 @@ fn option_bytes_that_may_not_be_touched_are_left_alone() {
     for word in [0x0FFF_CCED, FACTORY | 1 << 4] {
         options(&mut client, Some(word));
         let refusal = client.set_brown_out().unwrap_err().to_string();
-        assert!(refusal.contains("option bytes may not be changed"), "{refusal}");
+        assert!(refusal.contains("option bytes cannot be changed"), "{refusal}");
         assert_eq!(options(&mut client, None), word);
     }
     options(&mut client, Some(FACTORY));

@@ -11,7 +11,7 @@ const CASES: &[(&str, &[&str])] = &[
     ("motor.kt_nm_per_a=0", &["`motor.kt_nm_per_a` is 0; allowed is a finite number above 0"]),
     ("motor.kt=1", &["unknown key `motor.kt`", "`kt_nm_per_a`?"]),
     ("motor.driven_by=volts", &["`motor.driven_by` is \"volts\"", "`voltage`?"]),
-    ("motor.driven_by=current", &["`motor.amplifier_a_per_v` is missing; a motor that is driven"]),
+    ("motor.driven_by=current", &["`motor.amplifier_a_per_v` is missing; a motor driven"]),
     ("motor.amplifier_a_per_v=3", &["belongs to a motor driven by a current", "\"voltage\""]),
     ("motor.rotor_inertia_kg_m2=-1", &["`motor.rotor_inertia_kg_m2` is -1", "not below 0"]),
     ("motor.current_limit_a=nan", &["`motor.current_limit_a` is NaN", "a finite number above 0"]),
@@ -42,7 +42,7 @@ const CASES: &[(&str, &[&str])] = &[
     // What follows from a key is blamed on that key.
     (
         "supply.voltage_v=1e-3",
-        &["`supply.voltage_v` is 0.001 V; usual is 1 to 1000 V: the motor's"],
+        &["`supply.voltage_v` is 0.001 V; usual is 1 to 1000 V: the joint cannot"],
     ),
     ("motor.kt_nm_per_a=1e-9", &["`motor.kt_nm_per_a` is 1e-9 N m/A; usual is"]),
     ("drive.pwm_hz=1", &["`drive.pwm_hz` is 1; allowed is a number from"]),
@@ -66,7 +66,7 @@ fn a_data_sheet_with_a_mistake_is_named_with_the_key() {
         format!("{}{}", &text[..begin], &text[end..])
     };
     let without = [
-        ("motor", "the table `[motor]` is missing; `[gear]` is a part of a data sheet"),
+        ("motor", "the table `[motor]` is missing; `[gear]` belongs to a data sheet"),
         ("load", "the table `[load]` is missing in the data sheet"),
         ("friction", "the table `[friction]` is missing in the data sheet"),
         ("supply", "the table `[supply]` is missing in the data sheet"),
@@ -140,7 +140,7 @@ fn a_derived_number_out_of_its_range_is_blamed_on_what_was_written() {
 #[test]
 fn a_disc_without_a_data_sheet_is_refused() {
     let command = stiction(&["run", "step-response", "--set", "encoder.lines=500"]);
-    let expected = ["`encoder.lines` is a part of a data sheet", "`[motor]`"];
+    let expected = ["`encoder.lines` belongs to a data sheet", "`[motor]`"];
     assert_eq!(complaint(command, &expected), None);
 }
 
@@ -153,7 +153,10 @@ fn an_amplifier_s_supply_is_what_it_can_give_and_no_more() {
     let ohm = "motor.resistance_ohm=1";
     let cases: [(&[&str], &str); 4] = [
         (&["motor.no_load_rpm=3000"], "`supply.voltage_v` is missing; the motor's speed"),
-        (&["supply.voltage_v=40"], "`motor.resistance_ohm` is missing; an amplifier"),
+        (
+            &["supply.voltage_v=40"],
+            "`motor.resistance_ohm` is missing; it limits the current of an amplifier",
+        ),
         (
             &[ohm, "supply.voltage_v=40", "supply.internal_resistance_ohm=1"],
             "`supply.internal_resistance_ohm` is 1; allowed is 0",
@@ -191,7 +194,7 @@ fn what_only_a_run_simulates_is_refused_by_what_cannot() {
     let text = fs::read_to_string(&file).unwrap();
     fs::write(&file, text.replace("[supply]", "[supply]\ninternal_resistance_ohm = 0.1")).unwrap();
     let device = stiction(&["device", "--simulated", "--machine", &file, "status"]);
-    assert_eq!(complaint(device, &["`supply` asks for what only `stiction run`"]), None);
+    assert_eq!(complaint(device, &["`supply` is simulated by `stiction run`"]), None);
 }
 
 #[test]

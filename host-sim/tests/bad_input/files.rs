@@ -124,8 +124,8 @@ fn a_file_with_a_mistake_is_named_with_the_key() {
             "[controller.\"../x\"]",
             &["controller", "\"../x\"", "allowed are"],
         ),
-        (STEP, "[controller.pd]", "[controller.\"\"]", &["controller", "\"\"", "at least one"]),
-        (STEP, "[controller.pd]", "[controller.abcdefghijklmnopqrstu]", &["up to 20 letters"]),
+        (STEP, "[controller.pd]", "[controller.\"\"]", &["controller", "\"\"", "1 to 20 letters"]),
+        (STEP, "[controller.pd]", "[controller.abcdefghijklmnopqrstu]", &["1 to 20 letters"]),
         (
             STEP,
             "controller = [\"pd\", ",

@@ -107,7 +107,7 @@ fn what_the_units_of_the_log_or_its_friction_contradict_in_the_file_is_named() {
     assert!(text.contains(words) && text.contains("kept from "), "{text}");
     // 2.4 N m for a volt, where motor and gear give 1.81.
     let (_, warned) = said(&["--effort-gain", "2.4"]);
-    assert!(warned.contains("--effort-gain is 2.4 N m for 1 V, and motor.kt_nm_per_a"), "{warned}");
+    assert!(warned.contains("--effort-gain is 2.4 N m for 1 V, but motor.kt_nm_per_a"), "{warned}");
     // 100000 counts in a turn of the joint.
     let options = ["--position-unit", "count", "--counts-per-turn"];
     let (_, warned) = said(&[&options[..], &["8192"]].concat());
@@ -147,7 +147,7 @@ fn a_file_in_degrees_and_volts_and_an_effort_of_no_unit_are_refused_with_what_to
     let said = refused("step-response");
     assert!(said.contains("degrees and volts") && said.contains("stiction new"), "{said}");
     let said = refused(&file);
-    assert!(said.contains("nothing says what `effort` is in"), "{said}");
+    assert!(said.contains("the unit of `effort` is unknown"), "{said}");
     assert!(said.contains("1.811 for a volt") && said.contains("4.545 for an ampere"), "{said}");
     let line = ["--position-unit", "mm", "--effort-gain", "2"];
     let columns = ["--time", "time_s", "--position", "position_deg", "--effort", "effort"];

@@ -385,7 +385,7 @@ fn a_trajectory_is_followed_and_what_cannot_be_followed_is_refused() {
         page.done(json!({ "do": "move", "deg": 15.0 })).await;
         page.watch(Duration::from_millis(5000)).await;
         let said = page.refused(go([2.0, 4.0, 0.2, 0.1])).await;
-        assert!(said.contains("begins too far from the joint"), "{said}");
+        assert!(said.contains("start of the trajectory is too far from the joint"), "{said}");
         page.done(json!({ "do": "stop" })).await;
     });
 }

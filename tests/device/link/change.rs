@@ -83,9 +83,9 @@ fn a_change_with_a_value_that_is_not_allowed_changes_nothing() {
             "`profile.velocity_deg_per_s` is 25; allowed is a number above 0, up to \
              `limits.overspeed_deg_per_s`, which is 20",
         ),
-        (vec![number(KP, 2.0), (Key(0x087F), 0)], "does not know `value 0x087f`"),
+        (vec![number(KP, 2.0), (Key(0x087F), 0)], "does not have `value 0x087f`"),
         // The gain belongs to a law that is not in use.
-        (vec![number(KP, 2.0), number(KI, 1.0)], "does not know `controller.NAME.ki_v_per_deg_s`"),
+        (vec![number(KP, 2.0), number(KI, 1.0)], "does not have `controller.NAME.ki_v_per_deg_s`"),
         (vec![number(KP, 2.0), law(1, Some(gains(0.4, 100.0)))], "is 6; allowed is"),
     ] {
         let message = client.change(&entries).unwrap_err().to_string();

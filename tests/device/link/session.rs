@@ -91,13 +91,13 @@ fn what_is_no_microcontroller_has_no_brown_out_reset_and_an_armed_device_is_not_
     let mut client = client();
     let refusal = client.set_brown_out().unwrap_err().to_string();
     assert!(
-        refusal.contains("set-brown-out") && refusal.contains("no microcontroller"),
+        refusal.contains("set-brown-out") && refusal.contains("not a microcontroller"),
         "{refusal}"
     );
     client.arm().unwrap();
     let refusal = client.set_brown_out().unwrap_err().to_string();
     assert!(
-        !refusal.contains("no microcontroller") && refusal.contains("motor is driven"),
+        !refusal.contains("not a microcontroller") && refusal.contains("motor is driven"),
         "{refusal}"
     );
     assert_eq!(client.status().unwrap().state, StateCode::Armed);
