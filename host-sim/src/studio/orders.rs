@@ -44,10 +44,10 @@ impl<W: Wire> Worker<'_, W> {
         if arms && !self.client.status()?.at_rest {
             self.client.pass(Duration::from_millis(100))?;
         }
+        let mut identification = identification::Asked::default();
         if *what == Ask::IdentifyJoint {
-            self.client
-                .check_identification(&identification::Asked::default())
-                .map_err(of_a_page)?;
+            let checked = self.client.check_identification(&identification);
+            identification = checked.map_err(of_a_page)?;
         }
         // That took its time.
         self.is_expected(order)?;
@@ -76,13 +76,13 @@ impl<W: Wire> Worker<'_, W> {
                 "stops here, and is held"
             }
             Ask::Move(deg) => {
-                self.check_target(*deg)?;
+                self.check_target("move", *deg)?;
                 self.client.move_to(*deg)?;
                 self.tell_motion(&Way::Move(*deg));
                 return Ok(format!("moves to {deg} deg").into());
             }
             Ask::Step(deg) => {
-                self.check_target(*deg)?;
+                self.check_target("step", *deg)?;
                 self.client.step_to(*deg)?;
                 self.tell_motion(&Way::Step(*deg));
                 return Ok(format!("steps to {deg} deg").into());
@@ -93,10 +93,12 @@ impl<W: Wire> Worker<'_, W> {
                 return self.follow(first);
             }
             Ask::Trapezoid(fields) => {
-                return self.follow(machine_in_use::there_and_back(*fields)?);
+                let trajectory = machine_in_use::there_and_back(*fields)?;
+                self.check_target("trajectory to", fields[0])?;
+                return self.follow(trajectory);
             }
             Ask::IdentifyJoint => {
-                self.client.identify_joint(identification::Asked::default())?;
+                self.client.identify_joint(identification)?;
                 self.running = Some(Running::Identification);
                 "a sequence of motions begins, without a loop, and ends by itself"
             }

@@ -165,7 +165,7 @@ impl Watched {
     /// # Errors
     /// Names the range of targets.
     pub fn check(&self, deg: f64) -> Result<(), Error> {
-        self.travel.map_or(Ok(()), |travel| travel.check(deg))
+        self.travel.map_or(Ok(()), |travel| travel.check("move", deg))
     }
 
     /// Fits the past that is plotted to a move that takes so long, in whole tens of seconds.
