@@ -251,7 +251,7 @@ fn the_figure_of_several_laws_has_the_goal_of_the_file() {
         let figures = drawn_of(&document, "joint", "/step");
         let compared =
             figures.iter().find(|figure| figure.title.starts_with("How far the joint is")).unwrap();
-        let limits: Vec<&Line> =
+        let limits: Vec<&PlotCurve> =
             compared.panels[0].lines.iter().filter(|line| line.style == Style::Limit).collect();
         assert_eq!(limits.iter().map(|line| &*line.name).collect::<Vec<_>>(), [name, ""]);
         for (line, sign) in limits.iter().zip([1.0, -1.0]) {
