@@ -6,7 +6,7 @@
 use embedded_storage::nor_flash::NorFlash;
 
 use crate::control::hardware::Hardware;
-use crate::link::{Kind, Machine, Refused, Session};
+use crate::link::{Kind, Machine, RequestRefusal, Session};
 use crate::parameters::Parameters;
 use crate::parameters::store::Store;
 use crate::servo::{Boot, Input, Output, Servo};
@@ -79,13 +79,13 @@ impl<F: NorFlash> Machine for Parts<F> {
         self.hardware
     }
 
-    fn save(&mut self, parameters: &Parameters) -> Result<(), Refused> {
+    fn save(&mut self, parameters: &Parameters) -> Result<(), RequestRefusal> {
         Ok(self.store.save(parameters)?)
     }
 
     /// Does nothing: there is no timer to set, and the caller of a tick reads the
     /// [`parameters`](Device::parameters).
-    fn reconfigure(&mut self, _: &Parameters) -> Result<(), Refused> {
+    fn reconfigure(&mut self, _: &Parameters) -> Result<(), RequestRefusal> {
         Ok(())
     }
 }

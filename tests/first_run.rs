@@ -11,7 +11,7 @@ use stiction::control::encoder::{Direction, Encoder};
 use stiction::control::pd::PdGains;
 use stiction::identification::{self, Outcome};
 use stiction::link::StateCode;
-use stiction::motion::jog::{Asked, Found, Verdict};
+use stiction::motion::jog::{JogFindings, JogRequest, Verdict};
 use stiction::units::value::{Table, key};
 
 /// Gains that do nothing, as before tuning.
@@ -22,11 +22,11 @@ pub fn untuned(tuned: &Parameters) -> Parameters {
     parameters
 }
 
-pub fn jogged<W: Wire>(client: &mut Client<W>) -> Option<Found> {
+pub fn jogged<W: Wire>(client: &mut Client<W>) -> Option<JogFindings> {
     if !client.status().unwrap().at_rest {
         client.pass(Duration::from_millis(100)).unwrap();
     }
-    client.jog(Asked::default()).unwrap();
+    client.jog(JogRequest::default()).unwrap();
     while client.pass(Duration::from_millis(500)).unwrap().state == StateCode::Armed {}
     client.jogged().unwrap()
 }
@@ -75,8 +75,11 @@ pub fn follow<W: Bench>(client: &mut Client<W>, tuned: &Parameters, is_reversed:
 
     // 4: `identify --travel 20 --speed 10`.
     client.pass(Duration::from_millis(100)).unwrap();
-    let asked =
-        identification::Asked { travel: Some(20.0), speed: Some(10.0), ..Default::default() };
+    let asked = identification::IdentificationRequest {
+        travel: Some(20.0),
+        speed: Some(10.0),
+        ..Default::default()
+    };
     client.check_identification(&asked).unwrap();
     client.identify_joint(asked).unwrap();
     while client.pass(Duration::from_secs(1)).unwrap().state == StateCode::Armed {}

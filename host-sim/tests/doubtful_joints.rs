@@ -6,7 +6,7 @@ use host_sim::device;
 use host_sim::ensemble::{Truth, UNEVEN, drawn, identify};
 use host_sim::experiment::{Document, Experiment, parameters};
 use host_sim::joint::{Ripple, Train};
-use stiction::identification::Asked;
+use stiction::identification::IdentificationRequest;
 
 const KEYS: [&str; 4] = [
     "joint.gain_deg_per_s2_per_v",
@@ -30,7 +30,7 @@ fn held(name: &str, cases: u64) -> ([usize; 4], usize) {
             body.friction.ripple =
                 body.friction.ripple.map(|of| Ripple { depth: 0.5 * of.depth, ..of });
         }
-        let found = identify(&case, &Asked::default()).unwrap();
+        let found = identify(&case, &IdentificationRequest::default()).unwrap();
         let Some(summary) = found.summary else { continue };
         let found_by_device = device::identified::IdentifiedJoint {
             summary,

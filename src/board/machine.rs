@@ -14,7 +14,7 @@
 //! another PWM. The deadline allows a tick to begin a quarter of a period late, 25 us at 10 kHz.
 
 use rtic::Mutex;
-use stiction::link::{Machine, Refused};
+use stiction::link::{Machine, RequestRefusal};
 use stiction::parameters::store::Store;
 use stiction::{Hardware, Parameters, Servo};
 
@@ -43,7 +43,7 @@ impl<C: Mutex<T = ControlTask>, W: Mutex<T = Independent>> BoardMachine<'_, C, W
     /// Feeds the watchdog with another timeout, which counts from the last of these feeds on. It
     /// waits until this timeout and those that were set before it have crossed to the oscillator.
     /// Meanwhile it feeds the watchdog, since the feeder's other tasks wait as well.
-    fn feed_with(&mut self, timeout: Timeout) -> Result<(), Refused> {
+    fn feed_with(&mut self, timeout: Timeout) -> Result<(), RequestRefusal> {
         let longest = (CROSSING * self.clock as f32) as u32;
         let begin = self.now();
         self.watchdog.lock(|watchdog| watchdog.set(timeout));
@@ -56,7 +56,7 @@ impl<C: Mutex<T = ControlTask>, W: Mutex<T = Independent>> BoardMachine<'_, C, W
                 break;
             }
             if self.now().wrapping_sub(begin) > longest {
-                return Err(Refused::Watchdog);
+                return Err(RequestRefusal::Watchdog);
             }
         }
         self.watchdog.lock(Watchdog::feed);
@@ -70,11 +70,11 @@ impl<C: Mutex<T = ControlTask>, W: Mutex<T = Independent>> BoardMachine<'_, C, W
     fn stand_still(
         &mut self,
         after: Timeout,
-        act: impl FnOnce(&mut Store<Sectors>) -> Result<(), Refused>,
-    ) -> Result<(), Refused> {
+        act: impl FnOnce(&mut Store<Sectors>) -> Result<(), RequestRefusal>,
+    ) -> Result<(), RequestRefusal> {
         // An erase that the supply does not last for would cost what was there.
         if voltage_detector::is_low() {
-            return Err(Refused::SupplyTooLow);
+            return Err(RequestRefusal::SupplyTooLow);
         }
         let done = self.feed_with(Timeout::ERASE).and_then(|()| {
             self.control_task.lock(ControlTask::pause);
@@ -111,24 +111,24 @@ impl<C: Mutex<T = ControlTask>, W: Mutex<T = Independent>> Machine for BoardMach
     }
 
     #[inline(never)]
-    fn save(&mut self, parameters: &Parameters) -> Result<(), Refused> {
+    fn save(&mut self, parameters: &Parameters) -> Result<(), RequestRefusal> {
         let after = Timeout::of_loop(parameters.controller.sample_time);
         self.stand_still(after, |store| Ok(store.save(parameters)?))
     }
 
     #[inline(never)]
-    fn set_brown_out(&mut self) -> Result<(), Refused> {
+    fn set_brown_out(&mut self) -> Result<(), RequestRefusal> {
         let after = self.watchdog.lock(|watchdog| watchdog.timeout());
         self.stand_still(after, |store| {
             store.flash().set_brown_out().map_err(|unset| match unset {
-                Unset::Untouchable(_) => Refused::Untouchable,
-                Unset::Failed(_) => Refused::Flash,
+                Unset::Untouchable(_) => RequestRefusal::Untouchable,
+                Unset::Failed(_) => RequestRefusal::Flash,
             })
         })
     }
 
     #[inline(never)]
-    fn reconfigure(&mut self, parameters: &Parameters) -> Result<(), Refused> {
+    fn reconfigure(&mut self, parameters: &Parameters) -> Result<(), RequestRefusal> {
         let sample_time = parameters.controller.sample_time;
         let (bridge, period) =
             (bridge::Settings::of(parameters), Period::new(sample_time, self.clock));

@@ -7,7 +7,7 @@
 use defmt::{error, info, warn};
 use defmt_rtt as _;
 use stiction::Fault;
-use stiction::motion::jog::{Found, Verdict};
+use stiction::motion::jog::{JogFindings, Verdict};
 use stiction::parameters::DecodeError;
 use stiction::servo::{Levels, Output, State};
 
@@ -154,7 +154,7 @@ impl Report {
     }
 
     /// Writes what a ramp or a jog has found, if it has come to its end.
-    pub fn motion_over(&self, levels: Option<Levels>, found: Option<Found>) {
+    pub fn motion_over(&self, levels: Option<Levels>, found: Option<JogFindings>) {
         if let Some(levels) = levels {
             told_levels(&levels);
         }
@@ -176,7 +176,7 @@ fn told_levels(levels: &Levels) {
     }
 }
 
-fn told_jog(found: &Found) {
+fn told_jog(found: &JogFindings) {
     let [first, second] = &found.ways;
     let verdict = match found.verdict() {
         Verdict::Agrees => "the encoder counts in the sense of the effort",

@@ -77,12 +77,12 @@ pub enum Unset {
     /// They were not touched.
     Untouchable(Untouchable),
     /// The flash has refused.
-    Failed(Refused),
+    Failed(FlashRefusal),
 }
 
 /// The error of a flash that has refused.
 #[derive(Debug)]
-pub struct Refused(NorFlashErrorKind);
+pub struct FlashRefusal(NorFlashErrorKind);
 
 impl Sectors {
     /// Makes the sectors of the flash's registers, and of a timer that nothing else uses.
@@ -96,8 +96,8 @@ impl Sectors {
     /// comes of it.
     fn unlocked(
         &mut self,
-        act: impl FnOnce(&pac::FLASH, &mut SYST) -> Result<(), Refused>,
-    ) -> Result<(), Refused> {
+        act: impl FnOnce(&pac::FLASH, &mut SYST) -> Result<(), FlashRefusal>,
+    ) -> Result<(), FlashRefusal> {
         let Self { registers, alarm } = self;
         if registers.cr().read().lock().bit_is_set() {
             for key in KEYS {
@@ -140,13 +140,13 @@ impl Sectors {
         if option_bytes::is_done(before, registers.optcr().read().bits()) {
             Ok(())
         } else {
-            Err(Unset::Failed(Refused(NorFlashErrorKind::Other)))
+            Err(Unset::Failed(FlashRefusal(NorFlashErrorKind::Other)))
         }
     }
 
     /// Sleeps until the flash is ready, and looks now and then. The flash's own interrupt is not
     /// among those that the register crate knows.
-    fn wait(registers: &pac::FLASH, alarm: &mut SYST) -> Result<(), Refused> {
+    fn wait(registers: &pac::FLASH, alarm: &mut SYST) -> Result<(), FlashRefusal> {
         alarm.clear_current();
         alarm.enable_interrupt();
         alarm.enable_counter();
@@ -158,10 +158,10 @@ impl Sectors {
         Self::outcome(registers)
     }
 
-    fn outcome(registers: &pac::FLASH) -> Result<(), Refused> {
+    fn outcome(registers: &pac::FLASH) -> Result<(), FlashRefusal> {
         match registers.sr().read().bits() & ERRORS {
             0 => Ok(()),
-            _ => Err(Refused(NorFlashErrorKind::Other)),
+            _ => Err(FlashRefusal(NorFlashErrorKind::Other)),
         }
     }
 
@@ -173,21 +173,21 @@ impl Sectors {
     }
 }
 
-impl NorFlashError for Refused {
+impl NorFlashError for FlashRefusal {
     fn kind(&self) -> NorFlashErrorKind {
         self.0
     }
 }
 
 impl ErrorType for Sectors {
-    type Error = Refused;
+    type Error = FlashRefusal;
 }
 
 impl ReadNorFlash for Sectors {
     const READ_SIZE: usize = 1;
 
-    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Refused> {
-        check_read(self, offset, bytes.len()).map_err(Refused)?;
+    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), FlashRefusal> {
+        check_read(self, offset, bytes.len()).map_err(FlashRefusal)?;
         for (byte, at) in bytes.iter_mut().zip(BEGIN + offset as usize..) {
             // SAFETY: within the two sectors, which are always mapped. They change behind the
             // compiler's back.
@@ -205,8 +205,8 @@ impl NorFlash for Sectors {
     const WRITE_SIZE: usize = 4;
     const ERASE_SIZE: usize = SECTOR;
 
-    fn erase(&mut self, from: u32, to: u32) -> Result<(), Refused> {
-        check_erase(self, from, to).map_err(Refused)?;
+    fn erase(&mut self, from: u32, to: u32) -> Result<(), FlashRefusal> {
+        check_erase(self, from, to).map_err(FlashRefusal)?;
         for number in
             (from as usize / SECTOR..to as usize / SECTOR).map(|index| FIRST + index as u8)
         {
@@ -223,8 +223,8 @@ impl NorFlash for Sectors {
         Ok(())
     }
 
-    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Refused> {
-        check_write(self, offset, bytes.len()).map_err(Refused)?;
+    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), FlashRefusal> {
+        check_write(self, offset, bytes.len()).map_err(FlashRefusal)?;
         self.unlocked(|registers, _| {
             registers.cr().write(|w| w.lock().clear_bit().pg().set_bit().psize().psize32());
             for (word, at) in bytes.as_chunks().0.iter().zip((BEGIN + offset as usize..).step_by(4))

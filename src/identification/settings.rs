@@ -42,7 +42,7 @@ const FEWEST: f32 = 5.0;
 
 /// What a client asks of an identification: bounds, or nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Asked {
+pub struct IdentificationRequest {
     /// Largest effort, V. Otherwise it is four times `limits.breakaway_v`, and no more than drive
     /// and `duty_max` let through.
     pub effort: Option<f32>,
@@ -78,7 +78,7 @@ impl Settings {
     /// of more than `[profile]`, a travel of less than 500 counts or of more than two turns, a time
     /// of more than half an hour.
     pub fn new(
-        asked: &Asked,
+        asked: &IdentificationRequest,
         controller: &ControllerConfig,
         limits: &Limits,
         profile: &ProfileLimits,
@@ -131,12 +131,12 @@ impl Settings {
     /// A travel of 500 counts, the least that is allowed, has room for three times that speed.
     ///
     /// ```
-    /// use stiction::identification::Asked;
+    /// use stiction::identification::IdentificationRequest;
     /// use stiction::units::value::Table as _;
     /// use stiction::{ControllerConfig, Limits, ProfileLimits, identification::Settings};
     /// let controller = ControllerConfig::EXAMPLE; // 0.0024 deg, 20 ms, 5 rad/s
     /// let of = |speed| {
-    ///     let asked = Asked { speed: Some(speed), ..Asked::default() };
+    ///     let asked = IdentificationRequest { speed: Some(speed), ..IdentificationRequest::default() };
     ///     let (limits, profile) = (Limits::EXAMPLE, ProfileLimits::EXAMPLE);
     ///     Settings::new(&asked, &controller, &limits, &profile).unwrap().least_speed()
     /// };

@@ -26,7 +26,8 @@ mod telemetry;
 
 pub use frame::{Deframer, Frame, MAX_FRAME, MAX_MESSAGE, encode};
 pub use reply::{
-    Announced, Identity, Kind, Message, Refused, Reply, StateCode, Status, Told, WireErrors,
+    FaultReport, Identity, Kind, Message, Reply, RequestRefusal, SignalDescription, StateCode,
+    Status, WireErrors,
 };
 pub use request::{Numbered, REQUEST, Request, decode_request, encode_request};
 pub use sample::{MAX_SIGNALS, Sample};

@@ -8,7 +8,7 @@ use super::request::Numbered;
 use super::sample::Sample;
 use crate::control::signal::{self, Form};
 use crate::identification::{MapPoint, SPEEDS, Summary};
-use crate::motion::jog::Found;
+use crate::motion::jog::JogFindings;
 use crate::parameters::DecodeError;
 use crate::parameters::store::SaveError;
 use crate::servo::{self, Levels};
@@ -33,13 +33,13 @@ pub enum Reply {
     /// The answer to [`Request::Hello`](super::Request::Hello).
     Hello(Identity),
     /// The request was not done, for this reason.
-    Refused(Refused),
+    Refused(RequestRefusal),
     /// The request was done.
     Done,
     /// The answer to [`Request::Status`](super::Request::Status).
     Status(Status),
     /// The answer to [`Request::Fault`](super::Request::Fault).
-    Fault(Told),
+    Fault(FaultReport),
     /// The answer to [`Request::ReadParameters`](super::Request::ReadParameters).
     Parameters {
         /// Length of the whole record, bytes.
@@ -50,13 +50,13 @@ pub enum Reply {
         bytes: Vec<u8, CHUNK>,
     },
     /// The answer to [`Request::Signal`](super::Request::Signal).
-    Signal(Announced),
+    Signal(SignalDescription),
     /// The answer to [`Request::ReadLevels`](super::Request::ReadLevels). There are no levels if
     /// the ramp is not over or was ended before, or if there was no ramp.
     Levels(Option<Levels>),
     /// The answer to [`Request::ReadJog`](super::Request::ReadJog). There is nothing if the jog is
     /// not over, if a stop or a fault ended it, or if there was no jog.
-    Jog(Option<Found>),
+    Jog(Option<JogFindings>),
     /// The answer to [`Request::ReadIdentification`](super::Request::ReadIdentification). There is
     /// nothing if the identification is not over, if a stop or a fault ended it, or if there was
     /// none.
@@ -68,7 +68,7 @@ pub enum Reply {
 
 /// A signal, as a device announces it.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Announced {
+pub struct SignalDescription {
     /// The signal's name, with its unit.
     pub name: String<48>,
     /// The unit alone; empty if there is none.
@@ -116,7 +116,7 @@ pub struct Status {
     /// The servo's state.
     pub state: StateCode,
     /// The latched fault; its code is zero if there is none.
-    pub fault: Told,
+    pub fault: FaultReport,
     /// Number of faults since power-on.
     pub faults: u32,
     /// Ticks since power-on.
@@ -165,7 +165,7 @@ pub struct WireErrors {
 
 /// Report of a latched fault to a client.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Told {
+pub struct FaultReport {
     /// The number of the [`crate::Fault`].
     pub code: u8,
     /// Ticks from power-on to the fault.
@@ -176,7 +176,7 @@ pub struct Told {
 
 /// The reason why a request was not done.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub enum Refused {
+pub enum RequestRefusal {
     /// The frame is whole, but no request of this protocol.
     Unknown,
     /// The client has not said hello, which comes first.
@@ -240,7 +240,7 @@ pub enum Refused {
     TooFast,
 }
 
-impl From<servo::Refusal> for Refused {
+impl From<servo::Refusal> for RequestRefusal {
     fn from(refusal: servo::Refusal) -> Self {
         match refusal {
             servo::Refusal::Booting => Self::Booting,
@@ -260,13 +260,13 @@ impl From<servo::Refusal> for Refused {
     }
 }
 
-impl From<Error> for Refused {
+impl From<Error> for RequestRefusal {
     fn from(error: Error) -> Self {
         Self::Value { key: error.key, found: error.found, allowed: error.allowed }
     }
 }
 
-impl From<DecodeError> for Refused {
+impl From<DecodeError> for RequestRefusal {
     fn from(error: DecodeError) -> Self {
         match error {
             DecodeError::Version(version) => Self::Version(version),
@@ -281,7 +281,7 @@ impl From<DecodeError> for Refused {
     }
 }
 
-impl From<SaveError> for Refused {
+impl From<SaveError> for RequestRefusal {
     fn from(_: SaveError) -> Self {
         Self::Flash
     }
@@ -298,13 +298,13 @@ impl From<servo::State> for StateCode {
     }
 }
 
-impl From<crate::safety::fault::Latched> for Told {
+impl From<crate::safety::fault::Latched> for FaultReport {
     fn from(latched: crate::safety::fault::Latched) -> Self {
         Self { code: latched.fault as u8, tick: latched.tick, value: latched.value }
     }
 }
 
-impl From<signal::Signal> for Announced {
+impl From<signal::Signal> for SignalDescription {
     /// Announces a signal. Names and units are short; one that were not would be empty.
     fn from(signal: signal::Signal) -> Self {
         let name = String::try_from(signal.name).unwrap_or_default();

@@ -8,7 +8,7 @@ use super::CHUNK;
 use super::frame::{Frame, encode};
 use crate::identification;
 use crate::motion::Motion;
-use crate::motion::jog::Asked;
+use crate::motion::jog::JogRequest;
 
 /// A request or a reply with its number.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -149,7 +149,7 @@ pub enum Request {
     /// Find the encoder's direction: arm, and push the joint a little each way, open loop. The
     /// device keeps its own bounds of effort, travel, speed and time; the client may ask for less.
     /// The jog ends by itself.
-    Jog(Asked),
+    Jog(JogRequest),
     /// What has the last jog found?
     ReadJog,
     /// Turn the part's brown-out reset on, at its highest level. The part keeps that for good, and
@@ -157,7 +157,7 @@ pub enum Request {
     SetBrownOut,
     /// Identify the joint: arm, and run a sequence of motions within bounds that the device keeps,
     /// instead of the loop. The client may ask for other bounds. The sequence ends by itself.
-    IdentifyJoint(identification::Asked),
+    IdentifyJoint(identification::IdentificationRequest),
     /// What has the last identification found?
     ReadIdentification,
     /// What is the map of the friction that the last identification has made?

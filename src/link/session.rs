@@ -14,7 +14,7 @@ use heapless::String;
 
 use super::frame::{Deframer, Frame, encode};
 use super::outbox::{FOR_ANSWERS, Outbox};
-use super::reply::{Identity, Kind, Message, Refused, Reply, StateCode, Status, WireErrors};
+use super::reply::{Identity, Kind, Message, Reply, RequestRefusal, StateCode, Status, WireErrors};
 use super::request::{Numbered, Request, decode_request};
 use super::telemetry::Subscription;
 use super::{CHUNK, PROTOCOL};
@@ -23,7 +23,7 @@ use crate::control::hardware::Hardware;
 use crate::control::laws::Gains;
 use crate::control::signal::{self, LawSignal, SIGNALS};
 use crate::identification::{self, Search};
-use crate::motion::jog::Asked;
+use crate::motion::jog::JogRequest;
 use crate::motion::{Course, Motion};
 use crate::parameters::{Parameters, ROOM};
 use crate::servo::{self, ControlLoop, Output, Servo};
@@ -49,21 +49,21 @@ pub trait Machine {
     ///
     /// # Errors
     /// Says whether the flash failed, or the watchdog that has to wait for it.
-    fn save(&mut self, parameters: &Parameters) -> Result<(), Refused>;
+    fn save(&mut self, parameters: &Parameters) -> Result<(), RequestRefusal>;
 
     /// Prepares timers and watchdog for other parameters that are about to be in use: their sample
     /// time, PWM and dead time. The output is off, and stays so.
     ///
     /// # Errors
     /// Says that the watchdog cannot follow. All is as it was before then.
-    fn reconfigure(&mut self, parameters: &Parameters) -> Result<(), Refused>;
+    fn reconfigure(&mut self, parameters: &Parameters) -> Result<(), RequestRefusal>;
 
     /// Turns the part's brown-out reset on, for good, from the next reset on. The output is off.
     ///
     /// # Errors
     /// Says that there is none, that it may not be touched, or that the flash failed.
-    fn set_brown_out(&mut self) -> Result<(), Refused> {
-        Err(Refused::NoOptionBytes)
+    fn set_brown_out(&mut self) -> Result<(), RequestRefusal> {
+        Err(RequestRefusal::NoOptionBytes)
     }
 }
 
@@ -221,7 +221,7 @@ impl<const RING: usize> Session<RING> {
                 return self.outbox.put(self.last.as_ref().map(|(_, answer)| answer), 0);
             }
             _ if is_overtaken => {
-                return self.answer(number, Reply::Refused(Refused::OutOfOrder), false);
+                return self.answer(number, Reply::Refused(RequestRefusal::OutOfOrder), false);
             }
             // The answer is on its way.
             _ if searched == Some(number) => return,
@@ -230,9 +230,9 @@ impl<const RING: usize> Session<RING> {
         // Another request cancels it.
         self.search = None;
         let content = match request {
-            None => Reply::Refused(Refused::Unknown),
+            None => Reply::Refused(RequestRefusal::Unknown),
             Some(Request::Hello { protocol, session }) => self.greet(protocol, session),
-            Some(_) if self.greeted.is_none() => Reply::Refused(Refused::SayHello),
+            Some(_) if self.greeted.is_none() => Reply::Refused(RequestRefusal::SayHello),
             Some(Request::ReadIdentification) => {
                 self.repeats = 0;
                 machine.servo(Servo::heard);
@@ -269,7 +269,11 @@ impl<const RING: usize> Session<RING> {
     }
 
     #[inline(never)]
-    fn act(&mut self, request: Request, machine: &mut impl Machine) -> Result<Reply, Refused> {
+    fn act(
+        &mut self,
+        request: Request,
+        machine: &mut impl Machine,
+    ) -> Result<Reply, RequestRefusal> {
         match request {
             // These were dealt with before.
             Request::Hello { .. } | Request::Stop | Request::ReadIdentification => {}
@@ -279,7 +283,7 @@ impl<const RING: usize> Session<RING> {
                 return machine
                     .servo(nth)
                     .map(|fault| Reply::Fault(fault.into()))
-                    .ok_or(Refused::NoSuch);
+                    .ok_or(RequestRefusal::NoSuch);
             }
             Request::Clear => machine.servo(Servo::clear)?,
             Request::Arm => machine.servo(|servo| servo.arm_for_link(None))?,
@@ -287,26 +291,31 @@ impl<const RING: usize> Session<RING> {
             Request::ReadParameters { offset } => return self.read(offset),
             Request::WriteParameters { offset, bytes } => {
                 let offset = usize::from(offset);
-                let piece =
-                    self.incoming.get_mut(offset..offset + bytes.len()).ok_or(Refused::NoSuch)?;
+                let piece = self
+                    .incoming
+                    .get_mut(offset..offset + bytes.len())
+                    .ok_or(RequestRefusal::NoSuch)?;
                 piece.copy_from_slice(&bytes);
             }
             Request::TakeParameters { length } => self.take_parameters(length, machine)?,
             Request::Save => self.save(machine)?,
             Request::Change { entries } => self.change(&entries, machine)?,
             Request::Signal { index } => {
-                let signal =
-                    signal::describe(index.into(), self.law_signals()).ok_or(Refused::NoSuch)?;
+                let signal = signal::describe(index.into(), self.law_signals())
+                    .ok_or(RequestRefusal::NoSuch)?;
                 return Ok(Reply::Signal(signal.into()));
             }
             Request::Subscribe { signals, every } => {
                 let known = SIGNALS.len() + self.law_signals().len();
                 self.subscription =
-                    Subscription::new(signals, every, known).ok_or(Refused::NoSuch)?;
+                    Subscription::new(signals, every, known).ok_or(RequestRefusal::NoSuch)?;
             }
             Request::Identify { rate, hold } => {
-                let ramp =
-                    self.parameters.as_ref().ok_or(Refused::NoParameters)?.ramp(rate, hold)?;
+                let ramp = self
+                    .parameters
+                    .as_ref()
+                    .ok_or(RequestRefusal::NoParameters)?
+                    .ramp(rate, hold)?;
                 machine.servo(|servo| servo.arm_for_link(Some(ramp)))?;
             }
             Request::ReadLevels => return Ok(Reply::Levels(machine.servo(|servo| servo.levels()))),
@@ -326,19 +335,23 @@ impl<const RING: usize> Session<RING> {
     }
 
     #[inline(never)]
-    fn take_parameters(&mut self, length: u16, machine: &mut impl Machine) -> Result<(), Refused> {
+    fn take_parameters(
+        &mut self,
+        length: u16,
+        machine: &mut impl Machine,
+    ) -> Result<(), RequestRefusal> {
         // An armed servo refuses at once: to decode and to prepare takes milliseconds, for which an
         // armed loop's log would have to wait.
         machine.servo(|servo| refuse_if_armed(servo))?;
-        let record = self.incoming.get(..length.into()).ok_or(Refused::NoSuch)?;
+        let record = self.incoming.get(..length.into()).ok_or(RequestRefusal::NoSuch)?;
         let (parameters, _) = Parameters::decode(record)?;
         self.install(parameters, machine)
     }
 
     #[inline(never)]
-    fn change(&mut self, entries: &[u8], machine: &mut impl Machine) -> Result<(), Refused> {
+    fn change(&mut self, entries: &[u8], machine: &mut impl Machine) -> Result<(), RequestRefusal> {
         machine.servo(|servo| refuse_if_armed(servo))?;
-        let before = self.parameters.as_ref().ok_or(Refused::NoParameters)?;
+        let before = self.parameters.as_ref().ok_or(RequestRefusal::NoParameters)?;
         let mut parameters = before.clone();
         parameters.change(entries, before)?;
         self.install(parameters, machine)
@@ -350,7 +363,7 @@ impl<const RING: usize> Session<RING> {
         &mut self,
         parameters: Parameters,
         machine: &mut impl Machine,
-    ) -> Result<(), Refused> {
+    ) -> Result<(), RequestRefusal> {
         self.prepare_and_install(&parameters, machine)?;
         self.unsaved |= self.parameters.as_ref() != Some(&parameters);
         let announced = self.law_signals();
@@ -370,7 +383,7 @@ impl<const RING: usize> Session<RING> {
         &self,
         parameters: &Parameters,
         machine: &mut impl Machine,
-    ) -> Result<(), Refused> {
+    ) -> Result<(), RequestRefusal> {
         let mut control_loop = None;
         ControlLoop::prepare(&mut control_loop, parameters, &machine.hardware())?;
         machine.servo(keep_off)?;
@@ -381,8 +394,8 @@ impl<const RING: usize> Session<RING> {
     }
 
     #[inline(never)]
-    fn save(&mut self, machine: &mut impl Machine) -> Result<(), Refused> {
-        let parameters = self.parameters.as_ref().ok_or(Refused::NoParameters)?;
+    fn save(&mut self, machine: &mut impl Machine) -> Result<(), RequestRefusal> {
+        let parameters = self.parameters.as_ref().ok_or(RequestRefusal::NoParameters)?;
         machine.servo(keep_off)?;
         machine.save(parameters)?;
         (self.unsaved, self.is_damaged) = (false, false);
@@ -390,9 +403,9 @@ impl<const RING: usize> Session<RING> {
     }
 
     #[inline(never)]
-    fn go(&self, motion: &Motion, machine: &mut impl Machine) -> Result<(), Refused> {
+    fn go(&self, motion: &Motion, machine: &mut impl Machine) -> Result<(), RequestRefusal> {
         let Parameters { controller, profile, .. } =
-            self.parameters.as_ref().ok_or(Refused::NoParameters)?;
+            self.parameters.as_ref().ok_or(RequestRefusal::NoParameters)?;
         if let Motion::Hold = motion {
             return Ok(machine.servo(Servo::hold)?);
         }
@@ -400,33 +413,36 @@ impl<const RING: usize> Session<RING> {
             Course::Follow(reference) => Ok(machine.servo(|servo| servo.follow(reference))?),
             Course::Profile(profile) => Ok(machine.servo(|servo| servo.go_to(profile))?),
             // A ramp begins with arming, by `Identify`.
-            Course::Ramp(_) | Course::Jog(_) | Course::Identification(_) => Err(Refused::NoSuch),
+            Course::Ramp(_) | Course::Jog(_) | Course::Identification(_) => {
+                Err(RequestRefusal::NoSuch)
+            }
         }
     }
 
     #[inline(never)]
-    fn jog(&self, asked: &Asked, machine: &mut impl Machine) -> Result<(), Refused> {
-        let jog = self.parameters.as_ref().ok_or(Refused::NoParameters)?.jog(asked)?;
+    fn jog(&self, asked: &JogRequest, machine: &mut impl Machine) -> Result<(), RequestRefusal> {
+        let jog = self.parameters.as_ref().ok_or(RequestRefusal::NoParameters)?.jog(asked)?;
         Ok(machine.servo(|servo| servo.jog(jog))?)
     }
 
     #[inline(never)]
     fn identify(
         &self,
-        asked: &identification::Asked,
+        asked: &identification::IdentificationRequest,
         machine: &mut impl Machine,
-    ) -> Result<(), Refused> {
-        let settings = self.parameters.as_ref().ok_or(Refused::NoParameters)?.identify(asked)?;
+    ) -> Result<(), RequestRefusal> {
+        let settings =
+            self.parameters.as_ref().ok_or(RequestRefusal::NoParameters)?.identify(asked)?;
         Ok(machine.servo(|servo| servo.identify(&settings))?)
     }
 
     #[inline(never)]
-    fn read(&self, offset: u16) -> Result<Reply, Refused> {
-        let parameters = self.parameters.as_ref().ok_or(Refused::NoParameters)?;
+    fn read(&self, offset: u16) -> Result<Reply, RequestRefusal> {
+        let parameters = self.parameters.as_ref().ok_or(RequestRefusal::NoParameters)?;
         let mut room = [0; ROOM];
         // Cannot fail: every record fits.
-        let record = parameters.encode(0, &mut room).ok_or(Refused::NotWhole)?;
-        let rest = record.get(offset.into()..).ok_or(Refused::NoSuch)?;
+        let record = parameters.encode(0, &mut room).ok_or(RequestRefusal::NotWhole)?;
+        let rest = record.get(offset.into()..).ok_or(RequestRefusal::NoSuch)?;
         let bytes = rest.iter().copied().take(CHUNK).collect();
         Ok(Reply::Parameters { length: record.len() as u16, offset, bytes })
     }

@@ -93,7 +93,7 @@ const TIME: Key = key(JogBounds::ABOUT, "time");
 /// What a client asks of a jog, in the units of [`JogBounds`]: less than the device's bounds, or
 /// nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Asked {
+pub struct JogRequest {
     /// Largest effort, V.
     pub effort: Option<f32>,
     /// Rate of the effort, V/s.
@@ -137,7 +137,7 @@ impl JogBounds {
     ///
     /// # Errors
     /// Names the value that is not less than the device's own, or too small to show a direction.
-    pub fn less(&self, asked: &Asked, resolution: f32) -> Result<Self, Error> {
+    pub fn less(&self, asked: &JogRequest, resolution: f32) -> Result<Self, Error> {
         let pick = |key, asked: Option<f32>, own: f32, least: f32| match asked {
             None => Ok(own),
             // What is the device's own bound in a decimal is no more than that.
@@ -173,7 +173,7 @@ pub struct Jog {
 
 /// The end of one way of a jog.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Ended {
+pub enum JogEnd {
     /// This way has not ended yet, or was not tried.
     #[default]
     Not,
@@ -199,12 +199,12 @@ pub struct Way {
     /// All counts on the way, whatever their sign.
     pub counted: u32,
     /// What ended it.
-    pub ended: Ended,
+    pub ended: JogEnd,
 }
 
 /// What a jog has found: first with positive effort, then with negative.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Found {
+pub struct JogFindings {
     /// Both ways, in their order.
     pub ways: [Way; 2],
 }
@@ -226,7 +226,7 @@ pub enum Verdict {
     Noise,
 }
 
-impl Found {
+impl JogFindings {
     /// Returns all counts of both ways, whatever their sign.
     const fn counted(&self) -> u32 {
         let [first, second] = &self.ways;
@@ -266,7 +266,7 @@ pub struct JogState {
     /// Position at the begin of this way, and the last one, counts.
     origin: i32,
     counts: i32,
-    found: Found,
+    found: JogFindings,
 }
 
 /// The phases of a jog; the first two come once each way.
@@ -324,19 +324,19 @@ impl Jog {
         let size = state.rung as f32 * self.rung;
         let effort = if state.second { -size } else { size };
         match self.bounds.admit(&mut state.open_loop, counts, effort) {
-            Ok(_) | Err(Bound::Effort) if has_moved => state.rest(Ended::Moved),
+            Ok(_) | Err(Bound::Effort) if has_moved => state.rest(JogEnd::Moved),
             Ok(effort) => {
                 state.way().effort = size;
                 return effort;
             }
-            Err(Bound::Effort) => state.rest(Ended::Effort),
+            Err(Bound::Effort) => state.rest(JogEnd::Effort),
             Err(bound) => state.end(bound.into()),
         }
         0.0
     }
 }
 
-impl From<Bound> for Ended {
+impl From<Bound> for JogEnd {
     fn from(bound: Bound) -> Self {
         match bound {
             Bound::Travel => Self::Travel,
@@ -360,14 +360,14 @@ impl JogState {
     }
 
     /// Returns what the jog has found so far.
-    pub const fn found(&self) -> &Found {
+    pub const fn found(&self) -> &JogFindings {
         &self.found
     }
 
     /// Ends this way, because drive and supply do not let the effort through that was asked for.
     pub fn capped(&mut self) {
         if self.phase == Phase::Pushing {
-            self.rest(Ended::Effort);
+            self.rest(JogEnd::Effort);
         }
     }
 
@@ -378,7 +378,7 @@ impl JogState {
 
     /// Ends this way. After the first, the joint is let come to rest; after the second, the jog is
     /// over.
-    fn rest(&mut self, ended: Ended) {
+    fn rest(&mut self, ended: JogEnd) {
         self.way().ended = ended;
         self.standstill = Standstill::default();
         self.phase = if self.second { Phase::Over } else { Phase::Resting };
@@ -392,7 +392,7 @@ impl JogState {
     }
 
     /// Ends the jog by a bound. If the joint was to rest, the second way is not tried for it.
-    fn end(&mut self, ended: Ended) {
+    fn end(&mut self, ended: JogEnd) {
         self.second |= self.phase == Phase::Resting;
         self.way().ended = ended;
         self.phase = Phase::Over;
@@ -408,7 +408,7 @@ mod tests {
     #[test]
     fn the_verdict_is_that_of_both_ways_or_of_the_only_one_that_told() {
         let way =
-            |effort, moved: i32, counted| Way { effort, moved, counted, ended: Ended::Effort };
+            |effort, moved: i32, counted| Way { effort, moved, counted, ended: JogEnd::Effort };
         let [still, untried] = [way(0.6, 0, 0), way(0.0, 0, 0)];
         let [up, down] = [way(0.4, 8, 8), way(0.4, -8, 8)];
         for (first, second, verdict) in [
@@ -430,7 +430,7 @@ mod tests {
             (way(0.6, 1, 5), way(0.6, 0, 3), Verdict::Noise),
             (way(0.6, 1, 5), way(0.6, 0, 2), Verdict::Still),
         ] {
-            let found = Found { ways: [first, second] };
+            let found = JogFindings { ways: [first, second] };
             assert_eq!(found.verdict(), verdict, "{found:?}");
         }
     }

@@ -27,7 +27,7 @@ use crate::control::reference::{
 use crate::identification::{self, Ramp};
 use crate::units::error::{Allowed, Error, between};
 use crate::units::position::Position;
-use crate::units::value::{About, Absent, Key, Kind, Unfit, Values};
+use crate::units::value::{About, Absent, InvalidBits, Key, Kind, Values};
 
 /// A motion as data.
 // The difference in size is a trajectory's corners: there is no heap to box them on.
@@ -316,7 +316,7 @@ impl Values for Motion {
 
     /// Sets a value of the motion. The kind has to come first, since setting it forgets everything
     /// else. Of a corner, the time has to come first, since it adds the corner.
-    fn set(&mut self, key: Key, bits: u32) -> Result<bool, Unfit> {
+    fn set(&mut self, key: Key, bits: u32) -> Result<bool, InvalidBits> {
         let number = f32::from_bits(bits);
         let is_same_kind = key == KIND && self.get(KIND) == Some(bits);
         match (&mut *self, key) {
@@ -328,7 +328,7 @@ impl Values for Motion {
                     2 => Self::Trajectory { corners: Vec::new(), half_blend: 0.0 },
                     3 => Self::Ramp { rate: 0.0, hold: 0.0 },
                     4 => Self::Profiled(Position::default()),
-                    _ => return Err(Unfit),
+                    _ => return Err(InvalidBits),
                 }
             }
             (Self::Step(to) | Self::Profiled(to), STEP_COUNTS) => to.counts = bits as i32,
@@ -339,9 +339,9 @@ impl Values for Motion {
             (Self::Trajectory { corners, .. }, _) => {
                 let Some((index, part)) = corner(key) else { return Ok(false) };
                 if part == 0 && index == corners.len() {
-                    corners.push(Corner::default()).map_err(|_| Unfit)?;
+                    corners.push(Corner::default()).map_err(|_| InvalidBits)?;
                 }
-                let corner = corners.as_mut_slice().get_mut(index).ok_or(Unfit)?;
+                let corner = corners.as_mut_slice().get_mut(index).ok_or(InvalidBits)?;
                 match part {
                     0 => corner.tick = bits,
                     1 => corner.position.counts = bits as i32,

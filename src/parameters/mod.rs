@@ -18,7 +18,7 @@ use crate::control::laws::{self, Gains};
 use crate::control::pd::PdGains;
 use crate::control::profile::ProfileLimits;
 use crate::identification::{self, Ramp, Settings};
-use crate::motion::jog::{Asked, Jog, JogBounds};
+use crate::motion::jog::{Jog, JogBounds, JogRequest};
 use crate::motion::{self, Course, Motion};
 use crate::safety::monitor::Limits;
 use crate::units::error::{Allowed, Error, between};
@@ -171,7 +171,7 @@ impl Parameters {
     ///
     /// # Errors
     /// Names the value that is more than the machine allows.
-    pub fn jog(&self, asked: &Asked) -> Result<Jog, Error> {
+    pub fn jog(&self, asked: &JogRequest) -> Result<Jog, Error> {
         let ControllerConfig { sample_time, encoder, .. } = &self.controller;
         let bounds = self.jog.less(asked, encoder.resolution)?;
         Ok(Jog::new(&bounds, *sample_time, encoder.resolution))
@@ -181,7 +181,10 @@ impl Parameters {
     ///
     /// # Errors
     /// Names the bound that the machine does not allow.
-    pub fn identify(&self, asked: &identification::Asked) -> Result<Settings, Error> {
+    pub fn identify(
+        &self,
+        asked: &identification::IdentificationRequest,
+    ) -> Result<Settings, Error> {
         Settings::new(asked, &self.controller, &self.limits, &self.profile)
     }
 }

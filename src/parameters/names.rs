@@ -18,9 +18,9 @@ pub fn about(key: Key) -> Option<&'static About> {
 /// The path of a value in a machine's file, as in `drive.lsb_v`: two tables may have the same key.
 /// It prints a number that this version does not know as the number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Path(pub Key);
+pub struct ValuePath(pub Key);
 
-impl fmt::Display for Path {
+impl fmt::Display for ValuePath {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match about(self.0) {
             // A controller has a table of its own name.
@@ -36,30 +36,30 @@ impl fmt::Display for Path {
 /// An error that prints the path of its value.
 ///
 /// ```
-/// use stiction::{control::pd::PdGains, parameters::names::Named, units::value::Values};
+/// use stiction::{control::pd::PdGains, parameters::names::NamedError, units::value::Values};
 /// let error = PdGains { kp: f32::NAN, kd: 0.15 }.validate().unwrap_err();
-/// let message = Named(error).to_string();
+/// let message = NamedError(error).to_string();
 /// assert!(message.starts_with("`controller.NAME.kp_v_per_deg` is NaN; allowed is a number"));
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Named(pub Error);
+pub struct NamedError(pub Error);
 
-impl fmt::Display for Named {
+impl fmt::Display for NamedError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Error { key, found, allowed } = self.0;
-        write!(f, "`{}` is {found}; allowed is {}", Path(key), Bounds(allowed))
+        write!(f, "`{}` is {found}; allowed is {}", ValuePath(key), NamedBounds(allowed))
     }
 }
 
-/// Bounds that print the path of a value that they depend on.
+/// NamedBounds that print the path of a value that they depend on.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Bounds(pub Allowed);
+pub struct NamedBounds(pub Allowed);
 
-impl fmt::Display for Bounds {
+impl fmt::Display for NamedBounds {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.0 {
             Allowed::UpTo(high, key) => {
-                write!(f, "a number above 0, up to `{}`, which is {high}", Path(key))
+                write!(f, "a number above 0, up to `{}`, which is {high}", ValuePath(key))
             }
             allowed => write!(f, "{allowed}"),
         }

@@ -2,7 +2,7 @@
 
 use super::{ControlLoop, Refusal, Servo, State};
 use crate::motion::Course;
-use crate::motion::jog::{Found, Jog};
+use crate::motion::jog::{Jog, JogFindings};
 
 impl Servo {
     /// Arms the servo for a link: at the next tick a jog begins. The monitors that take the
@@ -28,7 +28,7 @@ impl Servo {
 
     /// Returns what the jog has found, once it is over. There is nothing if the jog was ended by a
     /// stop or a fault.
-    pub fn jogged(&self) -> Option<Found> {
+    pub fn jogged(&self) -> Option<JogFindings> {
         let ControlLoop { course: Course::Jog(_), state, .. } = self.control_loop.as_ref()? else {
             return None;
         };

@@ -70,7 +70,7 @@ impl About {
 
 /// The refusal of bits that are no value of the declared type.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Unfit;
+pub struct InvalidBits;
 
 /// A type that a value may have. In a record, a value of any type takes 32 bits.
 pub trait Scalar: Copy {
@@ -84,7 +84,7 @@ pub trait Scalar: Copy {
     ///
     /// # Errors
     /// Refuses bits that no value of the type has.
-    fn from_bits(bits: u32) -> Result<Self, Unfit>;
+    fn from_bits(bits: u32) -> Result<Self, InvalidBits>;
 
     /// Returns the value as a number, to be held against bounds.
     fn number(self) -> f32;
@@ -97,7 +97,7 @@ impl Scalar for f32 {
         self.to_bits()
     }
 
-    fn from_bits(bits: u32) -> Result<Self, Unfit> {
+    fn from_bits(bits: u32) -> Result<Self, InvalidBits> {
         Ok(Self::from_bits(bits))
     }
 
@@ -113,7 +113,7 @@ impl Scalar for u32 {
         self
     }
 
-    fn from_bits(bits: u32) -> Result<Self, Unfit> {
+    fn from_bits(bits: u32) -> Result<Self, InvalidBits> {
         Ok(bits)
     }
 
@@ -129,11 +129,11 @@ impl Scalar for bool {
         self.into()
     }
 
-    fn from_bits(bits: u32) -> Result<Self, Unfit> {
+    fn from_bits(bits: u32) -> Result<Self, InvalidBits> {
         match bits {
             0 => Ok(false),
             1 => Ok(true),
-            _ => Err(Unfit),
+            _ => Err(InvalidBits),
         }
     }
 
@@ -161,7 +161,7 @@ pub trait Values {
     ///
     /// # Errors
     /// Refuses bits that are no value of its type.
-    fn set(&mut self, key: Key, bits: u32) -> Result<bool, Unfit>;
+    fn set(&mut self, key: Key, bits: u32) -> Result<bool, InvalidBits>;
 
     /// Calls `f` with each value that there is at present, until `f` returns an error.
     ///
@@ -313,7 +313,7 @@ macro_rules! table {
                 &mut self,
                 key: $crate::units::value::Key,
                 bits: u32,
-            ) -> Result<bool, $crate::units::value::Unfit> {
+            ) -> Result<bool, $crate::units::value::InvalidBits> {
                 match key.0 {
                     $($key => self.$field = $crate::units::value::Scalar::from_bits(bits)?,)*
                     _ => return Ok(
@@ -365,10 +365,10 @@ macro_rules! choice {
                 self as u32
             }
 
-            fn from_bits(bits: u32) -> Result<Self, $crate::units::value::Unfit> {
+            fn from_bits(bits: u32) -> Result<Self, $crate::units::value::InvalidBits> {
                 match bits {
                     $($bits => Ok(Self::$variant),)+
-                    _ => Err($crate::units::value::Unfit),
+                    _ => Err($crate::units::value::InvalidBits),
                 }
             }
 

@@ -1,7 +1,7 @@
 //! The ramp that identifies friction: its effort, its levels, and its end.
 
 use stiction::identification::{MAX_TICKS, Ramp, RampState};
-use stiction::parameters::names::Path;
+use stiction::parameters::names::ValuePath;
 
 /// A ramp of 0.25 V/s at 2 ms, which has rungs of 0.0005 V up to 1 V and is held for 0.1 s.
 fn ramp() -> Ramp {
@@ -94,11 +94,15 @@ fn the_effort_of_the_slowest_ramp_is_exact_to_single_precision_everywhere() {
 fn rates_and_times_without_an_end_are_refused_by_name() {
     let refused = |rate: f32, hold: f32| Ramp::new(rate, hold, 0.002, 5.0).unwrap_err();
     for rate in [0.0, -1.0, 7e-5, 2501.0, f32::NAN, f32::INFINITY] {
-        let path = Path(refused(rate, 0.0).key).to_string();
+        let path = ValuePath(refused(rate, 0.0).key).to_string();
         assert_eq!(path, "identification.ramp_rates_v_per_s", "{rate}");
     }
     for hold in [-0.1, 200_001.0, f32::NAN, f32::INFINITY] {
-        assert_eq!(Path(refused(1.0, hold).key).to_string(), "identification.hold_s", "{hold}");
+        assert_eq!(
+            ValuePath(refused(1.0, hold).key).to_string(),
+            "identification.hold_s",
+            "{hold}"
+        );
     }
     for (rate, hold) in [(7.5e-5, 0.0), (2500.0, 200_000.0)] {
         assert!(Ramp::new(rate, hold, 0.002, 5.0).is_ok(), "{rate} {hold}");

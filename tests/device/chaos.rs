@@ -8,7 +8,7 @@ use simulator::device::simulated::{SimulatedDevice, Wires};
 use stiction::control::reference::Corner;
 use stiction::identification;
 use stiction::link::{CHUNK, PROTOCOL, Request, encode_request};
-use stiction::motion::jog::Asked;
+use stiction::motion::jog::JogRequest;
 use stiction::parameters::{DeviceConfig, ROOM, record};
 use stiction::safety::fault::Latched;
 use stiction::servo::State;
@@ -165,11 +165,15 @@ fn request(kind: u64, random: &mut Random) -> Request {
         }
         11 => Request::Hello { protocol: PROTOCOL, session: random.below(3) as u32 },
         12 => Request::Fault { index: random.next() as u8 },
-        16 => Request::Jog(Asked { travel: Some(TRAVEL), speed: Some(SPEED), ..Asked::default() }),
-        17 => Request::IdentifyJoint(identification::Asked {
+        16 => Request::Jog(JogRequest {
             travel: Some(TRAVEL),
             speed: Some(SPEED),
-            ..identification::Asked::default()
+            ..JogRequest::default()
+        }),
+        17 => Request::IdentifyJoint(identification::IdentificationRequest {
+            travel: Some(TRAVEL),
+            speed: Some(SPEED),
+            ..identification::IdentificationRequest::default()
         }),
         13 => Request::Subscribe { signals: random.next(), every: random.below(20) as u16 },
         _ => Request::Status,

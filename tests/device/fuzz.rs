@@ -13,7 +13,7 @@ use stiction::control::laws::{Gains, MAX_TERMS, ResetIntegralGains, SmoothRobust
 use stiction::control::pd::PdGains;
 use stiction::identification;
 use stiction::link::{CHUNK, PROTOCOL, Request, encode_request};
-use stiction::motion::jog::Asked;
+use stiction::motion::jog::JogRequest;
 use stiction::parameters::{ROOM, record as form};
 use stiction::units::position::Position;
 use stiction::units::value::Key;
@@ -162,13 +162,13 @@ fn request(random: &mut Random, record: &[u8]) -> Request {
             0 => Request::ReadLevels,
             4 => Request::ReadIdentification,
             5 => Request::ReadMap,
-            6 => Request::IdentifyJoint(identification::Asked {
+            6 => Request::IdentifyJoint(identification::IdentificationRequest {
                 time: Some(random.real()),
-                ..identification::Asked::default()
+                ..identification::IdentificationRequest::default()
             }),
             1 => Request::ReadJog,
             3 => Request::SetBrownOut,
-            2 => Request::Jog(Asked { effort: Some(random.real()), ..Asked::default() }),
+            2 => Request::Jog(JogRequest { effort: Some(random.real()), ..JogRequest::default() }),
             _ => Request::Identify { rate: random.real(), hold: random.real() },
         },
         _ => Request::Hello { protocol: PROTOCOL, session: random.below(3) as u32 },

@@ -9,7 +9,7 @@ use simulator::device::simulated::{SimulatedDevice, Wires};
 use simulator::device::wire::SimulatedWire;
 use simulator::hardware::STM32F405;
 use stiction::link::StateCode;
-use stiction::motion::jog::{Asked, Ended, Found, JogBounds, Verdict};
+use stiction::motion::jog::{JogBounds, JogEnd, JogFindings, JogRequest, Verdict};
 use stiction::parameters;
 use stiction::servo::{Boot, Input, State};
 use stiction::{Fault, Limits, Parameters, Servo};
@@ -103,7 +103,7 @@ fn untuned(breakaway: f32) -> Parameters {
 
 struct Run {
     state: State,
-    found: Option<Found>,
+    found: Option<JogFindings>,
     /// The farthest that the joint was from its start, and where it was when the output went off,
     /// deg.
     farthest: f64,
@@ -112,7 +112,7 @@ struct Run {
 }
 
 /// Jogs a joint, with a client that is there until a tick.
-fn jog(parameters: &Parameters, mut joint: Joint, asked: Asked, silent_from: u32) -> Run {
+fn jog(parameters: &Parameters, mut joint: Joint, asked: JogRequest, silent_from: u32) -> Run {
     let mut servo = Servo::new(Ok(parameters), Boot::default(), &STM32F405);
     let mut farthest = 0.0f64;
     for _ in 0..10 {
@@ -184,12 +184,13 @@ fn the_direction_is_found_and_the_joint_has_hardly_moved() {
             (1.0, Encoder::Reversed, Verdict::Reversed),
             (-1.0, Encoder::Reversed, Verdict::Agrees),
         ] {
-            let run = jog(&parameters, Joint { motor, encoder, ..SOUND }, Asked::default(), 1500);
+            let run =
+                jog(&parameters, Joint { motor, encoder, ..SOUND }, JogRequest::default(), 1500);
             let found = run.found.unwrap();
             assert_eq!((run.state, found.verdict()), (State::Stopped, verdict), "{found:?}");
             assert!(run.farthest > 8.0 * COUNT && run.farthest < most, "{} {most}", run.farthest);
             for way in found.ways {
-                assert_eq!(way.ended, Ended::Moved);
+                assert_eq!(way.ended, JogEnd::Moved);
                 // It set out at 0.4 V, and was seen within the time of `counted`.
                 assert!(way.effort > 0.4 && way.effort < effort, "{way:?}");
                 assert!((8..20).contains(&way.moved.abs()), "{way:?}");
@@ -207,10 +208,10 @@ fn a_dead_encoder_leads_as_far_as_the_ramp_pushes() {
         for (encoder, verdict) in
             [(Encoder::Dead, Verdict::Still), (Encoder::OneChannel, Verdict::Noise)]
         {
-            let run = jog(&parameters, Joint { encoder, ..SOUND }, Asked::default(), 1500);
+            let run = jog(&parameters, Joint { encoder, ..SOUND }, JogRequest::default(), 1500);
             let found = run.found.unwrap();
             assert_eq!((run.state, found.verdict()), (State::Stopped, verdict), "{found:?}");
-            assert!(found.ways.iter().all(|way| way.ended == Ended::Effort), "{found:?}");
+            assert!(found.ways.iter().all(|way| way.ended == JogEnd::Effort), "{found:?}");
             // Without the viscous friction, and with every rounding upwards, it is a bit more.
             assert!((0.6 * most..most).contains(&run.farthest), "{} of {most}", run.farthest);
             let known = if breakaway > 0.0 { "yes" } else { "no" };
@@ -236,7 +237,7 @@ fn jogs_with_a_dead_encoder_add_up_to_a_stall() {
     }
     let mut jogs = 0;
     let fault = loop {
-        servo.jog(parameters.jog(&Asked::default()).unwrap()).unwrap();
+        servo.jog(parameters.jog(&JogRequest::default()).unwrap()).unwrap();
         while servo.state() == State::Armed {
             servo.heard();
             servo.tick(Input::default());
@@ -253,7 +254,7 @@ fn jogs_with_a_dead_encoder_add_up_to_a_stall() {
 #[test]
 fn a_blocked_joint_stays_where_it_is_and_nothing_moved_is_told() {
     let blocked = Joint { friction: [9.0, 9.0], ..SOUND };
-    let run = jog(&untuned(0.4), blocked, Asked::default(), 1500);
+    let run = jog(&untuned(0.4), blocked, JogRequest::default(), 1500);
     let found = run.found.unwrap();
     assert_eq!((found.verdict(), run.farthest), (Verdict::Still, 0.0));
     // 49 rungs of 0.012 V are 0.588 V, and the next one is the bound itself, to a rounding.
@@ -266,29 +267,29 @@ fn a_joint_without_friction_ends_at_its_bounds() {
     let parameters = untuned(0.4);
     let free = Joint { friction: [0.0; 2], viscous: 0.0, ..SOUND };
     // After the first push it coasts: 2 deg, and what it travels in the tick that sees it.
-    let run = jog(&parameters, free, Asked::default(), 1500);
+    let run = jog(&parameters, free, JogRequest::default(), 1500);
     let found = run.found.unwrap();
     assert_eq!(found.verdict(), Verdict::RunsOn);
-    assert_eq!(found.ways.map(|way| way.ended), [Ended::Moved, Ended::Travel]);
+    assert_eq!(found.ways.map(|way| way.ended), [JogEnd::Moved, JogEnd::Travel]);
     assert!((2.0..2.0 + 1.0 * H).contains(&run.at_off), "{}", run.at_off);
     // A third of that, if it is asked for.
-    let asked = Asked { travel: Some(0.7), ..Asked::default() };
+    let asked = JogRequest { travel: Some(0.7), ..JogRequest::default() };
     let run = jog(&parameters, free, asked, 1500);
     assert!((0.7..0.7 + 1.0 * H).contains(&run.at_off), "{}", run.at_off);
 
     // A load falls as soon as the brake opens, with 27 deg/s^2. The speed's bound of 4
     // deg/s shows when 8 counts are travelled beyond it.
     let load = -1.0;
-    let run = jog(&parameters, Joint { load, ..free }, Asked::default(), 1500);
+    let run = jog(&parameters, Joint { load, ..free }, JogRequest::default(), 1500);
     let found = run.found.unwrap();
     assert_eq!(found.verdict(), Verdict::RunsOn, "{found:?}");
-    assert_eq!(found.ways[1].ended, Ended::Speed);
+    assert_eq!(found.ways[1].ended, JogEnd::Speed);
     let most = 4.0 + (16.0 * COUNT * KAPPA).sqrt() + KAPPA * H;
     let bounds = [4.0 * 4.0 / (2.0 * KAPPA), most * most / (2.0 * KAPPA) + most * H];
     assert!((bounds[0]..bounds[1]).contains(&-run.at_off), "{} {bounds:?}", run.at_off);
     // A load within the friction does not deceive: from rest the joint goes where it is pushed.
     for load in [-0.2, 0.2] {
-        let run = jog(&parameters, Joint { load, ..SOUND }, Asked::default(), 1500);
+        let run = jog(&parameters, Joint { load, ..SOUND }, JogRequest::default(), 1500);
         assert_eq!(run.found.unwrap().verdict(), Verdict::Agrees, "{load}");
     }
 }
@@ -298,17 +299,17 @@ fn silence_a_stop_and_time_end_a_jog() {
     // Half a second of silence, which begins at the last tick that hears a client.
     let parameters = untuned(0.4);
     let stuck = Joint { friction: [9.0, 9.0], ..SOUND };
-    let slow = Asked { rate: Some(0.1), ..Asked::default() };
+    let slow = JogRequest { rate: Some(0.1), ..JogRequest::default() };
     let run = jog(&parameters, stuck, slow, 10);
     assert_eq!((run.state, run.found), (State::Faulted(Fault::LinkTimeout), None));
     assert_eq!(run.ticks, 9 + 25);
     // 10 s, or what is asked for.
     for (time, ticks) in [(None, 500), (Some(1.0), 50)] {
-        let asked = Asked { rate: Some(0.01), time, ..Asked::default() };
+        let asked = JogRequest { rate: Some(0.01), time, ..JogRequest::default() };
         let run = jog(&parameters, stuck, asked, 1500);
         let found = run.found.unwrap();
-        assert_eq!((run.ticks, found.ways[0].ended), (ticks, Ended::Time));
-        assert_eq!((found.verdict(), found.ways[1].ended), (Verdict::Still, Ended::Not));
+        assert_eq!((run.ticks, found.ways[0].ended), (ticks, JogEnd::Time));
+        assert_eq!((found.verdict(), found.ways[1].ended), (Verdict::Still, JogEnd::Not));
     }
 }
 
@@ -316,11 +317,12 @@ fn silence_a_stop_and_time_end_a_jog() {
 #[test]
 fn a_client_gets_less_but_never_more_than_the_machine_allows() {
     let parameters = untuned(0.4);
-    let asked = |effort, rate, travel, speed, time| Asked { effort, rate, travel, speed, time };
+    let asked =
+        |effort, rate, travel, speed, time| JogRequest { effort, rate, travel, speed, time };
     let own = parameters.jog;
     let all =
         asked(Some(own.effort), Some(own.rate), Some(own.travel), Some(own.speed), Some(own.time));
-    assert_eq!(parameters.jog(&all), parameters.jog(&Asked::default()));
+    assert_eq!(parameters.jog(&all), parameters.jog(&JogRequest::default()));
     let more = |own: f32| Some(own * 1.01);
     for (refused, name) in [
         (asked(more(own.effort), None, None, None, None), "effort_v"),
@@ -354,8 +356,8 @@ fn client(wires: Wires) -> Client<SimulatedWire> {
     Client::connect(SimulatedWire::new(simulated)).unwrap()
 }
 
-fn jogged(client: &mut Client<SimulatedWire>) -> Option<Found> {
-    client.jog(Asked::default()).unwrap();
+fn jogged(client: &mut Client<SimulatedWire>) -> Option<JogFindings> {
+    client.jog(JogRequest::default()).unwrap();
     while client.pass(std::time::Duration::from_secs(1)).unwrap().state == StateCode::Armed {}
     client.jogged().unwrap()
 }
@@ -370,7 +372,7 @@ fn over_the_link_the_simulators_joint_shows_the_same() {
         let mut client = client(wires);
         assert_eq!(client.jogged().unwrap(), None);
         let found = jogged(&mut client).unwrap();
-        let small = jog(&untuned(0.4), Joint { encoder, ..SOUND }, Asked::default(), 1500);
+        let small = jog(&untuned(0.4), Joint { encoder, ..SOUND }, JogRequest::default(), 1500);
         assert_eq!(found.verdict(), small.found.unwrap().verdict());
         for (found, small) in found.ways.iter().zip(small.found.unwrap().ways) {
             assert_eq!(found.ended, small.ended);
@@ -388,11 +390,11 @@ fn over_the_link_the_simulators_joint_shows_the_same() {
 fn a_jog_obeys_a_stop_and_nothing_else_and_leaves_nothing_behind() {
     let mut client = client(Wires::Sound);
     client.arm().unwrap();
-    assert!(client.jog(Asked::default()).unwrap_err().to_string().contains("`stop` first"));
+    assert!(client.jog(JogRequest::default()).unwrap_err().to_string().contains("`stop` first"));
     client.stop().unwrap();
     client.pass(std::time::Duration::from_millis(100)).unwrap();
     client.wire().simulated.brake_v = 9.0;
-    client.jog(Asked { rate: Some(0.05), ..Asked::default() }).unwrap();
+    client.jog(JogRequest { rate: Some(0.05), ..JogRequest::default() }).unwrap();
     client.pass(std::time::Duration::from_secs(1)).unwrap();
     assert!(client.step_to(1.0).unwrap_err().to_string().contains("`stop` first"));
     assert!(client.wire().simulated.tick().enable);

@@ -11,7 +11,7 @@ use stiction::control::encoder::{CounterBits, Direction};
 use stiction::control::laws::Gains;
 use stiction::control::reference::Corner;
 use stiction::parameters;
-use stiction::parameters::names::Path;
+use stiction::parameters::names::ValuePath;
 use stiction::units::position::Position;
 use stiction::units::value::{Key, Kind, Values};
 use stiction::{Motion, Parameters, ProfileLimits};
@@ -25,7 +25,7 @@ fn again(parameters: &Parameters) -> Result<Parameters, String> {
 }
 
 /// A limit that is off is written as the word, is read back as the same, and a change to it is
-/// told.
+/// reported.
 #[test]
 fn a_limit_that_is_off_says_so() {
     let (on, off) = (srnf(&[]), srnf(&["limits.stall_v=off", "limits.link_timeout_s=0"]));
@@ -120,7 +120,7 @@ fn gains() -> impl Strategy<Value = Vec<Gains>> {
                 continue;
             }
             let keys = names(&law);
-            let texts: Vec<String> = keys.iter().map(|key| Path(*key).to_string()).collect();
+            let texts: Vec<String> = keys.iter().map(|key| ValuePath(*key).to_string()).collect();
             if texts.iter().any(|text| used.contains(text)) {
                 continue;
             }

@@ -13,7 +13,7 @@ use stiction::control::pd::PdGains;
 use stiction::control::signal::SIGNALS;
 use stiction::identification;
 use stiction::link::{CHUNK, Numbered, PROTOCOL, REQUEST, Request, encode_request};
-use stiction::motion::jog::Asked;
+use stiction::motion::jog::JogRequest;
 use stiction::parameters::{ROOM, record};
 use stiction::units::position::Position;
 
@@ -65,10 +65,13 @@ fn requests() -> Vec<Request> {
         Request::Identify { rate: 0.5, hold: 0.1 },
         Request::Stop,
         Request::ReadLevels,
-        Request::Jog(Asked { effort: Some(0.5), ..Asked::default() }),
+        Request::Jog(JogRequest { effort: Some(0.5), ..JogRequest::default() }),
         Request::Stop,
         Request::ReadJog,
-        Request::IdentifyJoint(identification::Asked { time: Some(2.0), ..Default::default() }),
+        Request::IdentifyJoint(identification::IdentificationRequest {
+            time: Some(2.0),
+            ..Default::default()
+        }),
         Request::Stop,
         Request::ReadIdentification,
         Request::ReadMap,

@@ -2,7 +2,7 @@
 //! enough before it.
 
 use simulator::hardware::STM32F405;
-use stiction::parameters::names::Path;
+use stiction::parameters::names::ValuePath;
 use stiction::servo::{Boot, ControlLoop, Input, Output, State};
 use stiction::{Fault, Parameters, Servo};
 
@@ -162,7 +162,10 @@ fn no_duty_goes_without_the_break_input() {
     let mut parameters = srnf(&["device.wake_up_s=0.005", "device.fault_blanking_s=0.005"]);
     assert_eq!(parameters.check(), Ok(()));
     parameters.device.fault_blanking = 0.005_001;
-    assert_eq!(Path(parameters.check().unwrap_err().key).to_string(), "device.fault_blanking_s");
+    assert_eq!(
+        ValuePath(parameters.check().unwrap_err().key).to_string(),
+        "device.fault_blanking_s"
+    );
     for (sample_time, s) in [(0.001, 0.001), (0.001, 0.003), (0.000_1, 0.05), (0.02, 0.05)] {
         parameters.controller.sample_time = sample_time;
         let ticks = parameters.ticks_at_least(s);

@@ -7,12 +7,15 @@ use emulated::emulator::wire::EmulatedWire;
 use simulator::device::client::{Client, Map};
 use simulator::device::simulated::SimulatedDevice;
 use simulator::device::wire::{SimulatedWire, Wire};
-use stiction::identification::{Asked, Outcome, Summary};
+use stiction::identification::{IdentificationRequest, Outcome, Summary};
 use stiction::link::StateCode;
 
 use crate::common::{firmware, plans};
 
-fn identified<W: Wire>(client: &mut Client<W>, asked: Asked) -> Option<(Summary, Map)> {
+fn identified<W: Wire>(
+    client: &mut Client<W>,
+    asked: IdentificationRequest,
+) -> Option<(Summary, Map)> {
     client.identify_joint(asked).unwrap();
     while client.pass(Duration::from_secs(1)).unwrap().state == StateCode::Armed {}
     assert_eq!(client.status().unwrap().faults, 0);
@@ -24,7 +27,7 @@ fn identified<W: Wire>(client: &mut Client<W>, asked: Asked) -> Option<(Summary,
 #[test]
 fn an_identification_finds_what_a_simulated_device_finds_and_ends_at_its_bound() {
     let plan = plans("step-response", &["pd"], &["drive.pwm_hz=2000"]).remove(0);
-    let asked = Asked { time: Some(30.0), ..Asked::default() };
+    let asked = IdentificationRequest { time: Some(30.0), ..IdentificationRequest::default() };
     let mut simulated = SimulatedDevice::new(&plan).unwrap();
     simulated.ticks(10);
     let here = identified(&mut Client::connect(SimulatedWire::new(simulated)).unwrap(), asked);

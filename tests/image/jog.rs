@@ -10,7 +10,7 @@ use simulator::encoder::Wires;
 use simulator::experiment::RunPlan;
 use stiction::Fault;
 use stiction::link::StateCode;
-use stiction::motion::jog::{Asked, Ended, Found, Verdict};
+use stiction::motion::jog::{JogEnd, JogFindings, JogRequest, Verdict};
 
 use crate::common::firmware;
 use crate::common::plans;
@@ -52,7 +52,7 @@ fn a_jog_finds_what_a_simulated_device_finds_and_leaves_the_bridge_off() {
         if matches!(wires, Wires::Cut | Wires::OneCut) {
             // A pulled-up pin whose wire is cut rises once: a count, which a simulated device has
             // not.
-            let ends = |found: Found| found.ways.map(|way| (way.effort, way.ended));
+            let ends = |found: JogFindings| found.ways.map(|way| (way.effort, way.ended));
             assert_eq!(ends(there), ends(here));
             assert!(there.ways.iter().all(|way| way.moved.abs() <= 2), "{there:?}");
         } else {
@@ -70,7 +70,7 @@ fn a_jog_finds_what_a_simulated_device_finds_and_leaves_the_bridge_off() {
 
 /// The log has a line for the begin of the jog and one for its end, with what was found.
 #[track_caller]
-fn said_begin_and_end(board: &mut BoardUnderTest<PlantInLockstep>, found: &Found) {
+fn said_begin_and_end(board: &mut BoardUnderTest<PlantInLockstep>, found: &JogFindings) {
     board.samples(20).unwrap();
     let log = board.act(|halted| halted.harness.log.lines.clone()).unwrap();
     let [begin, end] = ["jog: pushes", "counts by"].map(|text| {
@@ -96,7 +96,7 @@ fn said_begin_and_end(board: &mut BoardUnderTest<PlantInLockstep>, found: &Found
 fn a_link_that_is_cut_in_the_middle_of_a_jog_turns_the_bridge_off() {
     let mut client = board(Wires::Sound, 9.0);
     // 0.05 V/s: it would take 10 s.
-    client.jog(Asked { rate: Some(0.05), ..Asked::default() }).unwrap();
+    client.jog(JogRequest { rate: Some(0.05), ..JogRequest::default() }).unwrap();
     let board = &mut client.wire().board;
     assert!(board.samples(20).unwrap().bridge.is_on());
     // 0.5 s of silence are 25 ticks.
@@ -106,9 +106,9 @@ fn a_link_that_is_cut_in_the_middle_of_a_jog_turns_the_bridge_off() {
     assert_eq!(client.jogged().unwrap(), None);
     // The time ends it if nothing else does.
     client.clear().unwrap();
-    client.jog(Asked { rate: Some(0.05), time: Some(0.4), ..Asked::default() }).unwrap();
+    client.jog(JogRequest { rate: Some(0.05), time: Some(0.4), ..JogRequest::default() }).unwrap();
     client.pass_armed(std::time::Duration::from_secs(1)).unwrap();
-    assert_eq!(client.jogged().unwrap().unwrap().ways[0].ended, Ended::Time);
+    assert_eq!(client.jogged().unwrap().unwrap().ways[0].ended, JogEnd::Time);
 }
 
 impl Bench for EmulatedWire {

@@ -2,7 +2,7 @@
 
 use proptest::prelude::*;
 use stiction::control::drive::{Drive, DriveConfig, Duty, PwmMode, pwm_top};
-use stiction::parameters::names::Path;
+use stiction::parameters::names::ValuePath;
 use stiction::{Error, Hardware};
 
 use super::{HALF_ULP, config};
@@ -49,7 +49,7 @@ fn pwm_top_is_the_even_one_nearest_to_the_frequency() {
         [(STM32F405, 1299.0), (STM32F405, 5.26e6), (TIMER, 99.9), (TIMER, f32::NAN)]
     {
         let error = pwm_top(&hardware, hz).unwrap_err();
-        assert_eq!(Path(error.key).to_string(), "drive.pwm_hz", "{hz} Hz");
+        assert_eq!(ValuePath(error.key).to_string(), "drive.pwm_hz", "{hz} Hz");
     }
 }
 

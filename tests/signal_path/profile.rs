@@ -10,7 +10,7 @@ use stiction::control::pd::PdGains;
 use stiction::control::profile::{BoundedAcceleration, Limited, Profile, ProfileLimits};
 use stiction::control::reference::Setpoint;
 use stiction::parameters::DeviceConfig;
-use stiction::parameters::names::Named;
+use stiction::parameters::names::NamedError;
 use stiction::units::position::Position;
 use stiction::units::value::Table;
 use stiction::{ControllerConfig, Limits};
@@ -462,7 +462,7 @@ fn limits_that_cannot_be_kept_are_refused_with_what_is_allowed() {
     let refused = |velocity, acceleration, jerk| {
         let limits = ProfileLimits { velocity, acceleration, jerk };
         let made = Profile::new(Position::default(), &limits, 0.02, 0.00242);
-        made.map(|_| ()).map_err(|error| Named(error).to_string())
+        made.map(|_| ()).map_err(|error| NamedError(error).to_string())
     };
     assert_eq!(refused(25.0, 35.0, 1000.0), Ok(()));
     for (limits, key, found, least) in [

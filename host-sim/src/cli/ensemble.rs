@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::sync::{Mutex, PoisonError};
 
 use clap::builder::TypedValueParser;
-use stiction::identification::Asked;
+use stiction::identification::IdentificationRequest;
 
 use super::outputs::{check_standard_output, print_beside};
 use super::{print, warn};
@@ -430,7 +430,7 @@ impl EnsembleIdentifyArguments {
         if is_all {
             names = identified_names(Family::USUAL);
         }
-        let asked = Asked { speed: self.speed, ..Asked::default() };
+        let asked = IdentificationRequest { speed: self.speed, ..Default::default() };
         let of = |name: &&str| rates_within(&asked, name, self.seed, self.cases);
         let all: Vec<Rates> = names.iter().map(of).collect::<Result<_, Error>>()?;
         print(&if self.markdown { rates_markdown(&all) } else { rates_table(&all) })

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use serde_json::{Value, json};
 use stiction::identification::Summary;
-use stiction::motion::jog::{Asked, Verdict};
+use stiction::motion::jog::{JogRequest, Verdict};
 use stiction::{Parameters, identification};
 
 use super::desk::{QueuedRequest, UnsavedJoint};
@@ -48,7 +48,7 @@ impl<W: Wire> Worker<'_, W> {
         if arms && !self.client.status()?.at_rest {
             self.client.pass(Duration::from_millis(100))?;
         }
-        let mut identification = identification::Asked::default();
+        let mut identification = identification::IdentificationRequest::default();
         if *what == StudioAction::IdentifyJoint {
             let checked = self.client.check_identification(&identification);
             identification = checked.map_err(of_a_page)?;
@@ -110,7 +110,7 @@ impl<W: Wire> Worker<'_, W> {
                 "a sequence of motions starts, without a loop, and ends automatically"
             }
             StudioAction::Jog => {
-                self.client.jog(Asked::default())?;
+                self.client.jog(JogRequest::default())?;
                 self.running = Some(RunningMotion::Jog);
                 "jogs: a little each way, without a loop"
             }

@@ -17,8 +17,8 @@ use host_sim::emulator::wire::EmulatedWire;
 use host_sim::ensemble::{Case, Family, Identified, Rates, Truth, UNEVEN, drawn, rates_markdown};
 use host_sim::experiment::RunPlan;
 use host_sim::joint::{CoreUnits, Substitute};
-use stiction::identification::Asked;
-use stiction::link::{StateCode, Told};
+use stiction::identification::IdentificationRequest;
+use stiction::link::{FaultReport, StateCode};
 
 use experiments::experiment;
 use experiments::flash_image::firmware;
@@ -64,7 +64,7 @@ fn identified<W: Wire>(client: &mut Client<W>, case: &Case) -> Identified {
     };
     let began = clock(client);
     // A joint that a load moves is refused.
-    let is_armed = client.identify_joint(Asked::default()).is_ok();
+    let is_armed = client.identify_joint(IdentificationRequest::default()).is_ok();
     while client.pass(Duration::from_secs(1)).unwrap().state == StateCode::Armed {}
     let found = client.identified().unwrap().filter(|_| is_armed);
     Identified {
@@ -81,7 +81,7 @@ fn identified<W: Wire>(client: &mut Client<W>, case: &Case) -> Identified {
 
 /// Identifies the joint on the host and in the image, and returns what both have found, with the
 /// fault of the image.
-fn on_both(case: &Case) -> ([Identified; 2], Told) {
+fn on_both(case: &Case) -> ([Identified; 2], FaultReport) {
     let plan = plan(case);
     let mut simulated = SimulatedDevice::new(&plan).unwrap();
     simulated.ticks(200);

@@ -17,7 +17,7 @@ use host_sim::draft::{Typical, text};
 use host_sim::ensemble::{Sorted, Spread, drawn_keys};
 use host_sim::experiment::{Document, Experiment, RunPlan};
 use host_sim::tuning::{Figures, Goal, Request, spreads};
-use stiction::identification::Asked;
+use stiction::identification::IdentificationRequest;
 use stiction::link::StateCode;
 use stiction::servo::Boot;
 
@@ -49,7 +49,7 @@ fn identified(sheet: &Document, truth: &Document, law: &str) -> Option<Document>
         SimulatedDevice::running(&first(truth, law), &configured, Boot::default()).unwrap();
     let mut client = Client::connect(SimulatedWire::new(device)).unwrap();
     client.pass(Duration::from_millis(200)).unwrap();
-    client.identify_joint(Asked::default()).unwrap();
+    client.identify_joint(IdentificationRequest::default()).unwrap();
     while client.pass(Duration::from_secs(1)).unwrap().state == StateCode::Armed {}
     let (summary, map) = client.identified().unwrap()?;
     let found = IdentifiedJoint { summary, map, parameters: configured, units: None };

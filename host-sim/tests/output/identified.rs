@@ -11,7 +11,7 @@ use host_sim::device::identified::IdentifiedJoint;
 use host_sim::ensemble::{drawn, identify};
 use host_sim::experiment::{Document, Experiment};
 use serde_json::Value;
-use stiction::identification::Asked;
+use stiction::identification::IdentificationRequest;
 
 use super::{number, stiction};
 
@@ -200,7 +200,7 @@ fn a_load_that_no_key_can_say_is_in_a_comment_and_told() {
     for (family, word) in [("loaded", "a load of "), ("gravity", "gravity of ")] {
         let loads = |number: u64| {
             let case = drawn(family, 3, number).unwrap();
-            identify(&case, &Asked::default()).unwrap()
+            identify(&case, &IdentificationRequest::default()).unwrap()
         };
         // Of those that are known well enough for a file, the first whose load is no small part.
         let found = (0..8).map(loads).find(|found| {
@@ -249,7 +249,8 @@ fn the_file_of_a_joint_that_was_found_does_not_count_the_dead_time_twice() {
     let plan = Experiment::plan(&document, &[], &[]).unwrap().runs.remove(0);
     let parameters = device::parameters(&plan).unwrap();
     assert!((parameters.device.dead_time - 1e-6).abs() < 1e-12, "{}", parameters.device.dead_time);
-    let of_a_joint = identify(&drawn("loaded", 3, 0).unwrap(), &Asked::default()).unwrap();
+    let of_a_joint =
+        identify(&drawn("loaded", 3, 0).unwrap(), &IdentificationRequest::default()).unwrap();
     let mut summary = of_a_joint.summary.unwrap();
     // It is braked by more than the back-EMF of the sheet's motor.
     summary.estimate.as_mut().unwrap().viscous = [0.1, 0.001];

@@ -9,7 +9,7 @@ use host_sim::device::identified::IdentifiedJoint;
 use host_sim::ensemble::{drawn, identify};
 use host_sim::experiment::{Document, Experiment};
 use serde_json::Value;
-use stiction::identification::Asked;
+use stiction::identification::IdentificationRequest;
 
 /// The joint of the fixture.
 const FILE: &str = "tests/joints_under_test/gear_with_backlash.toml";
@@ -90,7 +90,8 @@ fn what_the_identification_contradicts_is_named_with_both_numbers() {
     let text = text.replace("unbalance_nm = 0.25", LIGHT).replace(LIGHT, "constant_nm = 0.0");
     let document = Document::parse("bl.toml", &text).unwrap();
     let plan = Experiment::plan(&document, &[], &[]).unwrap().runs.remove(0);
-    let of_a_joint = identify(&drawn("rigid", 3, 0).unwrap(), &Asked::default()).unwrap();
+    let of_a_joint =
+        identify(&drawn("rigid", 3, 0).unwrap(), &IdentificationRequest::default()).unwrap();
     let mut summary = of_a_joint.summary.unwrap();
     let units = document.mapping().unwrap().unwrap().1.units;
     // It is braked by a third more than by the back-EMF of the file's motor, and has its inertia.
@@ -133,7 +134,8 @@ fn a_range_of_the_file_that_holds_the_measured_value_narrows_the_measured_range(
         let document = Document::parse("bl.toml", &format!("{text}\n[spread]\n{spread}\n"));
         let document = document.unwrap();
         let plan = Experiment::plan(&document, &[], &[]).unwrap().runs.remove(0);
-        let of_a_joint = identify(&drawn("rigid", 3, 0).unwrap(), &Asked::default()).unwrap();
+        let of_a_joint =
+            identify(&drawn("rigid", 3, 0).unwrap(), &IdentificationRequest::default()).unwrap();
         let mut summary = of_a_joint.summary.unwrap();
         let units = document.mapping().unwrap().unwrap().1.units;
         let estimate = summary.estimate.as_mut().unwrap();

@@ -48,7 +48,7 @@ pub use sum::{Compensator, CompensatorState};
 
 use crate::control::signal::{LawSignal, MAX_LAW_SIGNALS};
 use crate::units::error::Allowed;
-use crate::units::value::{About, Absent, Key, Kind, Table, Unfit, Values};
+use crate::units::value::{About, Absent, InvalidBits, Key, Kind, Table, Values};
 
 /// The largest number of laws in a sum.
 pub const MAX_TERMS: usize = 4;
@@ -209,7 +209,7 @@ macro_rules! gains {
                 }
             }
 
-            fn set(&mut self, key: Key, bits: u32) -> Result<bool, Unfit> {
+            fn set(&mut self, key: Key, bits: u32) -> Result<bool, InvalidBits> {
                 match self {
                     $($(#[cfg($feature)])? Self::$Law(gains) => gains.set(key, bits),)+
                 }
@@ -380,7 +380,7 @@ impl Values for Vec<Gains, MAX_TERMS> {
         Some((gains.id().into(), allowed))
     }
 
-    fn set(&mut self, key: Key, bits: u32) -> Result<bool, Unfit> {
+    fn set(&mut self, key: Key, bits: u32) -> Result<bool, InvalidBits> {
         let Some(term) = term(key) else {
             for gains in self.iter_mut() {
                 if gains.set(key, bits)? {
@@ -394,8 +394,8 @@ impl Values for Vec<Gains, MAX_TERMS> {
         }
         self.truncate(term);
         if bits != 0 {
-            let gains = Gains::from_id(bits).filter(|_| self.len() == term).ok_or(Unfit)?;
-            self.push(gains).map_err(|_| Unfit)?;
+            let gains = Gains::from_id(bits).filter(|_| self.len() == term).ok_or(InvalidBits)?;
+            self.push(gains).map_err(|_| InvalidBits)?;
         }
         Ok(true)
     }

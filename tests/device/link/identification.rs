@@ -10,8 +10,8 @@ use simulator::device::simulated::{SimulatedDevice, Wires};
 use simulator::device::wire::SimulatedWire;
 use simulator::experiment::Document;
 use simulator::hardware::STM32F405;
-use stiction::identification::{Asked, Outcome, Summary};
-use stiction::link::{Kind, Machine, Refused, Reply, Request, Session, StateCode};
+use stiction::identification::{IdentificationRequest, Outcome, Summary};
+use stiction::link::{Kind, Machine, Reply, Request, RequestRefusal, Session, StateCode};
 use stiction::parameters::Parameters;
 use stiction::servo::Servo;
 use stiction::{Fault, Hardware};
@@ -19,7 +19,7 @@ use stiction::{Fault, Hardware};
 use super::{client, frame, hello, refused, replies};
 use crate::fixture::plans;
 
-fn identified(client: &mut Client<SimulatedWire>, asked: Asked) -> Option<Summary> {
+fn identified(client: &mut Client<SimulatedWire>, asked: IdentificationRequest) -> Option<Summary> {
     client.identify_joint(asked).unwrap();
     while client.pass(Duration::from_secs(1)).unwrap().state == StateCode::Armed {}
     client.identified().unwrap().map(|(summary, _)| summary)
@@ -29,7 +29,7 @@ fn identified(client: &mut Client<SimulatedWire>, asked: Asked) -> Option<Summar
 fn a_joint_is_told_within_the_bounds_of_the_proof_and_the_output_is_off() {
     let mut client = client();
     assert_eq!(client.identified().unwrap(), None);
-    let summary = identified(&mut client, Asked::default()).unwrap();
+    let summary = identified(&mut client, IdentificationRequest::default()).unwrap();
     let status = client.status().unwrap();
     assert_eq!((status.state, status.faults, status.at_rest), (StateCode::Stopped, 0, true));
     assert_eq!((summary.outcome, summary.doubts.is_none()), (Outcome::Done, true), "{summary:?}");
@@ -54,7 +54,8 @@ fn a_joint_is_told_within_the_bounds_of_the_proof_and_the_output_is_off() {
 fn it_begins_like_arming_refuses_more_than_the_device_allows_and_obeys_nothing_but_a_stop() {
     let said = |error: simulator::Error| error.to_string();
     let mut client = client();
-    let ask = |asked| Asked { effort: Some(asked), ..Asked::default() };
+    let ask =
+        |asked| IdentificationRequest { effort: Some(asked), ..IdentificationRequest::default() };
     let message = said(client.identify_joint(ask(5.1)).unwrap_err());
     assert!(
         message.contains("`identification.effort_v` is 5.1; allowed is a number above 0, up to 5"),
@@ -63,14 +64,14 @@ fn it_begins_like_arming_refuses_more_than_the_device_allows_and_obeys_nothing_b
     for asked in [
         ask(0.0),
         ask(f32::NAN),
-        Asked { travel: Some(721.0), ..Asked::default() },
-        Asked { travel: Some(0.1), ..Asked::default() },
-        Asked { speed: Some(1e5), ..Asked::default() },
-        Asked { time: Some(1801.0), ..Asked::default() },
+        IdentificationRequest { travel: Some(721.0), ..IdentificationRequest::default() },
+        IdentificationRequest { travel: Some(0.1), ..IdentificationRequest::default() },
+        IdentificationRequest { speed: Some(1e5), ..IdentificationRequest::default() },
+        IdentificationRequest { time: Some(1801.0), ..IdentificationRequest::default() },
     ] {
         assert!(client.identify_joint(asked).is_err(), "{asked:?}");
     }
-    client.identify_joint(Asked::default()).unwrap();
+    client.identify_joint(IdentificationRequest::default()).unwrap();
     client.pass(Duration::from_secs(5)).unwrap();
     assert!(said(client.move_to(1.0).unwrap_err()).contains("stop"));
     assert!(client.arm().is_err());
@@ -87,7 +88,7 @@ fn wires_that_are_wrong_end_it_at_the_first_step_in_words() {
         device.ticks(10);
         let mut client = Client::connect(SimulatedWire::new(device)).unwrap();
         // As much effort as starts it, so that the stall's monitor does not come first.
-        let asked = Asked { effort: Some(0.6), ..Asked::default() };
+        let asked = IdentificationRequest { effort: Some(0.6), ..IdentificationRequest::default() };
         let found = identified(&mut client, asked);
         let status = client.status().unwrap();
         match found {
@@ -110,7 +111,11 @@ fn a_joint_of_few_counts_that_slides_is_not_taken_for_one_that_stands() {
     let mut device = SimulatedDevice::new(&plans("step-response", &[coarse])[0]).unwrap();
     device.ticks(10);
     let mut client = Client::connect(SimulatedWire::new(device)).unwrap();
-    let asked = Asked { effort: Some(0.7), travel: Some(60.0), ..Asked::default() };
+    let asked = IdentificationRequest {
+        effort: Some(0.7),
+        travel: Some(60.0),
+        ..IdentificationRequest::default()
+    };
     let found = identified(&mut client, asked);
     let summary = found.unwrap_or_else(|| panic!("{:?}", client.status().unwrap()));
     assert_eq!(summary.outcome, Outcome::Done, "{summary:?}");
@@ -130,11 +135,11 @@ impl Machine for Bare<'_> {
         STM32F405
     }
 
-    fn save(&mut self, _: &Parameters) -> Result<(), Refused> {
+    fn save(&mut self, _: &Parameters) -> Result<(), RequestRefusal> {
         Ok(())
     }
 
-    fn reconfigure(&mut self, _: &Parameters) -> Result<(), Refused> {
+    fn reconfigure(&mut self, _: &Parameters) -> Result<(), RequestRefusal> {
         Ok(())
     }
 }
@@ -181,7 +186,7 @@ impl Piecewise<'_> {
 #[test]
 fn the_answer_with_the_fits_comes_once_at_its_end_and_not_after_another_request() {
     let mut client = client();
-    identified(&mut client, Asked::default()).unwrap();
+    identified(&mut client, IdentificationRequest::default()).unwrap();
     let servo = client.wire().simulated.device.servo();
     let summary = servo.identified().unwrap().summary();
     let mut session = Session::new(Kind::Simulated, None);
@@ -206,17 +211,17 @@ fn the_answer_with_the_fits_comes_once_at_its_end_and_not_after_another_request(
     // What was overtaken by it is not done, and an old stop leaves it alone.
     device.ask(8, read());
     device.pieces(2);
-    assert_eq!(device.ask(7, Request::Arm), refused(7, Refused::OutOfOrder));
+    assert_eq!(device.ask(7, Request::Arm), refused(7, RequestRefusal::OutOfOrder));
     assert_eq!(device.ask(6, Request::Stop), [(6, Reply::Done)]);
     assert_eq!(device.rest().0, answer(8));
-    assert_eq!(device.ask(7, Request::Arm), refused(7, Refused::OutOfOrder));
+    assert_eq!(device.ask(7, Request::Arm), refused(7, RequestRefusal::OutOfOrder));
     // Another request cancels it.
     for (number, other) in [(10, Request::Stop), (12, Request::Clear)] {
         device.ask(number - 1, read());
         device.pieces(2);
         assert_eq!(device.ask(number, other), [(number, Reply::Done)]);
         assert!(!device.session.work(&mut device.bare));
-        assert_eq!(device.ask(number - 1, read()), refused(number - 1, Refused::OutOfOrder));
+        assert_eq!(device.ask(number - 1, read()), refused(number - 1, RequestRefusal::OutOfOrder));
     }
 }
 
@@ -235,7 +240,11 @@ struct Course {
 
 /// Runs a sequence tick by tick; `hand` may do something to the joint at a time, s. The output is
 /// off in the tick in which it ends.
-fn course(set: &[&str], asked: Asked, mut hand: impl FnMut(&mut SimulatedDevice, f64)) -> Course {
+fn course(
+    set: &[&str],
+    asked: IdentificationRequest,
+    mut hand: impl FnMut(&mut SimulatedDevice, f64),
+) -> Course {
     let plan = &plans("step-response", set)[0];
     let mut device = SimulatedDevice::new(plan).unwrap();
     device.ticks(10);
@@ -314,7 +323,11 @@ impl Course {
 #[test]
 fn the_bound_of_the_travel_ends_it_within_a_tick_of_it() {
     let slides = ["joint.friction.slip_v=0.05", "joint.viscous_v_per_deg_per_s=0.0"];
-    let asked = Asked { travel: Some(1.5), effort: Some(1.0), ..Asked::default() };
+    let asked = IdentificationRequest {
+        travel: Some(1.5),
+        effort: Some(1.0),
+        ..IdentificationRequest::default()
+    };
     let course = course(&slides, asked, |_, _| {});
     assert_eq!(course.summary.outcome, Outcome::Travel, "{:?}", course.summary);
     let (farthest, beyond) = (course.farthest(), course.beyond());
@@ -326,7 +339,7 @@ fn the_bound_of_the_travel_ends_it_within_a_tick_of_it() {
 #[test]
 fn the_bound_of_the_speed_ends_it_within_its_slack_and_a_tick() {
     let slides = ["joint.friction.slip_v=0.0", "joint.viscous_v_per_deg_per_s=0.0"];
-    let asked = Asked { speed: Some(0.15), ..Asked::default() };
+    let asked = IdentificationRequest { speed: Some(0.15), ..IdentificationRequest::default() };
     let course = course(&slides, asked, |_, _| {});
     assert_eq!(course.summary.outcome, Outcome::Speed, "{:?}", course.summary);
     // The slack of the speed is 8 counts.
@@ -341,7 +354,7 @@ fn the_bound_of_the_speed_ends_it_within_its_slack_and_a_tick() {
 #[test]
 fn a_joint_that_goes_on_without_effort_ends_it_after_five_seconds() {
     let slides = ["joint.friction.slip_v=0.0", "joint.viscous_v_per_deg_per_s=0.0"];
-    let course = course(&slides, Asked::default(), |_, _| {});
+    let course = course(&slides, IdentificationRequest::default(), |_, _| {});
     assert_eq!(course.summary.outcome, Outcome::RunsOn, "{:?}", course.summary);
     // Five seconds at the even speed that the push has left it: nothing drives it any more.
     let [end_s, end] = course.path.last().copied().unwrap();
@@ -359,14 +372,18 @@ fn a_joint_that_goes_on_without_effort_ends_it_after_five_seconds() {
 #[test]
 fn a_joint_that_is_pulled_the_same_way_twice_ends_it_before_a_pulse() {
     let mut is_pulled = false;
-    let course = course(&[], Asked { effort: Some(1.6), ..Asked::default() }, |device, time_s| {
-        // 1.6 V in 8 s are 0.4 V after 2 s, and the joint rests by 2.5 s.
-        if time_s >= 3.2 && !is_pulled {
-            is_pulled = true;
-            let at = device.position_deg();
-            device.push(at, 1.0);
-        }
-    });
+    let course = course(
+        &[],
+        IdentificationRequest { effort: Some(1.6), ..IdentificationRequest::default() },
+        |device, time_s| {
+            // 1.6 V in 8 s are 0.4 V after 2 s, and the joint rests by 2.5 s.
+            if time_s >= 3.2 && !is_pulled {
+                is_pulled = true;
+                let at = device.position_deg();
+                device.push(at, 1.0);
+            }
+        },
+    );
     assert_eq!(course.summary.outcome, Outcome::Pulled, "{:?}", course.summary);
     assert!(course.summary.steps == 2 && course.farthest() < 1.0, "{:?}", course.summary);
     course.is_no_file("the same way under both efforts");

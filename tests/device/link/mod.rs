@@ -6,7 +6,7 @@ use simulator::device::simulated::SimulatedDevice;
 use simulator::device::wire::SimulatedWire;
 use stiction::control::signal::SIGNALS;
 use stiction::link::{
-    Deframer, Message, Numbered, PROTOCOL, Refused, Reply, Request, encode_request,
+    Deframer, Message, Numbered, PROTOCOL, Reply, Request, RequestRefusal, encode_request,
 };
 
 use crate::fixture::plans;
@@ -67,6 +67,6 @@ fn replies(bytes: &[u8]) -> Vec<(u16, Reply)> {
     replies
 }
 
-fn refused(number: u16, why: Refused) -> Vec<(u16, Reply)> {
+fn refused(number: u16, why: RequestRefusal) -> Vec<(u16, Reply)> {
     vec![(number, Reply::Refused(why))]
 }

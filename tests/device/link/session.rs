@@ -1,6 +1,6 @@
 //! Who may say what, in which order, and what a device makes of bytes that are no frame.
 
-use stiction::link::{PROTOCOL, REQUEST, Refused, Reply, Request, StateCode, encode};
+use stiction::link::{PROTOCOL, REQUEST, Reply, Request, RequestRefusal, StateCode, encode};
 
 use super::{client, frame, hello, refused, say, simulated};
 use simulator::device::simulated::SimulatedDevice;
@@ -8,12 +8,12 @@ use simulator::device::simulated::SimulatedDevice;
 #[test]
 fn without_a_hello_only_stop_is_obeyed() {
     let mut simulated = simulated();
-    assert_eq!(say(&mut simulated, &frame(1, Request::Arm)), refused(1, Refused::SayHello));
+    assert_eq!(say(&mut simulated, &frame(1, Request::Arm)), refused(1, RequestRefusal::SayHello));
     assert_eq!(say(&mut simulated, &frame(2, Request::Stop)), [(2, Reply::Done)]);
     let other = frame(3, Request::Hello { protocol: PROTOCOL + 1, session: 1 });
     let [(3, Reply::Hello(identity))] = &say(&mut simulated, &other)[..] else { panic!() };
     assert_eq!(identity.protocol, PROTOCOL);
-    assert_eq!(say(&mut simulated, &frame(4, Request::Arm)), refused(4, Refused::SayHello));
+    assert_eq!(say(&mut simulated, &frame(4, Request::Arm)), refused(4, RequestRefusal::SayHello));
 }
 
 #[test]
@@ -30,7 +30,7 @@ fn a_request_that_comes_twice_is_done_once() {
     // again.
     say(&mut simulated, &frame(3, Request::Status));
     say(&mut simulated, &hello(1, 7));
-    assert_eq!(say(&mut simulated, &arm), refused(2, Refused::OutOfOrder));
+    assert_eq!(say(&mut simulated, &arm), refused(2, RequestRefusal::OutOfOrder));
 }
 
 #[test]
@@ -42,7 +42,10 @@ fn a_stop_is_obeyed_however_late_and_an_arm_that_it_overtook_is_not() {
     assert_eq!(say(&mut simulated, &frame(2, Request::Stop)), [(2, Reply::Done)]);
     assert!(!simulated.tick().enable);
     assert_eq!(say(&mut simulated, &frame(11, Request::Stop)), [(11, Reply::Done)]);
-    assert_eq!(say(&mut simulated, &frame(10, Request::Arm)), refused(10, Refused::OutOfOrder));
+    assert_eq!(
+        say(&mut simulated, &frame(10, Request::Arm)),
+        refused(10, RequestRefusal::OutOfOrder)
+    );
     assert!(!simulated.tick().enable);
 }
 
@@ -83,7 +86,7 @@ fn garbage_costs_at_most_the_frame_that_it_touches() {
     assert_eq!(heard, [number + 1]);
     // The frame is whole, but the device does not know the request.
     let strange = encode(&(REQUEST, number + 2, 200u8)).unwrap();
-    assert_eq!(say(&mut simulated, &strange), refused(number + 2, Refused::Unknown));
+    assert_eq!(say(&mut simulated, &strange), refused(number + 2, RequestRefusal::Unknown));
 }
 
 #[test]

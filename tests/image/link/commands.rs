@@ -3,7 +3,7 @@
 use emulated::emulator::board::FittedParts;
 use emulated::emulator::fault_injection::Injection;
 use stiction::Fault;
-use stiction::link::{Refused, Reply, Request, StateCode, encode_request};
+use stiction::link::{Reply, Request, RequestRefusal, StateCode, encode_request};
 
 use super::{Script, commanded, faulted, record};
 use crate::fault_injection::MS;
@@ -110,7 +110,7 @@ fn a_flood_of_requests_that_take_long_does_not_starve_the_watchdog() {
         talked.replies.iter().filter(|(_, number, _)| armed.contains(number)).collect();
     assert!(answers.len() > 24, "{}", answers.len());
     assert!(
-        answers.iter().all(|(.., reply)| *reply == Reply::Refused(Refused::Armed)),
+        answers.iter().all(|(.., reply)| *reply == Reply::Refused(RequestRefusal::Armed)),
         "{answers:?}"
     );
     let status = talked.status(last);
@@ -139,7 +139,7 @@ fn the_break_input_can_be_cleared_and_trips_again() {
     // While it is pulled, clearing it trips it again.
     talked.assert_done(early);
     assert_eq!(talked.status(pulled).state, broken);
-    talked.assert_refused(refused, Refused::Faulted(Fault::BreakInput as u8));
+    talked.assert_refused(refused, RequestRefusal::Faulted(Fault::BreakInput as u8));
     talked.assert_done(clear);
     assert_eq!(talked.status(cleared).state, StateCode::Stopped);
     talked.assert_done(again);
@@ -168,7 +168,7 @@ fn a_break_between_two_ticks_is_a_fault_though_a_request_comes_before_the_second
     let talked = script.run(Some(&record(&commanded(|_| {}))), &injections, 500 * MS);
     talked.assert_done(arm);
     assert_eq!(talked.status(status).state, faulted(Fault::BreakInput));
-    talked.assert_refused(refused, Refused::Faulted(Fault::BreakInput as u8));
+    talked.assert_refused(refused, RequestRefusal::Faulted(Fault::BreakInput as u8));
     assert!(talked.observed.says(Fault::BreakInput.describe()), "{:?}", talked.observed.log);
     for number in [clear, again, cleared, anew] {
         talked.assert_done(number);

@@ -14,8 +14,8 @@ use std::sync::{Arc, Mutex};
 use emulated::emulator::board::FittedParts;
 use emulated::emulator::fault_injection::{BoardObservation, Injection, converse};
 use stiction::link::{
-    CHUNK, Deframer, Message, Numbered, PROTOCOL, Refused, Reply, Request, Sample, StateCode,
-    Status, encode_request,
+    CHUNK, Deframer, Message, Numbered, PROTOCOL, Reply, Request, RequestRefusal, Sample,
+    StateCode, Status, encode_request,
 };
 use stiction::parameters::ROOM;
 use stiction::{Fault, Parameters};
@@ -162,7 +162,7 @@ impl Talked {
     }
 
     #[track_caller]
-    fn assert_refused(&self, number: u16, why: Refused) {
+    fn assert_refused(&self, number: u16, why: RequestRefusal) {
         assert_eq!(*self.reply(number), Reply::Refused(why));
     }
 }

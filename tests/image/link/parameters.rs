@@ -2,8 +2,8 @@
 
 use emulated::emulator::fault_injection::Injection;
 use stiction::Fault;
-use stiction::link::{Refused, Reply, Request, StateCode};
-use stiction::parameters::names::Path;
+use stiction::link::{Reply, Request, RequestRefusal, StateCode};
+use stiction::parameters::names::ValuePath;
 
 use super::{Script, commanded, faulted, record};
 use crate::fault_injection::MS;
@@ -26,12 +26,12 @@ fn without_valid_parameters_arming_is_refused_until_some_come_over_the_link() {
         let arm = script.say(460 * MS, Request::Arm);
         let armed = script.say(500 * MS, Request::Status);
         let talked = script.run(found, &[], 600 * MS);
-        talked.assert_refused(refused, Refused::Faulted(fault as u8));
-        talked.assert_refused(uncleared, Refused::NotClearable(fault as u8));
-        let Reply::Refused(Refused::Value { key, found, .. }) = talked.reply(bad) else {
+        talked.assert_refused(refused, RequestRefusal::Faulted(fault as u8));
+        talked.assert_refused(uncleared, RequestRefusal::NotClearable(fault as u8));
+        let Reply::Refused(RequestRefusal::Value { key, found, .. }) = talked.reply(bad) else {
             panic!("{:?}", talked.reply(bad));
         };
-        assert_eq!((Path(*key).to_string().as_str(), *found), ("limits.thermal_s", -1.0));
+        assert_eq!((ValuePath(*key).to_string().as_str(), *found), ("limits.thermal_s", -1.0));
         assert_eq!(
             (talked.status(still).state, talked.status(still).sample_time),
             (faulted(fault), 0.0)

@@ -1,5 +1,5 @@
 //! What comes over the wire while the processor does something else is not lost, and what is lost
-//! is told.
+//! is reported.
 
 use emulated::emulator::board::FittedParts;
 use emulated::emulator::fault_injection::Injection;

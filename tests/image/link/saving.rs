@@ -2,7 +2,7 @@
 
 use emulated::emulator::board::FittedParts;
 use emulated::emulator::fault_injection::Injection;
-use stiction::link::{CHUNK, PROTOCOL, Refused, Request, StateCode};
+use stiction::link::{CHUNK, PROTOCOL, Request, RequestRefusal, StateCode};
 
 use super::{Script, commanded, record};
 use crate::fault_injection::MS;
@@ -25,7 +25,7 @@ fn a_save_that_the_flash_does_not_keep_is_refused_and_harms_nothing() {
         let talked =
             script.run_on(fitted, Some(&record(&commanded(|_| {}))), &injections, 3_600 * MS);
         talked.assert_done(taken);
-        talked.assert_refused(save, Refused::Flash);
+        talked.assert_refused(save, RequestRefusal::Flash);
         let status = talked.status(after);
         assert_eq!(
             (status.state, status.fault.code, status.unsaved),
@@ -91,7 +91,7 @@ fn saves_and_other_parameters_in_one_burst_are_done_one_after_the_other() {
     let after = script.say(7_000 * MS, Request::Status);
     let talked = script.run(Some(&record(&fast)), &[], 7_100 * MS);
     for save in [first, second, third] {
-        talked.assert_refused(save, Refused::Flash);
+        talked.assert_refused(save, RequestRefusal::Flash);
     }
     talked.assert_done(taken);
     let status = talked.status(after);
@@ -111,10 +111,10 @@ fn the_joint_has_to_rest_anew_after_a_save_before_it_is_armed() {
     let [save, arm] = script.burst(400 * MS, [Request::Save, Request::Arm])[..] else { panic!() };
     let later = script.say(2_700 * MS, Request::Arm);
     let talked = script.run(Some(&record(&commanded(|_| {}))), &[], 2_800 * MS);
-    talked.assert_refused(save, Refused::Flash);
+    talked.assert_refused(save, RequestRefusal::Flash);
     // It was attempted: the ticks stood still for the erase.
     assert!(talked.observed.ticks_ns.windows(2).any(|pair| pair[1] - pair[0] > 1_000 * MS));
-    talked.assert_refused(arm, Refused::Moving);
+    talked.assert_refused(arm, RequestRefusal::Moving);
     talked.assert_done(later);
 }
 

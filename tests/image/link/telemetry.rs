@@ -1,7 +1,7 @@
 //! Samples of the ticks, which hold up nothing.
 
 use stiction::control::signal::{SIGNALS, index};
-use stiction::link::{Refused, Request, StateCode};
+use stiction::link::{Request, RequestRefusal, StateCode};
 use stiction::{Parameters, ProfileLimits};
 
 use super::{Script, commanded, record};
@@ -58,7 +58,7 @@ fn at_ten_kilohertz_the_loop_goes_on_whatever_the_link_is_asked() {
     for number in [subscribe, taken, arm] {
         talked.assert_done(number);
     }
-    talked.assert_refused(refused, Refused::Armed);
+    talked.assert_refused(refused, RequestRefusal::Armed);
     let status = talked.status(last);
     assert_eq!((status.state, status.faults, status.sample_time), (StateCode::Armed, 0, 0.0001));
     assert!(status.dropped > 1_000, "{status:?}");

@@ -22,7 +22,7 @@ mod path {
     use core::hint::black_box;
 
     use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
-    use stiction::link::{Kind, Machine, Refused, Session};
+    use stiction::link::{Kind, Machine, RequestRefusal, Session};
     use stiction::parameters::store::Store;
     use stiction::safety::deadline::Deadline;
     use stiction::servo::{Boot, Input, Output};
@@ -97,11 +97,11 @@ mod path {
             hardware()
         }
 
-        fn save(&mut self, parameters: &Parameters) -> Result<(), Refused> {
+        fn save(&mut self, parameters: &Parameters) -> Result<(), RequestRefusal> {
             Ok(self.store.save(parameters)?)
         }
 
-        fn reconfigure(&mut self, parameters: &Parameters) -> Result<(), Refused> {
+        fn reconfigure(&mut self, parameters: &Parameters) -> Result<(), RequestRefusal> {
             black_box(parameters);
             black_box(Ok(()))
         }

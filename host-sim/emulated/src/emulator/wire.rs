@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use stiction::link::Refused;
+use stiction::link::RequestRefusal;
 use stiction::parameters::ROOM;
 
 use super::FirmwareImage;
@@ -137,9 +137,9 @@ impl Wire for EmulatedWire {
         "the emulated device".into()
     }
 
-    fn excuse(&self, refused: &Refused) -> &'static str {
+    fn excuse(&self, refused: &RequestRefusal) -> &'static str {
         match refused {
-            Refused::Flash => " (the emulator models no contents of the flash)",
+            RequestRefusal::Flash => " (the emulator models no contents of the flash)",
             _ => "",
         }
     }

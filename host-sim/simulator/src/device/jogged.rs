@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 use stiction::Parameters;
 use stiction::control::encoder::Direction;
-use stiction::motion::jog::{Ended, Found, Verdict, Way};
+use stiction::motion::jog::{JogEnd, JogFindings, Verdict, Way};
 
 use crate::written::single;
 
@@ -28,7 +28,7 @@ const fn other(parameters: &Parameters) -> &'static str {
 }
 
 /// Returns the next steps, one per line.
-fn advice(verdict: Verdict, found: &Found, parameters: &Parameters) -> Vec<String> {
+fn advice(verdict: Verdict, found: &JogFindings, parameters: &Parameters) -> Vec<String> {
     let bound = found.ways.iter().map(|way| way.effort).fold(0.0, f32::max);
     let lines: &[&str] = match verdict {
         Verdict::Agrees => &[
@@ -74,7 +74,7 @@ fn advice(verdict: Verdict, found: &Found, parameters: &Parameters) -> Vec<Strin
 }
 
 /// Returns the result of a jog as text, with the next steps.
-pub fn words(found: &Found, parameters: &Parameters) -> String {
+pub fn words(found: &JogFindings, parameters: &Parameters) -> String {
     let verdict = found.verdict();
     let [first, second] = &found.ways;
     let resolution = parameters.controller.encoder.resolution;
@@ -92,33 +92,33 @@ pub fn words(found: &Found, parameters: &Parameters) -> String {
 fn way(way: &Way, resolution: f32) -> String {
     let deg = f64::from(way.moved) * f64::from(resolution);
     let why = match way.ended {
-        Ended::Not => return "not tried".into(),
+        JogEnd::Not => return "not tried".into(),
         _ if way.effort == 0.0 => {
             return format!(
                 "not tried: the joint reached {} before it was at rest",
                 words_of(way.ended)
             );
         }
-        Ended::Moved => "enough for a verdict",
-        Ended::Effort => "effort limit reached",
-        Ended::Travel => "travel limit reached",
-        Ended::Speed => "speed limit reached",
-        Ended::Time => "time limit reached",
+        JogEnd::Moved => "enough for a verdict",
+        JogEnd::Effort => "effort limit reached",
+        JogEnd::Travel => "travel limit reached",
+        JogEnd::Speed => "speed limit reached",
+        JogEnd::Time => "time limit reached",
     };
     format!("up to {:.3} V: {:+} counts ({deg:+.4} deg), {why}", way.effort, way.moved)
 }
 
-const fn words_of(ended: Ended) -> &'static str {
+const fn words_of(ended: JogEnd) -> &'static str {
     match ended {
-        Ended::Travel => "its travel limit",
-        Ended::Speed => "its speed limit",
-        Ended::Time => "its time limit",
-        Ended::Not | Ended::Moved | Ended::Effort => "the end",
+        JogEnd::Travel => "its travel limit",
+        JogEnd::Speed => "its speed limit",
+        JogEnd::Time => "its time limit",
+        JogEnd::Not | JogEnd::Moved | JogEnd::Effort => "the end",
     }
 }
 
 /// Returns the JSON object for scripts.
-pub fn json(found: &Found, parameters: &Parameters, warning: Option<&str>) -> Value {
+pub fn json(found: &JogFindings, parameters: &Parameters, warning: Option<&str>) -> Value {
     let verdict = found.verdict();
     let name = match verdict {
         Verdict::Agrees => "agrees",
@@ -131,12 +131,12 @@ pub fn json(found: &Found, parameters: &Parameters, warning: Option<&str>) -> Va
     let resolution = parameters.controller.encoder.resolution;
     let ways = found.ways.iter().map(|way| {
         let ended = match way.ended {
-            Ended::Not => "not-tried",
-            Ended::Moved => "moved",
-            Ended::Effort => "effort",
-            Ended::Travel => "travel",
-            Ended::Speed => "speed",
-            Ended::Time => "time",
+            JogEnd::Not => "not-tried",
+            JogEnd::Moved => "moved",
+            JogEnd::Effort => "effort",
+            JogEnd::Travel => "travel",
+            JogEnd::Speed => "speed",
+            JogEnd::Time => "time",
         };
         json!({
             "effort_v": single(way.effort),

@@ -1,7 +1,7 @@
 //! Signals of a device, as it announces them. This program has no table of its own.
 
 use stiction::control::signal::{Form, SIGNALS, name};
-use stiction::link::{Announced, MAX_SIGNALS, Sample};
+use stiction::link::{MAX_SIGNALS, Sample, SignalDescription};
 
 use crate::error::{Error, suggestion};
 use crate::output::Cell;
@@ -24,18 +24,18 @@ pub const OF_THE_LOOP: [&str; 11] = [
 /// Signals that a device can send in each tick.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Signals {
-    all: Vec<Announced>,
+    all: Vec<SignalDescription>,
 }
 
 impl Signals {
     /// Creates the list from the announced signals, in the order of their places.
-    pub const fn new(all: Vec<Announced>) -> Self {
+    pub const fn new(all: Vec<SignalDescription>) -> Self {
         Self { all }
     }
 
     /// Returns the signals that every loop of this version of the core has.
     pub fn of_core() -> Self {
-        Self { all: SIGNALS.iter().map(|signal| Announced::from(*signal)).collect() }
+        Self { all: SIGNALS.iter().map(|signal| SignalDescription::from(*signal)).collect() }
     }
 
     /// Returns the names of all signals, in the order of their places.

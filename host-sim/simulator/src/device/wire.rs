@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::sync::LazyLock;
 use std::time::{Duration, Instant};
 
-use stiction::link::Refused;
+use stiction::link::RequestRefusal;
 
 use super::simulated::SimulatedDevice;
 use crate::error::Error;
@@ -35,7 +35,7 @@ pub trait Wire {
 
     /// Returns words that follow a refusal if this device lacks a feature of a board. Empty for
     /// most devices.
-    fn excuse(&self, _: &Refused) -> &'static str {
+    fn excuse(&self, _: &RequestRefusal) -> &'static str {
         ""
     }
 

@@ -1,22 +1,24 @@
 //! Text for users: refusals, faults, status and ramp results of a device.
 
 use stiction::Fault;
-use stiction::link::{Refused, StateCode, Status, Told, WireErrors};
-use stiction::parameters::names::{Named, Path};
+use stiction::link::{FaultReport, RequestRefusal, StateCode, Status, WireErrors};
+use stiction::parameters::names::{NamedError, ValuePath};
 use stiction::servo::Levels;
 
 /// Returns why a request was refused, and what to do.
-pub fn refused(refused: &Refused) -> String {
+pub fn refused(refused: &RequestRefusal) -> String {
     match refused {
-        Refused::Unknown => "its firmware does not have this request; flash the firmware of this \
+        RequestRefusal::Unknown => {
+            "its firmware does not have this request; flash the firmware of this \
                              program (`cargo xtask flash`)"
-            .into(),
-        Refused::SayHello => "it was reset meanwhile, so the motor is off unless it starts \
+                .into()
+        }
+        RequestRefusal::SayHello => "it was reset meanwhile, so the motor is off unless it starts \
                               automatically; check `status` and `faults`, then start again"
             .into(),
-        Refused::OutOfOrder => "a later request arrived first; repeat it".into(),
-        Refused::Booting => "it has just been switched on; try again in a second".into(),
-        Refused::Faulted(code) => {
+        RequestRefusal::OutOfOrder => "a later request arrived first; repeat it".into(),
+        RequestRefusal::Booting => "it has just been switched on; try again in a second".into(),
+        RequestRefusal::Faulted(code) => {
             let since = format!("the motor is off since {}", name(*code));
             match Fault::from_code(*code).map(FaultEnd::of) {
                 Some(FaultEnd::Parameters) => {
@@ -30,72 +32,82 @@ pub fn refused(refused: &Refused) -> String {
                 }
             }
         }
-        Refused::NotClearable(code) => {
+        RequestRefusal::NotClearable(code) => {
             format!(
                 "no command clears {}: only valid parameters or a reset end it (docs/faults.md)",
                 name(*code)
             )
         }
-        Refused::Armed => "the motor is driven; `stop` first".into(),
-        Refused::NotArmed => "the motor is off; `arm` first".into(),
-        Refused::Moving => "the joint moves; it must be at rest for 50 ms first".into(),
-        Refused::WouldTrip(code) => {
+        RequestRefusal::Armed => "the motor is driven; `stop` first".into(),
+        RequestRefusal::NotArmed => "the motor is off; `arm` first".into(),
+        RequestRefusal::Moving => "the joint moves; it must be at rest for 50 ms first".into(),
+        RequestRefusal::WouldTrip(code) => {
             format!(
                 "{} would turn the motor off at once; fix its cause first (docs/faults.md)",
                 name(*code)
             )
         }
-        Refused::OutOfRange => {
+        RequestRefusal::OutOfRange => {
             "the motion leaves the range `limits.position_min_deg` to `limits.position_max_deg`"
                 .into()
         }
-        Refused::FarAway => {
+        RequestRefusal::FarAway => {
             "the start of the trajectory is too far from the joint (`limits.following_error_deg`, \
              or the error at which the controller outputs the full effort): move to its start \
              first"
                 .into()
         }
-        Refused::TooFar => {
+        RequestRefusal::TooFar => {
             "the position is too far from the joint; it must be less than 2^30 counts away".into()
         }
-        Refused::TooFast => "the joint moves too fast to brake within `limits.position_min_deg` \
+        RequestRefusal::TooFast => {
+            "the joint moves too fast to brake within `limits.position_min_deg` \
              to `limits.position_max_deg` (`profile.acceleration_deg_per_s2`); move when it is \
              slower"
-            .into(),
-        Refused::NoParameters => "it has no parameters; `params push FILE.toml` first".into(),
-        Refused::NoSuch => "it has no such signal, fault or motion".into(),
-        Refused::NotWhole => "the parameters arrived incomplete, and the old ones stay in use; \
+                .into()
+        }
+        RequestRefusal::NoParameters => {
+            "it has no parameters; `params push FILE.toml` first".into()
+        }
+        RequestRefusal::NoSuch => "it has no such signal, fault or motion".into(),
+        RequestRefusal::NotWhole => {
+            "the parameters arrived incomplete, and the old ones stay in use; \
                               push them again"
-            .into(),
-        Refused::Version(version) => format!(
+                .into()
+        }
+        RequestRefusal::Version(version) => format!(
             "its firmware cannot read version {version} of the parameters; the old ones stay in use"
         ),
-        Refused::Value { key, found, allowed } => {
-            Named(stiction::Error { key: *key, found: *found, allowed: *allowed }).to_string()
+        RequestRefusal::Value { key, found, allowed } => {
+            NamedError(stiction::Error { key: *key, found: *found, allowed: *allowed }).to_string()
         }
-        Refused::UnknownValue(key) => {
+        RequestRefusal::UnknownValue(key) => {
             format!(
                 "it does not have `{}`: the law of this gain is not in use, or the firmware is \
                  older than this program",
-                Path(*key)
+                ValuePath(*key)
             )
         }
-        Refused::MissingValue(key) => format!("`{}` is missing in the parameters sent", Path(*key)),
-        Refused::Flash => "its flash failed; the parameters are in use until it is switched off, \
+        RequestRefusal::MissingValue(key) => {
+            format!("`{}` is missing in the parameters sent", ValuePath(*key))
+        }
+        RequestRefusal::Flash => {
+            "its flash failed; the parameters are in use until it is switched off, \
                            but not saved"
-            .into(),
-        Refused::Watchdog => {
+                .into()
+        }
+        RequestRefusal::Watchdog => {
             "its watchdog did not accept the new timeout in time; repeat the command".into()
         }
-        Refused::SupplyTooLow => {
+        RequestRefusal::SupplyTooLow => {
             "its 3.3 V supply is below 2.9 V, too low to write its flash; the parameters stay in \
              use, but are not saved"
                 .into()
         }
-        Refused::NoOptionBytes => {
+        RequestRefusal::NoOptionBytes => {
             "it is not a microcontroller, so it has no brown-out reset to turn on".into()
         }
-        Refused::Untouchable => {
+        RequestRefusal::Untouchable => {
             "its option bytes cannot be changed: the microcontroller is permanently protected (RDP \
              level 2), or they are not those of an STM32F405"
                 .into()
@@ -120,7 +132,7 @@ pub fn name(code: u8) -> String {
 
 /// Describes a fault with its value and time, as in `fault 14 (stall: effort, but no count), effort
 /// 0.8050 V, 3.200 s after power-on`.
-pub fn fault(report: &Told, sample_time: f32) -> String {
+pub fn fault(report: &FaultReport, sample_time: f32) -> String {
     let value = match Fault::from_code(report.code).map(|fault| (fault.value(), fault.unit())) {
         Some((what, unit)) if !unit.is_empty() => format!(", {what} {:.4} {unit}", report.value),
         _ => String::new(),
@@ -133,7 +145,7 @@ pub fn fault(report: &Told, sample_time: f32) -> String {
 }
 
 /// Returns the JSON object of a fault, with its section of docs/faults.md and the way it ends.
-pub fn fault_json(report: &Told, sample_time: f32) -> serde_json::Value {
+pub fn fault_json(report: &FaultReport, sample_time: f32) -> serde_json::Value {
     let known = Fault::from_code(report.code);
     let ends = known.map(|fault| match FaultEnd::of(fault) {
         FaultEnd::Command => "command",
@@ -208,7 +220,7 @@ fn stays_off(code: u8) -> &'static str {
 
 /// Lists the faults that a device has stored, the oldest first, and what to do about the latched
 /// one.
-pub fn faults(remembered: &[Told], status: &Status) -> String {
+pub fn faults(remembered: &[FaultReport], status: &Status) -> String {
     if remembered.is_empty() && status.fault.code == 0 {
         return "no fault since power-on\n".into();
     }
@@ -331,7 +343,7 @@ mod tests {
     use super::*;
 
     fn latched(code: u8) -> Status {
-        let fault = Told { code, tick: 320, value: 0.805 };
+        let fault = FaultReport { code, tick: 320, value: 0.805 };
         Status {
             state: StateCode::Faulted(code),
             fault,
@@ -371,7 +383,7 @@ mod tests {
                 assert!(said.contains(end), "{code}: {said}");
                 assert!(said.contains(&format!("docs/faults.md, \"{}\"", fault.section())));
             }
-            for said in texts.iter().chain([&refused(&Refused::Faulted(code))]) {
+            for said in texts.iter().chain([&refused(&RequestRefusal::Faulted(code))]) {
                 assert_eq!(said.contains("--clear"), fault.is_clearable(), "{code}: {said}");
             }
         }
@@ -380,14 +392,14 @@ mod tests {
     #[test]
     fn the_fault_list_ends_with_what_to_do_while_a_fault_is_latched() {
         let mut of = latched(14);
-        let remembered = [Told { code: 17, tick: 100, value: 60.0 }, of.fault];
+        let remembered = [FaultReport { code: 17, tick: 100, value: 60.0 }, of.fault];
         let said = faults(&remembered, &of);
         let lines: Vec<&str> = said.lines().collect();
         assert!(lines[0].starts_with("fault 17") && lines[1].starts_with("fault 14"), "{said}");
         assert!(lines[2].starts_with("latched    fault 14") && lines[4].contains("14 Stall"));
         assert_eq!(lines.len(), 5);
         // Faults that are over need no action.
-        (of.state, of.fault) = (StateCode::Stopped, Told::default());
+        (of.state, of.fault) = (StateCode::Stopped, FaultReport::default());
         assert_eq!(faults(&remembered, &of).lines().collect::<Vec<_>>(), lines[..2]);
         assert_eq!(faults(&[], &of), "no fault since power-on\n");
     }

@@ -1,7 +1,7 @@
 //! Errors about invalid values, with the key and the value of the file.
 
 use stiction::parameters;
-use stiction::parameters::names::{Bounds, Named};
+use stiction::parameters::names::{NamedBounds, NamedError};
 use toml::Value;
 
 use super::plan::RunPlan;
@@ -29,7 +29,7 @@ impl RunPlan {
     /// of the value has its table.
     pub fn explain(&self, error: &stiction::Error) -> Error {
         let Some(about) = parameters::about(error.key) else {
-            return Error::Input(Named(*error).to_string());
+            return Error::Input(NamedError(*error).to_string());
         };
         let controller = self.controller.as_deref().unwrap_or_default();
         let path = match (about.table, about.name) {
@@ -50,7 +50,7 @@ impl RunPlan {
             let vanishes = error.found == 0.0 && written != 0.0;
             found = shown(written) + if vanishes { ", which is 0 in single precision" } else { "" };
         }
-        self.refuse(&path, &found, &Bounds(error.allowed).to_string())
+        self.refuse(&path, &found, &NamedBounds(error.allowed).to_string())
     }
 
     /// Returns a value of the machine by its key.

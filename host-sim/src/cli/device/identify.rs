@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use serde_json::json;
-use stiction::identification::{Asked, Outcome};
+use stiction::identification::{IdentificationRequest, Outcome};
 use stiction::link::StateCode;
 
 use super::{OFF, by};
@@ -128,7 +128,7 @@ impl DeviceIdentifyArguments {
             ));
         }
         let Self { effort, travel, speed, time, .. } = *self;
-        let asked = Asked { effort, travel, speed, time };
+        let asked = IdentificationRequest { effort, travel, speed, time };
         let asked = client.check_identification(&asked)?;
         client.identify_joint(asked)?;
         let status = until_off(client)?;

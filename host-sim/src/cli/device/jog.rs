@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use stiction::Parameters;
 use stiction::link::StateCode;
-use stiction::motion::jog::{Asked, Found, Verdict};
+use stiction::motion::jog::{JogFindings, JogRequest, Verdict};
 
 use crate::device::client::Client;
 use crate::device::jogged;
@@ -43,13 +43,13 @@ pub struct JogArguments {
 /// Result of a jog, with the parameters of the device.
 pub struct JogResult {
     pub parameters: Parameters,
-    pub found: Found,
+    pub found: JogFindings,
 }
 
 impl JogArguments {
-    const fn asked(&self) -> Asked {
+    const fn asked(&self) -> JogRequest {
         let Self { effort, rate, travel, speed, time, .. } = *self;
-        Asked { effort, rate, travel, speed, time }
+        JogRequest { effort, rate, travel, speed, time }
     }
 
     /// Runs a jog to its end.

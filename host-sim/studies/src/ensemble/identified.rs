@@ -6,7 +6,7 @@
 //! and the nominal inertia, from which the limits follow.
 
 use rayon::prelude::*;
-use stiction::identification::{Asked, MapPoint, Outcome, SPEEDS, Summary};
+use stiction::identification::{IdentificationRequest, MapPoint, Outcome, SPEEDS, Summary};
 use stiction::servo::{Boot, Input, Servo, State};
 
 use super::assemble::parameters;
@@ -64,7 +64,7 @@ pub struct Identified {
 ///
 /// # Errors
 /// If a bound is not allowed.
-pub fn identify(case: &Case, asked: &Asked) -> Result<Identified, Error> {
+pub fn identify(case: &Case, asked: &IdentificationRequest) -> Result<Identified, Error> {
     let mut joint = case.joint.build()?;
     let pd = RULES.iter().find(|rule| rule.law == "pd");
     let pd = pd.ok_or_else(|| Error::Input("there is no rule for pd".into()))?;
@@ -266,14 +266,19 @@ impl Rates {
 /// # Errors
 /// If there is no such family.
 pub fn rates(family: &str, seed: u64, cases: u64) -> Result<Rates, Error> {
-    rates_within(&Asked::default(), family, seed, cases)
+    rates_within(&IdentificationRequest::default(), family, seed, cases)
 }
 
 /// Identifies so many joints of a family within bounds, on all cores.
 ///
 /// # Errors
 /// If there is no such family, or a bound is not allowed.
-pub fn rates_within(asked: &Asked, family: &str, seed: u64, cases: u64) -> Result<Rates, Error> {
+pub fn rates_within(
+    asked: &IdentificationRequest,
+    family: &str,
+    seed: u64,
+    cases: u64,
+) -> Result<Rates, Error> {
     let one = |number| identify(&drawn(family, seed, number)?, asked);
     let all = (0..cases).into_par_iter().map(one).collect::<Result<Vec<_>, Error>>()?;
     let mut rates = Rates { family: family.into(), ..Rates::default() };
@@ -373,7 +378,8 @@ mod tests {
     fn a_load_is_told_from_the_friction() {
         for number in 0..3 {
             let case = drawn("loaded", 3, number).unwrap();
-            let Identified { truth, summary, .. } = identify(&case, &Asked::default()).unwrap();
+            let Identified { truth, summary, .. } =
+                identify(&case, &IdentificationRequest::default()).unwrap();
             let estimate = summary.unwrap().estimate.unwrap();
             let off = (f64::from(estimate.offset[0]) - truth.load).abs();
             assert!(off < 0.03 * truth.slip, "{truth:?} {estimate:?}");
@@ -388,7 +394,7 @@ mod tests {
             let (mut done, mut flagged) = (0, 0);
             for number in 0..6 {
                 let case = drawn(family, 3, number).unwrap();
-                let found = identify(&case, &Asked::default()).unwrap();
+                let found = identify(&case, &IdentificationRequest::default()).unwrap();
                 assert_eq!(found.fault, None, "{family} {number}");
                 done += usize::from(found.summary.is_some_and(|one| one.outcome == Outcome::Done));
                 flagged += usize::from(found.is_flagged());
@@ -407,7 +413,12 @@ mod tests {
         let found = |noisy: bool| {
             let mut case = drawn("noisy", 3, 0).unwrap();
             case.family = if noisy { Family::Noisy } else { Family::Rigid };
-            identify(&case, &Asked { time: Some(5.0), ..Asked::default() }).unwrap().farthest
+            identify(
+                &case,
+                &IdentificationRequest { time: Some(5.0), ..IdentificationRequest::default() },
+            )
+            .unwrap()
+            .farthest
         };
         assert_ne!(found(true), found(false));
     }
@@ -444,14 +455,21 @@ mod tests {
     #[test]
     fn no_joint_goes_farther_than_it_may_and_a_narrow_bound_ends_it_in_words() {
         let case = drawn("rigid", 3, 1).unwrap();
-        let asked = Asked { travel: Some(20.0), time: Some(4.0), ..Asked::default() };
+        let asked = IdentificationRequest {
+            travel: Some(20.0),
+            time: Some(4.0),
+            ..IdentificationRequest::default()
+        };
         let found = identify(&case, &asked).unwrap();
         let travel = 20f64.to_radians() / case.count();
         assert!(f64::from(found.farthest) <= travel + 1.0, "{} {travel}", found.farthest);
         assert_eq!(found.summary.map(|summary| summary.outcome), Some(Outcome::Time));
         assert!((3.9..4.3).contains(&found.time_s), "{}", found.time_s);
         // Less effort than starts the joint.
-        let weak = Asked { effort: Some(0.5 * found.truth.stick as f32), ..Asked::default() };
+        let weak = IdentificationRequest {
+            effort: Some(0.5 * found.truth.stick as f32),
+            ..IdentificationRequest::default()
+        };
         let found = identify(&case, &weak).unwrap();
         assert_eq!(found.summary.map(|summary| summary.outcome), Some(Outcome::Still));
         assert!(found.farthest <= 2, "{}", found.farthest);

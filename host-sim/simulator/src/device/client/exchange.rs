@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use stiction::link::{Message, Numbered, Refused, Reply, Request, encode_request};
+use stiction::link::{Message, Numbered, Reply, Request, RequestRefusal, encode_request};
 
 use super::Client;
 use crate::device::wire::Wire;
@@ -117,7 +117,7 @@ impl<W: Wire> Client<W> {
     }
 
     /// Returns the error with the reason of a refusal.
-    pub(super) fn refused(&self, what: &str, refused: &Refused) -> Error {
+    pub(super) fn refused(&self, what: &str, refused: &RequestRefusal) -> Error {
         let (name, why, excuse) =
             (self.wire.name(), words::refused(refused), self.wire.excuse(refused));
         let more = if why.contains("docs/") { "" } else { " (docs/link.md)" };

@@ -1,8 +1,8 @@
 //! Requests that arm, move and stop the joint.
 
 use stiction::identification::{self, LEAST_TRAVEL_COUNTS, MapPoint, SPEEDS, Summary};
-use stiction::link::{Refused, Reply, Request, StateCode};
-use stiction::motion::jog::{Asked, Found};
+use stiction::link::{Reply, Request, RequestRefusal, StateCode};
+use stiction::motion::jog::{JogFindings, JogRequest};
 use stiction::servo::Levels;
 use stiction::units::position::Position;
 use stiction::{Limits, Motion, Parameters};
@@ -116,7 +116,7 @@ impl<W: Wire> Client<W> {
     pub fn move_along(&mut self, motion: Motion) -> Result<(), Error> {
         match self.talk(Request::Move(motion))? {
             Reply::Done => Ok(()),
-            Reply::Refused(Refused::OutOfRange) => Err(self.out_of_range()),
+            Reply::Refused(RequestRefusal::OutOfRange) => Err(self.out_of_range()),
             Reply::Refused(refused) => Err(self.refused("move", &refused)),
             _ => Err(self.unexpected()),
         }
@@ -125,7 +125,7 @@ impl<W: Wire> Client<W> {
     /// Returns the error for a motion that leaves the limits of travel, with these limits if the
     /// device still answers.
     fn out_of_range(&mut self) -> Error {
-        let error = self.refused("move", &Refused::OutOfRange);
+        let error = self.refused("move", &RequestRefusal::OutOfRange);
         let Ok(Parameters { limits, .. }) = self.parameters() else { return error };
         let [min, max] = [limits.position_min, limits.position_max].map(crate::written::single);
         let range = format!("{} to {} deg from power-on", shown(min), shown(max));
@@ -148,7 +148,7 @@ impl<W: Wire> Client<W> {
     ///
     /// # Errors
     /// Returns why the device refuses.
-    pub fn jog(&mut self, asked: Asked) -> Result<(), Error> {
+    pub fn jog(&mut self, asked: JogRequest) -> Result<(), Error> {
         self.done("jog", Request::Jog(asked))
     }
 
@@ -156,7 +156,7 @@ impl<W: Wire> Client<W> {
     ///
     /// # Errors
     /// Returns an error if the device does not answer.
-    pub fn jogged(&mut self) -> Result<Option<Found>, Error> {
+    pub fn jogged(&mut self) -> Result<Option<JogFindings>, Error> {
         match self.ask(Request::ReadJog)? {
             Reply::Jog(found) => Ok(found),
             _ => Err(self.unexpected()),
@@ -173,8 +173,8 @@ impl<W: Wire> Client<W> {
     /// its speed, with what would do; or reports that the device does not answer.
     pub fn check_identification(
         &mut self,
-        asked: &identification::Asked,
-    ) -> Result<identification::Asked, Error> {
+        asked: &identification::IdentificationRequest,
+    ) -> Result<identification::IdentificationRequest, Error> {
         let parameters = self.parameters()?;
         let position = self.status()?.position;
         let fitted = fits(asked, &parameters, position).map_err(Error::Refused)?;
@@ -188,7 +188,10 @@ impl<W: Wire> Client<W> {
     ///
     /// # Errors
     /// Returns why the device refuses.
-    pub fn identify_joint(&mut self, asked: identification::Asked) -> Result<(), Error> {
+    pub fn identify_joint(
+        &mut self,
+        asked: identification::IdentificationRequest,
+    ) -> Result<(), Error> {
         self.done("identify", Request::IdentifyJoint(asked))
     }
 
@@ -251,10 +254,10 @@ fn leads_out(parameters: &Parameters, zero: i32, to: Position) -> bool {
 /// # Errors
 /// Returns the room that there is and the room that is needed.
 fn fits(
-    asked: &identification::Asked,
+    asked: &identification::IdentificationRequest,
     parameters: &Parameters,
     position: i32,
-) -> Result<identification::Asked, String> {
+) -> Result<identification::IdentificationRequest, String> {
     let Limits { position_min, position_max, .. } = parameters.limits;
     let Ok(settings) = parameters.identify(asked) else { return Ok(*asked) };
     if position_min == 0.0 && position_max == 0.0 {
@@ -269,7 +272,7 @@ fn fits(
         return Ok(*asked);
     }
     let room_deg = room as f32 * resolution;
-    let shorter = identification::Asked { travel: Some(room_deg), ..*asked };
+    let shorter = identification::IdentificationRequest { travel: Some(room_deg), ..*asked };
     let is_possible = parameters.identify(&shorter).is_ok();
     if is_possible && asked.travel.is_none() {
         return Ok(shorter);
@@ -296,7 +299,10 @@ fn fits(
 /// Returns an error message if the encoder does not resolve the swings at the speed limit: minutes
 /// of motion would not identify the inertia. Returns `None` for a request that the device refuses
 /// itself.
-fn shows_too_little(asked: &identification::Asked, parameters: &Parameters) -> Option<String> {
+fn shows_too_little(
+    asked: &identification::IdentificationRequest,
+    parameters: &Parameters,
+) -> Option<String> {
     let least = parameters.identify(asked).ok()?.least_speed()?;
     let most = parameters.profile.velocity;
     let how = if least <= most {
@@ -352,7 +358,7 @@ mod tests {
         };
         let resolution = ControllerConfig::EXAMPLE.encoder.resolution;
         let at = |deg: f32| (deg / resolution).round() as i32;
-        let asked = |travel| identification::Asked { travel, ..Default::default() };
+        let asked = |travel| identification::IdentificationRequest { travel, ..Default::default() };
         let fitted = |range: [f32; 2], here: f32, travel| {
             fits(&asked(travel), &limited(range[0], range[1]), at(here)).map(|fitted| fitted.travel)
         };
@@ -380,7 +386,8 @@ mod tests {
         let said = |most: f32| {
             let profile = ProfileLimits { velocity: most, ..ProfileLimits::EXAMPLE };
             let parameters = Parameters { profile, ..example() };
-            let asked = identification::Asked { speed: Some(0.05), ..Default::default() };
+            let asked =
+                identification::IdentificationRequest { speed: Some(0.05), ..Default::default() };
             shows_too_little(&asked, &parameters).unwrap()
         };
         assert!(said(1.0).contains("use --speed 0.12 or more"), "{}", said(1.0));

@@ -3,7 +3,7 @@
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
-use stiction::link::{Refused, Reply, Request, StateCode, Status, Told};
+use stiction::link::{FaultReport, Reply, Request, RequestRefusal, StateCode, Status};
 
 use super::Client;
 use super::exchange::PATIENCE;
@@ -29,12 +29,12 @@ impl<W: Wire> Client<W> {
     ///
     /// # Errors
     /// Returns an error if the device does not answer.
-    pub fn faults(&mut self) -> Result<Vec<Told>, Error> {
+    pub fn faults(&mut self) -> Result<Vec<FaultReport>, Error> {
         let mut faults = Vec::new();
         for index in 0..stiction::safety::fault::HISTORY as u8 {
             match self.talk(Request::Fault { index })? {
                 Reply::Fault(fault) => faults.push(fault),
-                Reply::Refused(Refused::NoSuch) => break,
+                Reply::Refused(RequestRefusal::NoSuch) => break,
                 Reply::Refused(refused) => return Err(self.refused("faults", &refused)),
                 _ => return Err(self.unexpected()),
             }

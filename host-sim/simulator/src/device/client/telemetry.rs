@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 use std::time::Duration;
 
-use stiction::link::{Announced, Refused, Reply, Request, Sample};
+use stiction::link::{Reply, Request, RequestRefusal, Sample, SignalDescription};
 
 use super::Client;
 use crate::device::wire::Wire;
@@ -44,12 +44,12 @@ impl<W: Wire> Client<W> {
     ///
     /// # Errors
     /// Returns an error if the device does not answer.
-    pub fn signals(&mut self) -> Result<Vec<Announced>, Error> {
+    pub fn signals(&mut self) -> Result<Vec<SignalDescription>, Error> {
         let mut all = Vec::new();
         for index in 0..=u8::MAX {
             match self.talk(Request::Signal { index })? {
                 Reply::Signal(signal) => all.push(signal),
-                Reply::Refused(Refused::NoSuch) => break,
+                Reply::Refused(RequestRefusal::NoSuch) => break,
                 Reply::Refused(refused) => return Err(self.refused("log", &refused)),
                 _ => return Err(self.unexpected()),
             }

@@ -5,7 +5,7 @@ use ratatui::backend::TestBackend;
 use ratatui::buffer::Buffer;
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 use ratatui::style::Color;
-use stiction::link::{Sample, StateCode, Status, Told, WireErrors};
+use stiction::link::{FaultReport, Sample, StateCode, Status, WireErrors};
 
 use super::keys::{WatchFlow, press};
 use super::model::{WatchSample, WatchedDevice, subscribed};
@@ -20,7 +20,7 @@ use crate::experiment::{Document, Experiment};
 fn status() -> Status {
     Status {
         state: StateCode::Armed,
-        fault: Told::default(),
+        fault: FaultReport::default(),
         faults: 0,
         clock: 5000,
         sample_time: 0.01,
@@ -169,7 +169,7 @@ fn only_the_last_ten_seconds_are_kept_and_a_reset_begins_anew() {
 fn the_warning_is_the_first_line_at_any_size() {
     let mut watched = watched(Some(SIMULATED), [sample(4995, 200, 2)]);
     watched.status.state = StateCode::Faulted(14);
-    watched.status.fault = Told { code: 14, tick: 320, value: 0.805 };
+    watched.status.fault = FaultReport { code: 14, tick: 320, value: 0.805 };
     (watched.lost, watched.status.wound_up, watched.status.unsaved) = (3, true, true);
     for (columns, rows) in [(80, 24), (200, 60), (44, 12), (50, 3), (42, 1)] {
         let buffer = drawn(&watched, columns, rows);
@@ -200,11 +200,11 @@ fn with_all_at_once() -> WatchedDevice {
     let mut watched = watched(Some(SIMULATED), [sample(4995, 200, 2)]);
     let status = &mut watched.status;
     status.state = StateCode::Faulted(14);
-    status.fault = Told { code: 14, tick: 320, value: 0.805 };
+    status.fault = FaultReport { code: 14, tick: 320, value: 0.805 };
     (status.wound_up, status.gave_up, status.unsaved) = (true, true, true);
     (status.is_damaged, status.has_brown_out, status.crystal_not_measured) = (true, false, true);
     watched.lost = 3;
-    let refused = stiction::link::Refused::TooFast;
+    let refused = stiction::link::RequestRefusal::TooFast;
     let why = crate::device::words::refused(&refused);
     watched.note = format!("move: the simulated device refuses: {why} (docs/link.md)");
     watched
@@ -550,7 +550,7 @@ fn the_window_fits_a_short_move() {
 fn sixty_columns_are_enough() {
     let mut watched = watched(Some(SIMULATED), [sample(4995, 200, 2)]);
     watched.status.state = StateCode::Faulted(14);
-    watched.status.fault = Told { code: 14, tick: 320, value: 0.805 };
+    watched.status.fault = FaultReport { code: 14, tick: 320, value: 0.805 };
     watched.note = "move: the simulated device refuses: the motor is off; `arm` first".into();
     let buffer = drawn(&watched, 60, 24);
     let text = (0..24).map(|y| row(&buffer, y) + " ").collect::<String>();
