@@ -182,11 +182,11 @@ mod tests {
         assert!(plain[0].sliding_v != plain[1].sliding_v, "the friction does not vary: {plain:?}");
         assert_eq!(predicted(&with(&format!("{OTHER}[[variant]]\nslug = \"\"\n"))).unwrap(), plain);
         let refused = predicted(&with(OTHER)).unwrap_err().to_string();
-        assert!(refused.contains("nothing but variants (`dry`)"), "{refused}");
+        assert!(refused.contains("variants only (`dry`)"), "{refused}");
     }
 
     #[test]
-    fn a_prediction_ends_as_soon_as_nobody_wants_it() {
+    fn a_cancelled_prediction_ends_at_once() {
         let plan = Experiment::plan(&with(""), &[], &[]).unwrap().runs.swap_remove(0);
         let request = PredictionInput {
             document: with(""),
