@@ -6,7 +6,7 @@
 
 use proptest::collection::vec;
 use proptest::prelude::*;
-use simulator::properties::session::WatchedDevice;
+use simulator::properties::session::CheckedDevice;
 use simulator::properties::{file, frame, record, session};
 use stiction::Motion;
 use stiction::control::laws::{Gains, MAX_TERMS, ResetIntegralGains, SmoothRobustNonlinearGains};
@@ -182,7 +182,7 @@ fn random_messages_never_arm_a_faulted_drive_nor_drive_it_out_of_its_limits() {
     let parameters = srnf(&[]);
     let mut room = [0; ROOM];
     let record = parameters.encode(0, &mut room).unwrap().to_vec();
-    let mut watched = WatchedDevice::new(&parameters);
+    let mut watched = CheckedDevice::new(&parameters);
     let mut random = Random(0x5713_C710_0000_0001);
     let mut number = 0u16;
     for _ in 0..messages {
@@ -209,7 +209,7 @@ fn random_messages_never_arm_a_faulted_drive_nor_drive_it_out_of_its_limits() {
             watched.drain(512);
         }
     }
-    let WatchedDevice { armed, moved, faulted, .. } = watched;
+    let CheckedDevice { armed, moved, faulted, .. } = watched;
     reliability!("messages", messages, armed, moved, faulted, cases = CASES);
     // The random messages have reached what they are to test.
     assert!(

@@ -193,7 +193,7 @@ fn an_impossible_position_unit_is_reported_and_a_possible_one_is_not() {
     }
     // 80 t on guides with a friction of 17 N; 600 m/s, a travel of 240 m and 80 g.
     let (said, _) = accepted(&metres, &newtons("1", "mm"));
-    assert!(said.contains("of the weight") && said.contains("--position-unit"), "{said}");
+    assert!(said.contains("times the weight") && said.contains("--position-unit"), "{said}");
     let (said, _) = accepted(&millimetres, &newtons("1e-3", "m"));
     assert!(said.contains("top speed") && said.contains("--position-unit"), "{said}");
     // A stroke of 7 um is within the bristles; a gain in the wrong power of ten, too light.

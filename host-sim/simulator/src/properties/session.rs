@@ -14,7 +14,7 @@ use crate::hardware::STM32F405;
 
 /// A device whose properties are checked in every tick.
 #[derive(Debug)]
-pub struct WatchedDevice {
+pub struct CheckedDevice {
     device: Option<Device<SimulatedFlash>>,
     /// Decoder of the same bytes, which detects requests that end a fault.
     deframer: Deframer,
@@ -27,7 +27,7 @@ pub struct WatchedDevice {
     pub faulted: u64,
 }
 
-impl WatchedDevice {
+impl CheckedDevice {
     /// Powers a device up.
     pub fn new(parameters: &Parameters) -> Self {
         let mut store = Store::new(SimulatedFlash::new(2), [0, SECTOR]);
@@ -134,8 +134,8 @@ impl WatchedDevice {
 /// d LENGTH           let the wire send 4 LENGTH bytes
 /// others             no action
 /// ```
-pub fn holds(parameters: &Parameters, script: &[u8]) -> WatchedDevice {
-    let mut watched = WatchedDevice::new(parameters);
+pub fn holds(parameters: &Parameters, script: &[u8]) -> CheckedDevice {
+    let mut watched = CheckedDevice::new(parameters);
     let mut rest = script.iter();
     let mut next = || rest.next().copied();
     while let Some(letter) = next() {

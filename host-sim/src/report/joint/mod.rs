@@ -155,7 +155,7 @@ fn expected(
         return Ok(None);
     }
     let (moves, joints, seed) = SELFTEST;
-    let request = selftest::PredictionRequest {
+    let request = selftest::PredictionInput {
         document: document.clone(),
         parameters,
         spreads: spreads.to_vec(),

@@ -185,7 +185,7 @@ pub fn measures(
 
 /// Summary of all moves of a session.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Figures {
+pub struct SessionFigures {
     /// Number of moves that missed the goal at the encoder.
     pub missed: u32,
     /// Number of moves that missed the goal at the load; `None` if the load is not known in all.
@@ -206,7 +206,7 @@ pub struct Figures {
     pub accelerating_v: Option<f64>,
 }
 
-impl Figures {
+impl SessionFigures {
     /// Summarizes the moves of a session.
     pub fn of(moves: &[MoveMeasures]) -> Self {
         let mut settled = Mean::default();
@@ -300,11 +300,14 @@ mod tests {
         let soon = PositionGoal { settle_s: Some(0.19), ..wide };
         let late = judged(&samples, &ahead, soon);
         assert!(!late.success() && late.is_late && !late.at_load.unwrap().success());
-        let figures = Figures::of(&[found, late]);
+        let figures = SessionFigures::of(&[found, late]);
         assert_eq!((figures.missed, figures.missed_at_load), (1, Some(2)));
         ahead[150] = None;
         let unknown = judged(&samples, &ahead, wide);
-        assert_eq!((unknown.at_load, Figures::of(&[found, unknown]).missed_at_load), (None, None));
+        assert_eq!(
+            (unknown.at_load, SessionFigures::of(&[found, unknown]).missed_at_load),
+            (None, None)
+        );
     }
 
     #[test]
@@ -325,7 +328,7 @@ mod tests {
         let one =
             MoveMeasures { settled_s: Some(0.2), rest_counts: 1.0, held_v: 0.3, ..moved(0.5) };
         let two = MoveMeasures { settled_s: None, rest_counts: 9.0, held_v: 0.4, ..moved(9.0) };
-        let figures = Figures::of(&[one, two]);
+        let figures = SessionFigures::of(&[one, two]);
         assert_eq!((figures.missed, figures.settled_s), (1, Some(0.2)));
         assert_eq!((figures.rest_counts, figures.sticks), (9.0, 1));
         assert!((figures.held_v - 0.125f64.sqrt()).abs() < 1e-12);

@@ -26,9 +26,9 @@ mod text;
 mod verdict;
 
 pub use self::measures::SIGNALS;
-pub use self::measures::{AtLoad, Figures, MoveMeasures};
+pub use self::measures::{AtLoad, MoveMeasures, SessionFigures};
 pub use self::moves::{MoveRange, targets};
-pub use self::prediction::{Prediction, PredictionRequest};
+pub use self::prediction::{Prediction, PredictionInput};
 pub use self::prepare::{JOINTS, MOVES, PlannedSelfTest, PreparedSelfTest, SEED, SelfTestRequest};
 pub use self::session::{NextMove, SelfTestSession, Steps, run, run_while};
 pub use self::text::{

@@ -7,7 +7,7 @@ use stiction::Parameters;
 use stiction::link::StateCode;
 use stiction::servo::Boot;
 
-use super::measures::{Figures, MoveMeasures};
+use super::measures::{MoveMeasures, SessionFigures};
 use super::session;
 use crate::device::client::Client;
 use crate::device::simulated::SimulatedDevice;
@@ -20,7 +20,7 @@ use crate::goal::PositionGoal;
 
 /// Input of a prediction.
 #[derive(Clone, Debug)]
-pub struct PredictionRequest {
+pub struct PredictionInput {
     /// File of the joint.
     pub document: Document,
     /// Parameters of the device.
@@ -39,7 +39,7 @@ pub struct PredictionRequest {
 #[derive(Clone, Debug, Default)]
 pub struct Prediction {
     /// Figures of each joint that completed all moves.
-    pub figures: Vec<Figures>,
+    pub figures: Vec<SessionFigures>,
     /// Moves of these joints.
     pub moves: Vec<Vec<MoveMeasures>>,
     /// Reasons why the other joints ended early.
@@ -50,7 +50,7 @@ impl Prediction {
     /// Returns the number of moves that the median joint misses, at the encoder and at the load;
     /// `None` if it is unknown.
     pub fn missed_of_most(&self) -> [Option<u32>; 2] {
-        let median = |of: fn(&Figures) -> Option<u32>| {
+        let median = |of: fn(&SessionFigures) -> Option<u32>| {
             let mut all: Vec<u32> = self.figures.iter().filter_map(of).collect();
             all.sort_unstable();
             all.get(all.len() / 2).copied()
@@ -59,7 +59,7 @@ impl Prediction {
     }
 }
 
-impl PredictionRequest {
+impl PredictionInput {
     /// Simulates the joints, on all cores.
     ///
     /// # Errors
@@ -110,7 +110,7 @@ impl PredictionRequest {
             match one {
                 None => return Ok(None),
                 Some(Ok(moves)) => {
-                    prediction.figures.push(Figures::of(&moves));
+                    prediction.figures.push(SessionFigures::of(&moves));
                     prediction.moves.push(moves);
                 }
                 Some(Err(why)) => prediction.ended.push(why),
@@ -160,9 +160,9 @@ mod tests {
         document
     }
 
-    fn predicted(document: &Document) -> Result<Vec<Figures>, Error> {
+    fn predicted(document: &Document) -> Result<Vec<SessionFigures>, Error> {
         let plan = Experiment::plan(&with(""), &[], &[])?.runs.swap_remove(0);
-        let request = PredictionRequest {
+        let request = PredictionInput {
             document: document.clone(),
             parameters: parameters(&plan)?,
             spreads: vec!["joint.friction.slip_v=0.30..0.39".into()],
@@ -182,13 +182,13 @@ mod tests {
         assert!(plain[0].sliding_v != plain[1].sliding_v, "the friction does not vary: {plain:?}");
         assert_eq!(predicted(&with(&format!("{OTHER}[[variant]]\nslug = \"\"\n"))).unwrap(), plain);
         let refused = predicted(&with(OTHER)).unwrap_err().to_string();
-        assert!(refused.contains("nothing but variants (`dry`)"), "{refused}");
+        assert!(refused.contains("variants only (`dry`)"), "{refused}");
     }
 
     #[test]
-    fn a_prediction_ends_as_soon_as_nobody_wants_it() {
+    fn a_cancelled_prediction_ends_at_once() {
         let plan = Experiment::plan(&with(""), &[], &[]).unwrap().runs.swap_remove(0);
-        let request = PredictionRequest {
+        let request = PredictionInput {
             document: with(""),
             parameters: parameters(&plan).unwrap(),
             spreads: vec![],

@@ -4,9 +4,9 @@
 use stiction::Parameters;
 use stiction::link::Status;
 
-use super::measures::Figures;
+use super::measures::SessionFigures;
 use super::moves::{MoveRange, ROOM, longest_way, room, targets};
-use super::prediction::{Prediction, PredictionRequest};
+use super::prediction::{Prediction, PredictionInput};
 use super::session::{LONGEST_S, SelfTestSession, time_s};
 use super::text::SelfTestResult;
 use super::verdict::{SelfTestCheck, bounds, verdict};
@@ -59,7 +59,7 @@ struct Judge {
 #[derive(Clone, Debug)]
 pub struct PlannedSelfTest {
     /// Input of the prediction.
-    pub request: PredictionRequest,
+    pub request: PredictionInput,
     machine: String,
     range: MoveRange,
     doubts: Vec<String>,
@@ -71,7 +71,7 @@ pub struct PlannedSelfTest {
 #[derive(Clone, Debug)]
 pub struct PreparedSelfTest {
     /// Input of the prediction.
-    pub request: PredictionRequest,
+    pub request: PredictionInput,
     machine: String,
     range: MoveRange,
     prediction: Prediction,
@@ -114,7 +114,7 @@ impl SelfTestRequest {
         let range = self.range(client, (&parameters, &judge.goal))?;
         let spreads =
             if self.spreads.is_empty() { spreads(&document)? } else { self.spreads.clone() };
-        let request = PredictionRequest {
+        let request = PredictionInput {
             document,
             parameters,
             spreads,
@@ -273,7 +273,7 @@ impl PreparedSelfTest {
             _ => words::fault(&status.fault, status.sample_time),
         };
         let checks =
-            if is_ended { vec![] } else { verdict(&Figures::of(&moves), &self.prediction) };
+            if is_ended { vec![] } else { verdict(&SessionFigures::of(&moves), &self.prediction) };
         SelfTestResult {
             machine: self.machine,
             range_deg: self.range.deg,

@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use super::measures::{AtLoad, Figures, MoveMeasures};
+use super::measures::{AtLoad, MoveMeasures, SessionFigures};
 use super::prediction::Prediction;
 use super::verdict::SelfTestCheck;
 use crate::data_sheet::UnseenSlack;
@@ -82,7 +82,7 @@ impl SelfTestResult {
 
     /// Returns the number of moves that missed the goal, at the encoder and at the load.
     fn missed(&self) -> [Option<u32>; 2] {
-        let figures = Figures::of(&self.moves);
+        let figures = SessionFigures::of(&self.moves);
         [Some(figures.missed), figures.missed_at_load]
     }
 
@@ -363,7 +363,7 @@ pub fn object(tested: &SelfTestResult, warning: Option<&str>) -> Value {
 
 #[cfg(test)]
 mod tests {
-    use super::super::measures::{Figures, Mean};
+    use super::super::measures::{Mean, SessionFigures};
     use super::super::verdict::verdict;
     use super::*;
 
@@ -386,7 +386,7 @@ mod tests {
             to.map(|to| moved(to, if to == 0.2 { second } else { None })).to_vec()
         };
         let moves = settled_s.map(session).to_vec();
-        let figures = moves.iter().map(|moves| Figures::of(moves)).collect();
+        let figures = moves.iter().map(|moves| SessionFigures::of(moves)).collect();
         let prediction = Prediction { figures, moves, ended: vec![] };
         let moves = session(None);
         SelfTestResult {
@@ -394,7 +394,7 @@ mod tests {
             range_deg: 130.0,
             spreads: vec![],
             seed: 1,
-            checks: verdict(&Figures::of(&moves), &prediction),
+            checks: verdict(&SessionFigures::of(&moves), &prediction),
             prediction,
             moves,
             ended_by: None,
@@ -458,9 +458,9 @@ mod tests {
         };
         tested.prediction.moves.iter_mut().flatten().for_each(settle);
         let moves = &tested.prediction.moves;
-        tested.prediction.figures = moves.iter().map(|moves| Figures::of(moves)).collect();
+        tested.prediction.figures = moves.iter().map(|moves| SessionFigures::of(moves)).collect();
         tested.moves.iter_mut().for_each(settle);
-        tested.checks = verdict(&Figures::of(&tested.moves), &tested.prediction);
+        tested.checks = verdict(&SessionFigures::of(&tested.moves), &tested.prediction);
         SelfTestResult { unseen_slack: Some(SLACK), ..tested }
     }
 

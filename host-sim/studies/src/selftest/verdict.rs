@@ -15,7 +15,7 @@
 //! Only the two efforts have a lower bound. A joint that rests nearer and settles sooner than
 //! predicted is fine, but one that needs less effort is another joint.
 
-use super::measures::Figures;
+use super::measures::SessionFigures;
 use super::prediction::Prediction;
 
 /// Margin as a share of the predicted range.
@@ -58,7 +58,7 @@ impl SelfTestCheck {
 
 /// A figure: names, value, smallest margin (absolute, and as a share of the median), and whether it
 /// has a lower bound.
-type VerdictRow = (&'static str, &'static str, fn(&Figures) -> Option<f64>, [f64; 2], bool);
+type VerdictRow = (&'static str, &'static str, fn(&SessionFigures) -> Option<f64>, [f64; 2], bool);
 
 const ROWS: [VerdictRow; 8] = [
     ("missed_moves", "moves that did not settle", |of| Some(of.missed.into()), [0.0, 0.0], false),
@@ -78,7 +78,7 @@ const ROWS: [VerdictRow; 8] = [
 ];
 
 /// Returns the checks of measured figures. A figure that no predicted joint has is left out.
-pub fn verdict(measured: &Figures, prediction: &Prediction) -> Vec<SelfTestCheck> {
+pub fn verdict(measured: &SessionFigures, prediction: &Prediction) -> Vec<SelfTestCheck> {
     checks(Some(measured), prediction)
 }
 
@@ -87,7 +87,7 @@ pub fn bounds(prediction: &Prediction) -> Vec<SelfTestCheck> {
     checks(None, prediction)
 }
 
-fn checks(measured: Option<&Figures>, prediction: &Prediction) -> Vec<SelfTestCheck> {
+fn checks(measured: Option<&SessionFigures>, prediction: &Prediction) -> Vec<SelfTestCheck> {
     ROWS.into_iter()
         .filter_map(|(name, words, of, [size, share], is_bounded_below)| {
             let mut all: Vec<f64> = prediction.figures.iter().filter_map(of).collect();
@@ -113,16 +113,16 @@ mod tests {
 
     #[test]
     fn bounds_are_the_range_and_a_quarter_or_what_is_not_worth_a_word() {
-        let of = |settled_s, sliding_v| Figures {
+        let of = |settled_s, sliding_v| SessionFigures {
             settled_s: Some(settled_s),
             sliding_v: Some(sliding_v),
-            ..Figures::default()
+            ..SessionFigures::default()
         };
         let prediction = Prediction {
             figures: vec![of(0.2, 1.0), of(1.0, 1.2), of(0.4, 1.4)],
             ..Prediction::default()
         };
-        let checks = |figures: Figures| verdict(&figures, &prediction);
+        let checks = |figures: SessionFigures| verdict(&figures, &prediction);
         let named = |checks: &[SelfTestCheck], name| {
             let found = checks.iter().find(|check| check.name == name);
             found.copied().unwrap()
@@ -143,10 +143,10 @@ mod tests {
             (of(0.0, 1.2), "settling_s", true),
             (of(0.5, 1.51), "sliding_v", false),
             (of(0.5, 0.89), "sliding_v", false),
-            (Figures { settled_s: None, ..of(0.5, 1.2) }, "settling_s", false),
-            (Figures { missed: 1, ..of(0.5, 1.2) }, "missed_moves", false),
-            (Figures { rest_counts: 1.0, ..of(0.5, 1.2) }, "rest_counts", true),
-            (Figures { rest_counts: 2.0, ..of(0.5, 1.2) }, "rest_counts", false),
+            (SessionFigures { settled_s: None, ..of(0.5, 1.2) }, "settling_s", false),
+            (SessionFigures { missed: 1, ..of(0.5, 1.2) }, "missed_moves", false),
+            (SessionFigures { rest_counts: 1.0, ..of(0.5, 1.2) }, "rest_counts", true),
+            (SessionFigures { rest_counts: 2.0, ..of(0.5, 1.2) }, "rest_counts", false),
         ] {
             assert_eq!(named(&checks(figures), name).passes(), passes, "{name}: {figures:?}");
         }
