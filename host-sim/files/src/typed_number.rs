@@ -4,6 +4,8 @@
 //! everywhere. The studio's page has the same rules in TypeScript (`typed-number.ts`); both are
 //! tested by `typed_number_cases.json`.
 
+use crate::error::shown;
+
 /// Reads a number that was typed where no list is possible.
 ///
 /// A number has a sign, digits, one decimal point or comma, and an exponent; all but one digit can
@@ -29,8 +31,13 @@ pub fn parse(typed: &str) -> Result<f64, String> {
     if let Some((whole, rest)) = plain.split_once(',') {
         let digits = rest.find(['e', 'E']).unwrap_or(rest.len());
         if digits == 3 {
+            // No thousands begin with a zero.
+            let other = match whole.trim_start_matches(['+', '-', '0']) {
+                "" => String::new(),
+                _ => format!(" or {whole}{rest}"),
+            };
             return Err(format!(
-                "`{typed}` is ambiguous: type {with_point} or {whole}{rest}, without a comma"
+                "`{typed}` is ambiguous: type {with_point}{other}, without a comma"
             ));
         }
     }
@@ -39,6 +46,28 @@ pub fn parse(typed: &str) -> Result<f64, String> {
     } else {
         Err(format!("`{typed}` is too large; type a number below 1.8e308"))
     }
+}
+
+/// Reads a range `LOW..HIGH`, whose ends are read as [`parse`] reads a number.
+///
+/// # Errors
+/// Returns one sentence with what was typed and what to type instead.
+pub fn parse_range(typed: &str) -> Result<[f64; 2], String> {
+    let typed = typed.trim();
+    let ends = typed.split_once("..").map(|(low, high)| [low.trim(), high.trim()]);
+    let is_end = |end: &str| !end.is_empty() && !end.contains("..");
+    let Some(ends) = ends.filter(|ends| ends.iter().all(|end| is_end(end))) else {
+        return Err(format!("`{typed}` is not a range; type one such as 0.15..0.4"));
+    };
+    let [low, high] = match ends.map(parse) {
+        [Ok(low), Ok(high)] => [low, high],
+        [Err(why), _] | [_, Err(why)] => return Err(format!("`{typed}`: {why}")),
+    };
+    if low > high {
+        let [low, high] = [low, high].map(shown);
+        return Err(format!("`{typed}`: the lower end comes first; type {high}..{low}"));
+    }
+    Ok([low, high])
 }
 
 /// Reads a number that the device takes as an `f32`, as [`parse`] does.
@@ -57,12 +86,31 @@ pub fn parse_single(typed: &str) -> Result<f32, String> {
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod tests {
-    use super::{parse, parse_single};
+    use super::{parse, parse_range, parse_single};
 
     #[test]
     fn a_number_that_is_too_large_for_the_device_is_refused() {
         assert_eq!(parse_single("0,02"), Ok(0.02));
         assert!(parse_single("1e39").unwrap_err().contains("`1e39` is too large"));
+    }
+
+    #[test]
+    fn a_range_has_two_ends_and_a_refused_end_keeps_its_reason() {
+        assert_eq!(parse_range("0.15..0.4"), Ok([0.15, 0.4]));
+        assert_eq!(parse_range(" 0,15 .. 0,4 "), Ok([0.15, 0.4]));
+        assert_eq!(parse_range("-30..90"), Ok([-30.0, 90.0]));
+        assert_eq!(parse_range("1e-3..1e-3"), Ok([1e-3; 2]));
+        for (typed, said) in [
+            ("0.4..0.15", "`0.4..0.15`: the lower end comes first; type 0.15..0.4"),
+            ("0.4..", "`0.4..` is not a range; type one such as 0.15..0.4"),
+            ("..0.4", "`..0.4` is not a range; type one such as 0.15..0.4"),
+            ("0.1..0.2..0.3", "`0.1..0.2..0.3` is not a range; type one such as 0.15..0.4"),
+            ("0.1", "`0.1` is not a range; type one such as 0.15..0.4"),
+            ("0,125..0,2", "`0,125..0,2`: `0,125` is ambiguous: type 0.125, without a comma"),
+            ("0..nan", "`0..nan`: `nan` is not a number; type one such as -2.5"),
+        ] {
+            assert_eq!(parse_range(typed), Err(said.into()));
+        }
     }
 
     #[derive(serde::Deserialize)]

@@ -13,10 +13,11 @@ export function parse(text: string): Typed {
   if (Number.isNaN(value)) return refuse(`\`${typed}\` is not a number; type one such as -2.5`);
   // `1,234` is 1.234 in one country and 1234 in another.
   const [whole, rest] = plain.split(',');
-  if (rest !== undefined && rest.search(/[eE]|$/) === 3)
-    return refuse(
-      `\`${typed}\` is ambiguous: type ${withPoint} or ${whole}${rest}, without a comma`,
-    );
+  if (rest !== undefined && rest.search(/[eE]|$/) === 3) {
+    // No thousands begin with a zero.
+    const other = /^[+-]*0*$/.test(whole) ? '' : ` or ${whole}${rest}`;
+    return refuse(`\`${typed}\` is ambiguous: type ${withPoint}${other}, without a comma`);
+  }
   if (!Number.isFinite(value))
     return refuse(`\`${typed}\` is too large; type a number below 1.8e308`);
   return { value, refused: null };

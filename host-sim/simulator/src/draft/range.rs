@@ -5,7 +5,6 @@
 //! factor of 1.63. Where the lower end is not above zero there is no such factor, and the nominal is
 //! the middle. It has four digits.
 
-use crate::error::shown;
 use crate::typed_number;
 
 /// Reads `LOW..HIGH`, or a single number for both ends.
@@ -13,21 +12,10 @@ use crate::typed_number;
 /// # Errors
 /// Returns one sentence with what was typed and what to type instead.
 pub fn read(typed: &str) -> Result<[f64; 2], String> {
-    let typed = typed.trim();
-    let Some((low, high)) = typed.split_once("..") else {
-        return typed_number::parse(typed).map(|number| [number; 2]);
-    };
-    let ends = [low, high].map(typed_number::parse);
-    let [Ok(low), Ok(high)] = ends else {
-        return Err(format!(
-            "`{typed}` is not a range; type one such as 0.15..0.4, or a single number"
-        ));
-    };
-    if low > high {
-        let [low, high] = [low, high].map(shown);
-        return Err(format!("`{typed}`: the lower end comes first; type {high}..{low}"));
+    if typed.contains("..") {
+        return typed_number::parse_range(typed);
     }
-    Ok([low, high])
+    typed_number::parse(typed).map(|number| [number; 2])
 }
 
 /// Returns the number that stands for a range.

@@ -23,6 +23,7 @@ use crate::goal::PositionGoal;
 use crate::joint::DiscSide;
 use crate::solver::AxisSolver;
 use crate::target::WatchedServo;
+use crate::typed_number;
 
 /// So long a step is watched, s.
 const DURATION_S: f64 = 30.0;
@@ -54,15 +55,13 @@ impl Spread {
         let Some((key, range)) = text.split_once('=') else {
             return refuse("write KEY=LOW..HIGH, as in joint.friction.stick_v=0.3..0.6");
         };
-        let numbers = range.split_once("..").and_then(|(low, high)| {
-            Some([low.trim().parse::<f64>().ok()?, high.trim().parse::<f64>().ok()?])
-        });
         let key = key.trim().to_owned();
-        // What is no number is no range either.
-        let range = numbers.unwrap_or([f64::NAN; 2]);
-        match refused_spread(&key, range) {
-            Some(why) => refuse(why),
-            None => Ok(Self { key, range }),
+        if let Some(why) = refused_spread(&key, [0.0; 2]) {
+            return refuse(why);
+        }
+        match typed_number::parse_range(range) {
+            Ok(range) => Ok(Self { key, range }),
+            Err(why) => refuse(&why),
         }
     }
 
@@ -382,10 +381,13 @@ mod tests {
     fn a_spread_is_a_key_of_the_joint_and_a_range() {
         let spread = Spread::read("joint.friction.stick_v = 0.3 .. 0.6").unwrap();
         assert_eq!((&*spread.key, spread.range), ("joint.friction.stick_v", [0.3, 0.6]));
+        let with_commas = Spread::read("joint.friction.stick_v=0,3..0,6").unwrap();
+        assert_eq!(with_commas, spread);
         for (text, said) in [
             ("joint.friction.stick_v", "write KEY=LOW..HIGH"),
-            ("joint.friction.stick_v=0.6..0.3", "the lower one first"),
-            ("joint.friction.stick_v=0.3", "LOW..HIGH: two numbers"),
+            ("joint.friction.stick_v=0.6..0.3", "the lower end comes first; type 0.3..0.6"),
+            ("joint.friction.stick_v=0.3", "`0.3` is not a range"),
+            ("joint.friction.stick_v=0,125..0,2", "`0,125` is ambiguous: type 0.125"),
             ("controller.pd.kp_v_per_deg=1..2", "only keys of the joint can vary"),
         ] {
             let message = Spread::read(text).unwrap_err().to_string();
