@@ -168,7 +168,7 @@ fn what_cannot_be_done_is_one_sentence_and_exit_code_2() {
         (&["--simulated", "watch"], &["device watch: it needs a terminal"]),
     ];
     let of_a_device: &[(&[&str], &[&str])] = &[
-        (&["--simulated", "move", "1e300"], &["the position must be within 2^30 counts"]),
+        (&["--simulated", "move", "1e300"], &["move 1e300", "it must be -360 to 360 deg"]),
         // The device has no limits of travel.
         (&["--simulated", "move", "99999"], &["it must be -360 to 360 deg", "to go further"]),
         (&["--simulated", "arm", "--for", "-1"], &["--for -1", "0 to 86400"]),

@@ -34,6 +34,6 @@ pub use plan::{PLACES, SPEEDS};
 pub(crate) use ramp::{HOLD, RATE};
 pub use ramp::{MAX_TICKS, Ramp, RampFindings, RampState};
 pub use sequence::Identification;
-pub use settings::{Asked, Settings};
+pub use settings::{Asked, LEAST_TRAVEL_COUNTS, Settings};
 pub(crate) use settings::{EFFORT, SPEED, TIME, TRAVEL};
 pub use window::{Row, Window};

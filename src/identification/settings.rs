@@ -21,7 +21,7 @@ const TRAVEL_DEG: f32 = 45.0;
 /// The largest travel, deg: two turns.
 const FARTHEST_DEG: f32 = 720.0;
 /// The least travel, counts: what a window of the slowest speed needs.
-const LEAST_COUNTS: f32 = 500.0;
+pub const LEAST_TRAVEL_COUNTS: f32 = 500.0;
 /// Time unless a client says otherwise, and the longest one, s.
 const TIME_S: f32 = 300.0;
 const LONGEST_S: f32 = 1800.0;
@@ -89,7 +89,7 @@ impl Settings {
             known if known > 0.0 => (EFFORT_SHARE * known).min(largest),
             _ => 0.5 * largest,
         };
-        let least = LEAST_COUNTS * count;
+        let least = LEAST_TRAVEL_COUNTS * count;
         let effort = asked.effort.unwrap_or(usual);
         let travel = asked.travel.unwrap_or(TRAVEL_DEG.max(least));
         let speed = asked.speed.unwrap_or(profile.velocity);

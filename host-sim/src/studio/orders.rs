@@ -48,10 +48,10 @@ impl<W: Wire> Worker<'_, W> {
         if arms && !self.client.status()?.at_rest {
             self.client.pass(Duration::from_millis(100))?;
         }
+        let mut identification = identification::Asked::default();
         if *what == StudioAction::IdentifyJoint {
-            self.client
-                .check_identification(&identification::Asked::default())
-                .map_err(of_a_page)?;
+            let checked = self.client.check_identification(&identification);
+            identification = checked.map_err(of_a_page)?;
         }
         // The requests above took time.
         self.is_expected(order)?;
@@ -83,13 +83,13 @@ impl<W: Wire> Worker<'_, W> {
                 "stops here, and is held"
             }
             StudioAction::Move(deg) => {
-                self.check_target(*deg)?;
+                self.check_target("move", *deg)?;
                 self.client.move_to(*deg)?;
                 self.publish_motion(&RequestedMotion::Move(*deg));
                 return Ok(format!("moves to {deg} deg").into());
             }
             StudioAction::Step(deg) => {
-                self.check_target(*deg)?;
+                self.check_target("step", *deg)?;
                 self.client.step_to(*deg)?;
                 self.publish_motion(&RequestedMotion::Step(*deg));
                 return Ok(format!("steps to {deg} deg").into());
@@ -100,10 +100,12 @@ impl<W: Wire> Worker<'_, W> {
                 return self.follow(first);
             }
             StudioAction::Trapezoid(fields) => {
-                return self.follow(machine_in_use::there_and_back(*fields)?);
+                let trajectory = machine_in_use::there_and_back(*fields)?;
+                self.check_target("trajectory to", fields[0])?;
+                return self.follow(trajectory);
             }
             StudioAction::IdentifyJoint => {
-                self.client.identify_joint(identification::Asked::default())?;
+                self.client.identify_joint(identification)?;
                 self.running = Some(RunningMotion::Identification);
                 "a sequence of motions starts, without a loop, and ends automatically"
             }

@@ -336,9 +336,9 @@ impl<'a, W: Wire> Worker<'a, W> {
         }
     }
 
-    /// Checks the target of a move, deg from the zero of the arming.
-    pub(super) fn check_target(&self, deg: f64) -> Result<(), Error> {
-        self.travel.map_or(Ok(()), |travel| travel.check(deg))
+    /// Checks a typed target, deg from the zero of the arming.
+    pub(super) fn check_target(&self, what: &str, deg: f64) -> Result<(), Error> {
+        self.travel.map_or(Ok(()), |travel| travel.check(what, deg))
     }
 
     /// Reads the time of the last keep-alive of the page that commands.

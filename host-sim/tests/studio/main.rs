@@ -198,6 +198,10 @@ fn without_limits_of_travel_a_target_beyond_one_turn_is_refused() {
             let said = page.refused(json!({ "do": how, "deg": 99999 })).await;
             assert!(said.contains("it must be -360 to 360 deg"), "{said}");
         }
+        let there_and_back = json!({ "do": "trajectory", "trapezoid": [-99999, 5, 1, 0.25] });
+        let said = page.refused(there_and_back).await;
+        assert!(said.contains("trajectory to -99999: "), "{said}");
+        assert!(said.contains("it must be -360 to 360 deg"), "{said}");
         assert_eq!(page.event("status").await["targets_deg"], json!([-360.0, 360.0]));
     });
 }

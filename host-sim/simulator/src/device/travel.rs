@@ -74,19 +74,19 @@ impl Travel {
         Some(limits.map(deg))
     }
 
-    /// Checks the target of a typed move, deg from the zero of the arming. A target that cannot be
-    /// judged here is left to the device.
+    /// Checks a typed target, deg from the zero of the arming. A target that cannot be judged here
+    /// is left to the device. `what` is the motion, for the message.
     ///
     /// # Errors
     /// Names the range of targets.
-    pub fn check(&self, deg: f64) -> Result<(), Error> {
-        let to = position_of(deg, self.resolution_deg)?.counts;
+    pub fn check(&self, what: &str, deg: f64) -> Result<(), Error> {
+        let position = position_of(deg, self.resolution_deg);
         let is_inside = match (self.limits, self.zero) {
             (None, _) => deg.abs() <= ONE_TURN_DEG,
             (Some([lowest, highest]), Some(zero)) => {
-                (lowest..=highest).contains(&zero.wrapping_add(to))
+                position.is_ok_and(|to| (lowest..=highest).contains(&zero.wrapping_add(to.counts)))
             }
-            (Some(_), None) => true,
+            (Some(_), None) => return position.map(|_| ()),
         };
         let Some([lowest, highest]) = self.targets_deg().filter(|_| !is_inside) else {
             return Ok(());
@@ -103,7 +103,7 @@ impl Travel {
                  `limits.position_min_deg` and `limits.position_max_deg` to go further"
             )
         };
-        Err(Error::Refused(format!("move {}: the target is rejected: {why}", shown(deg))))
+        Err(Error::Refused(format!("{what} {}: the target is rejected: {why}", shown(deg))))
     }
 }
 
@@ -149,14 +149,16 @@ mod tests {
             let resolution_deg = f64::from(status.resolution);
             let here_deg = f64::from(status.position) * resolution_deg;
             let deg = end - here_deg + f64::from(count) * resolution_deg;
-            assert_eq!(travel.check(deg).is_err(), is_out, "{pushed} {end} {count}");
+            assert_eq!(travel.check("move", deg).is_err(), is_out, "{pushed} {end} {count}");
             assert_eq!(client.move_to(deg).is_err(), is_out, "{pushed} {end} {count}");
             let [lowest, highest] = travel.targets_deg().unwrap();
             assert!((lowest - (-10.0 - here_deg)).abs() <= resolution_deg, "{lowest}");
             assert!((highest - (20.0 - here_deg)).abs() <= resolution_deg, "{highest}");
-            let said = travel.check(99999.0).unwrap_err().to_string();
             let range = format!("{} to {} deg from the zero", shown(lowest), shown(highest));
-            assert!(said.contains(&range), "{said}");
+            for far in [99999.0, 1e9] {
+                let said = travel.check("move", far).unwrap_err().to_string();
+                assert!(said.contains(&range), "{said}");
+            }
         }
     }
 
@@ -164,12 +166,15 @@ mod tests {
     fn without_limits_of_travel_a_target_beyond_one_turn_is_refused() {
         let (mut client, travel) = armed("", 0.0);
         for (deg, is_out) in [(360.0, false), (-360.0, false), (360.1, true), (-99999.0, true)] {
-            assert_eq!(travel.check(deg).is_err(), is_out, "{deg}");
+            assert_eq!(travel.check("move", deg).is_err(), is_out, "{deg}");
         }
-        let said = travel.check(99999.0).unwrap_err().to_string();
+        let said = travel.check("move", 99999.0).unwrap_err().to_string();
         assert!(said.contains("-360 to 360 deg"), "{said}");
         assert!(said.contains("`limits.position_max_deg` to go further"), "{said}");
-        assert!(travel.check(1e300).unwrap_err().to_string().contains("2^30 counts"));
+        // So is one that no counter of the device holds.
+        let said = travel.check("trajectory to", 1e300).unwrap_err().to_string();
+        let begin = "trajectory to 1e300: the target is rejected: it must be -360 to 360 deg";
+        assert!(said.contains(begin), "{said}");
         // The device itself has no such bound.
         assert!(client.move_to(400.0).is_ok());
     }
@@ -182,7 +187,8 @@ mod tests {
         travel.follow(&client.status().unwrap(), None);
         assert_eq!(travel.targets_deg(), None);
         // The device decides then.
-        assert!(travel.check(99.0).is_ok());
+        assert!(travel.check("move", 99.0).is_ok());
+        assert!(travel.check("move", 1e300).unwrap_err().to_string().contains("2^30 counts"));
         client.pass(std::time::Duration::from_millis(200)).unwrap();
         client.arm().unwrap();
         let status = client.status().unwrap();

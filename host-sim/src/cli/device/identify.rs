@@ -40,7 +40,8 @@ pub struct DeviceIdentifyArguments {
     #[arg(long, value_name = "V", allow_hyphen_values = true)]
     #[arg(value_parser = typed_number::parse_single)]
     effort: Option<f32>,
-    /// Largest distance either way from the present position, deg [default: 45]
+    /// Largest distance either way from the present position, deg [default: 45, or less if a limit
+    /// of the position is nearer]
     #[arg(long, value_name = "DEG", allow_hyphen_values = true)]
     #[arg(value_parser = typed_number::parse_single)]
     travel: Option<f32>,
@@ -128,7 +129,7 @@ impl DeviceIdentifyArguments {
         }
         let Self { effort, travel, speed, time, .. } = *self;
         let asked = Asked { effort, travel, speed, time };
-        client.check_identification(&asked)?;
+        let asked = client.check_identification(&asked)?;
         client.identify_joint(asked)?;
         let status = until_off(client)?;
         let (summary, map) = client.identified()?.ok_or_else(|| {

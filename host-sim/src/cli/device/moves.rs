@@ -104,9 +104,9 @@ pub fn go<W: Wire>(
 ) -> Result<MoveReport, Error> {
     let MoveArguments { deg, step, r#for, json, .. } = arguments;
     let given = r#for.map(|seconds| time("--for", seconds)).transpose()?;
-    let motion = if *step { client.step(*deg)? } else { client.profiled(*deg)? };
     // Arming drives the motor, so a target out of range is refused before.
-    Travel::new(&client.parameters()?).check(*deg)?;
+    Travel::new(&client.parameters()?).check("move", *deg)?;
+    let motion = if *step { client.step(*deg)? } else { client.profiled(*deg)? };
     client.check_move(&motion).map_err(|error| match error {
         Error::Refused(why) => Error::Device(format!("{why}; the motor is off")),
         other => other,
@@ -274,6 +274,21 @@ mod tests {
                     }
                 }
             }
+        }
+    }
+
+    #[test]
+    fn without_limits_of_travel_a_far_target_is_refused_with_the_range() {
+        let document = Document::open("step-response").unwrap();
+        let plan = Experiment::plan(&document, &["srnf".into()], &[]).unwrap().runs.remove(0);
+        for deg in [361.0, 1e9] {
+            let simulated = SimulatedDevice::new(&plan).unwrap();
+            let wire = Seen { wire: SimulatedWire::new(simulated), was_driven: false };
+            let mut client = Client::connect(wire).unwrap();
+            let refused = go(&arguments(deg, false), &mut client, None, &Judged::default());
+            let error = refused.err().unwrap().to_string();
+            assert!(error.contains("it must be -360 to 360 deg"), "{error}");
+            assert!(!client.wire().was_driven);
         }
     }
 

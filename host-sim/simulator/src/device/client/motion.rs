@@ -1,6 +1,6 @@
 //! Requests that arm, move and stop the joint.
 
-use stiction::identification::{self, MapPoint, SPEEDS, Summary};
+use stiction::identification::{self, LEAST_TRAVEL_COUNTS, MapPoint, SPEEDS, Summary};
 use stiction::link::{Refused, Reply, Request, StateCode};
 use stiction::motion::jog::{Asked, Found};
 use stiction::servo::Levels;
@@ -10,7 +10,7 @@ use stiction::{Limits, Motion, Parameters};
 use super::Client;
 use crate::device::moved::longest_s;
 use crate::device::wire::Wire;
-use crate::error::{Error, shown};
+use crate::error::{Error, rounded, shown};
 
 /// Friction map: each speed in both senses, the fastest first.
 pub type Map = [[MapPoint; 2]; SPEEDS];
@@ -163,15 +163,23 @@ impl<W: Wire> Client<W> {
         }
     }
 
-    /// Checks that the encoder is fine enough for an identification at its speed limit. Nothing
-    /// moves. Call it before [`identify_joint`](Self::identify_joint), which does not check: the
-    /// check takes several exchanges, and the caller can do other checks before arming.
+    /// Returns the bounds with which an identification fits between the limits of travel: without a
+    /// distance of its own, it goes no farther than the nearer limit. Nothing moves.
+    /// [`identify_joint`](Self::identify_joint) does not check this: it takes several exchanges, and
+    /// the caller may have other checks between these and the arming.
     ///
     /// # Errors
-    /// Returns the speed limit that is needed, or that the device does not answer.
-    pub fn check_identification(&mut self, asked: &identification::Asked) -> Result<(), Error> {
-        let why = shows_too_little(asked, &self.parameters()?);
-        why.map_or(Ok(()), |why| Err(Error::Refused(why)))
+    /// Returns why it does not fit, the speed limit that the encoder needs, or that the device does
+    /// not answer.
+    pub fn check_identification(
+        &mut self,
+        asked: &identification::Asked,
+    ) -> Result<identification::Asked, Error> {
+        let parameters = self.parameters()?;
+        let position = self.status()?.position;
+        let fitted = fits(asked, &parameters, position).map_err(Error::Refused)?;
+        let why = shows_too_little(&fitted, &parameters);
+        why.map_or(Ok(fitted), |why| Err(Error::Refused(why)))
     }
 
     /// Arms and starts an identification, within the limits of the request and of the device. It
@@ -237,6 +245,54 @@ fn leads_out(parameters: &Parameters, zero: i32, to: Position) -> bool {
     range.contains(&zero) && !range.contains(&zero.wrapping_add(to.counts))
 }
 
+/// Fits an identification between the limits of travel around a joint at `position`, counts since
+/// power-on. Other bounds are left to the device, and so is a joint that is out of its limits.
+///
+/// # Errors
+/// Returns the room that there is and the room that is needed.
+fn fits(
+    asked: &identification::Asked,
+    parameters: &Parameters,
+    position: i32,
+) -> Result<identification::Asked, String> {
+    let Limits { position_min, position_max, .. } = parameters.limits;
+    let Ok(settings) = parameters.identify(asked) else { return Ok(*asked) };
+    if position_min == 0.0 && position_max == 0.0 {
+        return Ok(*asked);
+    }
+    let resolution = parameters.controller.encoder.resolution;
+    // Counts as the device rounds them.
+    let counts = |deg: f32| i64::from((deg / resolution).round() as i32);
+    let here = i64::from(position);
+    let room = (counts(position_max) - here).min(here - counts(position_min));
+    if room < 0 || i64::from(settings.travel()) <= room {
+        return Ok(*asked);
+    }
+    let room_deg = room as f32 * resolution;
+    let shorter = identification::Asked { travel: Some(room_deg), ..*asked };
+    let is_possible = parameters.identify(&shorter).is_ok();
+    if is_possible && asked.travel.is_none() {
+        return Ok(shorter);
+    }
+    let deg = |deg: f32| rounded(deg.into());
+    let stands = format!(
+        "identify: the joint stands {} deg from a limit of its position \
+         (`limits.position_min_deg`, `limits.position_max_deg`)",
+        deg(room_deg)
+    );
+    Err(if is_possible {
+        let at_most = 0.01 * (100.0 * room_deg).floor();
+        format!("{stands}; give it --travel {} or less. Nothing has moved", deg(at_most))
+    } else {
+        format!(
+            "{stands}, and the identification needs {} deg either way, which are {} counts of this \
+             encoder: move the joint away from the limit, or set wider limits. Nothing has moved",
+            deg(LEAST_TRAVEL_COUNTS * resolution),
+            shown(LEAST_TRAVEL_COUNTS.into())
+        )
+    })
+}
+
 /// Returns an error message if the encoder does not resolve the swings at the speed limit: minutes
 /// of motion would not identify the inertia. Returns `None` for a request that the device refuses
 /// itself.
@@ -276,21 +332,54 @@ mod tests {
 
     use super::*;
 
+    fn example() -> Parameters {
+        Parameters {
+            controller: ControllerConfig::EXAMPLE,
+            motion: Motion::Hold,
+            device: stiction::parameters::DeviceConfig::CAUTIOUS,
+            limits: Limits::EXAMPLE,
+            profile: ProfileLimits::EXAMPLE,
+            jog: stiction::motion::jog::JogBounds::EXAMPLE,
+        }
+    }
+
+    /// The thesis's encoder has 0.00242 deg a count, so 500 counts are 1.21 deg.
+    #[test]
+    fn an_identification_fits_between_the_limits_of_travel_or_is_refused_with_the_room() {
+        let limited = |position_min: f32, position_max: f32| {
+            let limits = Limits { position_min, position_max, ..Limits::EXAMPLE };
+            Parameters { limits, ..example() }
+        };
+        let resolution = ControllerConfig::EXAMPLE.encoder.resolution;
+        let at = |deg: f32| (deg / resolution).round() as i32;
+        let asked = |travel| identification::Asked { travel, ..Default::default() };
+        let fitted = |range: [f32; 2], here: f32, travel| {
+            fits(&asked(travel), &limited(range[0], range[1]), at(here)).map(|fitted| fitted.travel)
+        };
+        assert_eq!(fitted([0.0, 0.0], 0.0, None), Ok(None));
+        assert_eq!(fitted([-50.0, 90.0], 0.0, None), Ok(None));
+        assert_eq!(fitted([-30.0, 90.0], 0.0, Some(29.0)), Ok(Some(29.0)));
+        for (here, room) in [(0.0, 30.0), (-10.0, 20.0), (85.0, 5.0)] {
+            let travel = fitted([-30.0, 90.0], here, None).unwrap().unwrap();
+            assert!((travel - room).abs() < 2.0 * resolution, "{here}: {travel}");
+            let refused = fitted([-30.0, 90.0], here, Some(44.0)).unwrap_err();
+            assert!(refused.contains("or less. Nothing has moved"), "{refused}");
+        }
+        let refused = fitted([-30.0, 90.0], 89.0, None).unwrap_err();
+        assert!(refused.contains("stands 0.9995 deg"), "{refused}");
+        assert!(refused.contains("needs 1.21 deg"), "{refused}");
+        assert!(refused.contains("500 counts") && !refused.contains("--"), "{refused}");
+        // Out of its limits, which the device reports.
+        assert_eq!(fitted([-30.0, 90.0], 95.0, None), Ok(None));
+    }
+
     #[test]
     fn an_advised_speed_has_two_digits_and_a_margin_within_the_profile() {
         assert_eq!([0.1037, 19.286, 1.0, 90.0].map(enough), [0.12, 22.0, 1.1, 99.0]);
         // The thesis's encoder at 20 ms shows the swings from 0.1037 deg/s on.
         let said = |most: f32| {
-            let controller = ControllerConfig::EXAMPLE;
             let profile = ProfileLimits { velocity: most, ..ProfileLimits::EXAMPLE };
-            let parameters = Parameters {
-                controller,
-                motion: Motion::Hold,
-                device: stiction::parameters::DeviceConfig::CAUTIOUS,
-                limits: Limits::EXAMPLE,
-                profile,
-                jog: stiction::motion::jog::JogBounds::EXAMPLE,
-            };
+            let parameters = Parameters { profile, ..example() };
             let asked = identification::Asked { speed: Some(0.05), ..Default::default() };
             shows_too_little(&asked, &parameters).unwrap()
         };

@@ -164,7 +164,7 @@ impl WatchedDevice {
     /// # Errors
     /// Names the range of targets.
     pub fn check(&self, deg: f64) -> Result<(), Error> {
-        self.travel.map_or(Ok(()), |travel| travel.check(deg))
+        self.travel.map_or(Ok(()), |travel| travel.check("move", deg))
     }
 
     /// Sets the plotted past to the length of a move, in whole tens of seconds.

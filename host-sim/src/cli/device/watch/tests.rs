@@ -359,7 +359,7 @@ fn a_target_out_of_the_travel_is_refused_where_it_is_typed_with_the_range() {
     let limited = "[limits]\nposition_min_deg = -10.0\nposition_max_deg = 20.0\n";
     for (limits, typed, range) in [
         ("", "99999", "it must be -360 to 360 deg while the device has no limits of travel"),
-        ("", "1e9", "the position must be within 2^30 counts"),
+        ("", "1e9", "it must be -360 to 360 deg while the device has no limits of travel"),
         (limited, "99999", "LIMITS from the zero of the arming"),
     ] {
         let document = Document::parse("joint.toml", &format!("{joint}\n{limits}")).unwrap();
