@@ -331,6 +331,10 @@ fn units_in_brackets_behind_the_names_of_columns_are_read() {
     let (said, whole) = found(text.as_bytes(), &columns);
     assert_eq!(said, "");
     assert!((inertia(&whole) - 0.5).abs() < 0.01, "{whole}");
+    // As a spreadsheet of Windows writes it.
+    let one_byte: Vec<u8> = text.chars().map(|c| u8::try_from(c).unwrap()).collect();
+    let (said, old) = found(&one_byte, &columns);
+    assert_eq!((said.as_str(), &old["parameters"]), ("", &whole["parameters"]));
     // An option that says otherwise counts, and is named.
     let (said, _) = found(text.as_bytes(), &[&columns[..], &["--time-unit", "us"]].concat());
     assert!(said.contains("is in ms by its name, but --time-unit is us"), "{said}");

@@ -1,9 +1,9 @@
-//! Text of a log as UTF-8. UTF-16 with a byte order mark is decoded; any other text is passed on.
-//! Spreadsheets and Windows programs write UTF-16.
+//! Text of a log as UTF-8. UTF-16 with a byte order mark is decoded. A text that does not start as
+//! UTF-8 is decoded as Windows-1252, in which spreadsheets write `[°]`. Any other text is passed on.
 
 use std::io::{self, Read};
 
-use encoding_rs::{Decoder, Encoding, UTF_16BE, UTF_16LE};
+use encoding_rs::{Decoder, Encoding, UTF_16BE, UTF_16LE, WINDOWS_1252};
 
 /// Number of bytes decoded at a time.
 const CHUNK: usize = 1 << 14;
@@ -28,13 +28,19 @@ pub fn decoded<R: Read>(mut text: R) -> io::Result<Utf8<R>> {
     let mut begin = Vec::new();
     (&mut text).take(CHUNK as u64).read_to_end(&mut begin)?;
     let encoding = Encoding::for_bom(&begin).map(|(encoding, _)| encoding);
-    let is_wide = encoding.is_some_and(|one| one == UTF_16LE || one == UTF_16BE);
-    let mut decoder = encoding.filter(|_| is_wide).map(Encoding::new_decoder_with_bom_removal);
+    let of_mark = encoding.filter(|one| *one == UTF_16LE || *one == UTF_16BE);
+    let old = (!is_utf_8(&begin)).then_some(WINDOWS_1252);
+    let mut decoder = of_mark.or(old).map(Encoding::new_decoder_with_bom_removal);
     let ready = match &mut decoder {
         Some(decoder) => decode(decoder, &begin, false),
         None => begin,
     };
     Ok(Utf8 { text, decoder, ready, given: 0, has_ended: false })
+}
+
+/// Whether a text begins as UTF-8. A character that is cut off at the end is one.
+fn is_utf_8(begin: &[u8]) -> bool {
+    std::str::from_utf8(begin).err().is_none_or(|error| error.error_len().is_none())
 }
 
 fn decode(decoder: &mut Decoder, bytes: &[u8], is_last: bool) -> Vec<u8> {
@@ -98,6 +104,10 @@ mod tests {
         }
         assert_eq!(read(b"").ok().as_deref(), Some(""));
         assert_eq!(read(b"1").ok().as_deref(), Some("1"));
+        // A degree sign of one byte; and UTF-8 whose first chunk ends within a character.
+        assert_eq!(read(b"Winkel [\xb0];1\n").ok().as_deref(), Some("Winkel [\u{b0}];1\n"));
+        let cut = "a".repeat(CHUNK - 1) + "\u{b0}";
+        assert_eq!(read(cut.as_bytes()).ok(), Some(cut));
         // Without the mark, the zeros are seen.
         assert!(has_no_mark(&little[2..]) && has_no_mark(&big[2..]));
         assert!(!has_no_mark(text.as_bytes()) && !has_no_mark(b"") && !has_no_mark(b"1,2"));
