@@ -347,6 +347,21 @@ fn the_readme_is_short_and_no_link_is_broken() {
 }
 
 #[test]
+fn every_picture_of_the_pages_is_shown() {
+    let pages: Vec<String> = pages().iter().map(read).collect();
+    let mut pictures = 0;
+    for entry in fs::read_dir(root().join("docs")).unwrap() {
+        let name = entry.unwrap().file_name().into_string().unwrap();
+        if [".png", ".svg"].iter().any(|end| name.ends_with(end)) {
+            let link = |page: &String| page.contains(&format!("{name})"));
+            assert!(pages.iter().any(link), "docs/{name} is on no page");
+            pictures += 1;
+        }
+    }
+    assert!(pictures > 5, "{pictures}");
+}
+
+#[test]
 fn a_shell_is_told_every_command() {
     let printed = |arguments: &[&str]| {
         let output = Command::new(STICTION).args(arguments).output().unwrap();

@@ -4,7 +4,9 @@
 use super::results::{COMPARED, NamedFigure, in_words, shown_until, sides_differ};
 use super::{Figure, Panel, PlotCurve, Style};
 use crate::closed_loop::LoopSample;
+use crate::error::shown;
 use crate::experiment::Task;
+use crate::goal::TOLERANCE_COUNTS;
 use crate::run::{RunResult, RunTrace};
 
 /// Panels of a figure; more of them are taller than a screen.
@@ -18,9 +20,6 @@ const TRANSIENT_S: f64 = 1.0;
 pub fn judged_from_s(end_s: f64) -> f64 {
     TRANSIENT_S.min(0.5 * end_s)
 }
-
-/// What a law should rest within, counts.
-const BAND_COUNTS: f64 = 2.0;
 
 /// The runs of one joint and step, a controller each.
 type Joint<'a> = Vec<&'a RunResult>;
@@ -59,7 +58,17 @@ fn page(joints: &[Joint]) -> Figure {
 }
 
 fn panel(joint: &Joint, end_s: f64) -> Panel {
-    let mut half = 4.0 * BAND_COUNTS;
+    // The file's goal.
+    let (band, band_name) = joint.first().map_or((TOLERANCE_COUNTS, String::new()), |run| {
+        let machine = &run.plan.machine;
+        let counts = machine.goal.tolerance_counts(machine.encoder.resolution_deg());
+        let in_counts = || format!("{} counts", shown(counts));
+        (
+            counts,
+            machine.goal.tolerance_deg.map_or_else(in_counts, |deg| format!("{} deg", shown(deg))),
+        )
+    });
+    let mut half = (4.0 * TOLERANCE_COUNTS).max(1.5 * band);
     let mut lines = Vec::new();
     for (run, style) in joint.iter().zip(styles(joint.len())) {
         let RunTrace::Loop(moments) = &run.trace else { continue };
@@ -87,7 +96,7 @@ fn panel(joint: &Joint, end_s: f64) -> Panel {
             lines.push(PlotCurve::new(name, style.at_encoder(), points));
         }
     }
-    for (name, bound) in [("2 counts", BAND_COUNTS), ("", -BAND_COUNTS)] {
+    for (name, bound) in [(band_name, band), (String::new(), -band)] {
         lines.push(PlotCurve::new(name, Style::Limit, vec![(0.0, bound), (end_s, bound)]));
     }
     let label = format!("{}: error (counts)", name_of(joint));

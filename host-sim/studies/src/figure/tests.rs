@@ -177,8 +177,11 @@ fn an_inset_shows_its_window_where_the_curves_leave_room() -> Result<(), FigureE
 
 /// The figures of those runs of a built-in experiment whose label ends so.
 fn drawn(experiment: &str, label: &str) -> Vec<Figure> {
-    let document = crate::document::Document::open(experiment).unwrap();
-    let mut plan = crate::experiment::Experiment::plan(&document, &[], &[]).unwrap();
+    drawn_of(&crate::document::Document::open(experiment).unwrap(), experiment, label)
+}
+
+fn drawn_of(document: &crate::document::Document, experiment: &str, label: &str) -> Vec<Figure> {
+    let mut plan = crate::experiment::Experiment::plan(document, &[], &[]).unwrap();
     plan.runs.retain(|run| run.label.contains(label));
     assert!(!plan.runs.is_empty());
     let results = crate::run::run_all(&plan.runs).unwrap();
@@ -233,6 +236,28 @@ fn the_figure_of_several_laws_is_never_cut_to_nothing() {
                 assert_eq!(inside, late.count(), "{}: {most}", line.name);
             }
         }
+    }
+}
+
+#[test]
+fn the_figure_of_several_laws_has_the_goal_of_the_file() {
+    let toml = crate::experiment::find("untuned-joints").unwrap().toml;
+    let goal = "\n[goal]\ntolerance_deg = 0.5\n";
+    for (goal, name, deg) in [("", "2 counts", None), (goal, "0.5 deg", Some(0.5))] {
+        let document =
+            crate::document::Document::parse("joint.toml", &format!("{toml}{goal}")).unwrap();
+        let count_deg = document.machine().unwrap().encoder.resolution_deg();
+        let counts = deg.map_or(2.0, |deg: f64| deg / count_deg);
+        let figures = drawn_of(&document, "joint", "/step");
+        let compared =
+            figures.iter().find(|figure| figure.title.starts_with("How far the joint is")).unwrap();
+        let limits: Vec<&PlotCurve> =
+            compared.panels[0].lines.iter().filter(|line| line.style == Style::Limit).collect();
+        assert_eq!(limits.iter().map(|line| &*line.name).collect::<Vec<_>>(), [name, ""]);
+        for (line, sign) in limits.iter().zip([1.0, -1.0]) {
+            assert!(line.points.iter().all(|(_, bound)| (bound - sign * counts).abs() < 1e-9));
+        }
+        assert!(compared.panels[0].y_range.unwrap().1 >= 1.5 * counts);
     }
 }
 

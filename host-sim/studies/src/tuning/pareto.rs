@@ -76,15 +76,19 @@ fn panel(one: &Tuned, point: impl Fn(&Figures) -> Point) -> Option<LayeredPanel>
     }
     let layer = |name: &str, mark, points| Layer { name: name.into(), mark, points };
     let at = |place: usize| tried.get(place).copied().into_iter().collect::<Vec<_>>();
-    let kept = if one.better { at(one.kept) } else { Vec::new() };
+    // The file's gains are kept if no others are better.
+    let (suffix, kept) = match (one.better, one.is_refused()) {
+        (true, _) => ("", at(one.kept)),
+        (false, false) => (" (the file's gains stay)", at(0)),
+        (false, true) => (" (refused)", Vec::new()),
+    };
     let layers = vec![
         layer("Pareto front", Mark::Steps, front(&tried)),
         layer("tried", Mark::Dot, tried.clone()),
         layer("the file's", Mark::Square, at(0)),
         layer("kept", Mark::Diamond, kept),
     ];
-    let refused = if one.better { "" } else { " (refused)" };
-    Some(LayeredPanel { name: format!("{}{refused}", one.controller), layers })
+    Some(LayeredPanel { name: format!("{}{suffix}", one.controller), layers })
 }
 
 /// The powers of ten around all values that are above zero, and around a bound; none without one.
@@ -176,12 +180,24 @@ mod tests {
     #[test]
     fn the_bound_of_a_rest_error_is_the_goal_in_counts_and_refused_gains_are_not_kept() {
         let goal = PositionGoal { tolerance_deg: Some(0.5), ..PositionGoal::default() };
-        let refused = Tuned { better: false, kept: 0, ..law("srnf", 0.1) };
+        let mut refused = Tuned { better: false, kept: 0, ..law("srnf", 0.1) };
+        refused.before.at_load.successes = 0;
         let drawn = charts("a.toml", &[refused], &goal, 0.01);
         let (axes, panels) = layered(&drawn[1]);
         assert!((axes[0].bound - 50.0).abs() < 1e-9, "{axes:?}");
         assert_eq!(axes[0].decades, [0, 2]);
         assert_eq!(panels[0].name, "srnf (refused)");
         assert!(panels[0].layers[3].points.is_empty());
+    }
+
+    #[test]
+    fn the_file_s_gains_are_the_kept_ones_if_no_others_are_better() {
+        let mut kept = Tuned { better: false, kept: 0, ..law("srnf", 0.1) };
+        kept.before.at_load.successes = 1;
+        let drawn = charts("a.toml", &[kept], &PositionGoal::default(), 0.01);
+        let (_, panels) = layered(&drawn[0]);
+        assert_eq!(panels[0].name, "srnf (the file's gains stay)");
+        let points = |place: usize| &panels[0].layers[place].points;
+        assert!(points(3).len() == 1 && points(3) == points(2), "{:?}", points(3));
     }
 }
