@@ -16,15 +16,25 @@ const FIELDS = [
   'selftest-range',
 ];
 
+const readings = new Map<string, () => void>();
+
 // Shows below a field the number that it reads, if that differs from the text.
 export function shows(field: HTMLInputElement): void {
   const out = element('output', { className: 'read' });
   out.htmlFor.add(field.id);
   field.after(out);
-  field.addEventListener('input', () => {
+  const show = () => {
     out.textContent = field.value.trim() === '' ? '' : reading(field.value);
     field.classList.toggle('refused', out.textContent.startsWith('✕'));
-  });
+  };
+  readings.set(field.id, show);
+  field.addEventListener('input', show);
+}
+
+// Puts a text into a field in place of the typed one.
+export function fill(id: string, text: string): void {
+  by<HTMLInputElement>(id).value = text;
+  readings.get(id)?.();
 }
 
 export function fields(): void {

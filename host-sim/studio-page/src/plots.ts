@@ -243,6 +243,8 @@ export function gapColour({ isReset }: Gap): string {
 export function shown(value: number): string {
   const size = Math.abs(value);
   if (Number.isInteger(value)) return String(value);
+  // A rounding of single precision, and no measurement.
+  if (size < 1e-6) return '0';
   return size >= 1000 ? value.toFixed(0) : size >= 1 ? value.toFixed(3) : value.toPrecision(3);
 }
 

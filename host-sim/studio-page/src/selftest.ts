@@ -4,7 +4,7 @@
 import { app, by, element, may, on } from './app';
 import { reason } from './commissioning';
 import { count } from './count';
-import { number } from './field';
+import { fill, number } from './field';
 import { doubted, last, offer } from './identified';
 import type { Event, Link } from './link';
 import { turnOn } from './motions';
@@ -83,8 +83,8 @@ export class Selftest {
   private setFields({ number, deg, joint, moves }: Event): void {
     if (number === undefined || number === this.predicted) return;
     this.predicted = number;
-    by<HTMLInputElement>('selftest-moves').value = String(moves);
-    by<HTMLInputElement>('selftest-range').value = deg === null ? '' : String(deg);
+    fill('selftest-moves', String(moves));
+    fill('selftest-range', deg === null ? '' : String(deg));
     const select = by<HTMLSelectElement>('selftest-joint');
     select.value = joint;
     // The list may not have that joint.

@@ -34,6 +34,13 @@ export const typed = ({ state, text, said }) => ({
     assert.equal(await text(page, '#deg-read'), '= 99999 deg: ✕ it must be -360 to 360 deg');
     await page.locator('#deg').press('Enter');
     await said(page, 'no limits of travel');
+    await page.locator('summary', { hasText: 'Trajectory' }).click();
+    const way = await page.locator('#trapezoid-way').inputValue();
+    await page.locator('#trapezoid-way').fill('99999');
+    await page.locator('#trapezoid button').click();
+    await said(page, 'trajectory to 99999: the target is not taken');
+    await page.locator('#trapezoid-way').fill(way);
+    await page.locator('summary', { hasText: 'Trajectory' }).click();
     await page.locator('#deg').fill('1,234');
     await page.locator('#deg').press('Enter');
     await said(page, '`1,234` is ambiguous');
@@ -59,6 +66,16 @@ export const typed = ({ state, text, said }) => ({
     await page.locator('#selftest-predict').click();
     await said(page, '1 move: it must be a whole number');
     await page.locator('#selftest-moves').fill('20');
+    // The server's number takes the place of what was typed, and of how that was read.
+    await page.locator('#selftest-range').fill('4,5');
+    const read = page.locator('#selftest-range + output');
+    assert.equal(await read.textContent(), 'read as 4.5');
+    await page.locator('#selftest-predict').click();
+    await page.locator('#selftest-range + output:empty').waitFor({ state: 'attached' });
+    assert.equal(await page.locator('#selftest-range').inputValue(), '4.5');
+    const cancel = page.locator('#selftest-cancel');
+    if (await cancel.isVisible()) await cancel.click();
+    await page.locator('#selftest-range').fill('');
     await page.locator('#steps button').first().click();
     await page.locator('[data-view=live]').click();
   },
