@@ -1,7 +1,7 @@
 //! Builds the image, and the parameters that go beside it.
 
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use crate::job::{Job, root, target_dir};
@@ -81,12 +81,22 @@ pub fn flash() -> Result<(), String> {
         .run(Command::new("probe-rs").args(["run", "--chip", CHIP]).arg(image))
 }
 
+/// Returns the path of a record that has no path of its own, in a directory that is made for it:
+/// `stiction params` makes none.
+fn usual_record(target: &Path, machine: &str) -> Result<PathBuf, String> {
+    let directory = target.join("firmware");
+    fs::create_dir_all(&directory)
+        .map_err(|error| format!("cannot make {}: {error}", directory.display()))?;
+    let stem = Path::new(machine).file_stem().unwrap_or_default();
+    Ok(directory.join(stem).with_extension("params"))
+}
+
 /// Encodes a machine's file. The simulator does the work, since it reads these files.
 pub fn params(arguments: &ParamsJobArguments) -> Result<(), String> {
-    let out = arguments.out.clone().unwrap_or_else(|| {
-        let stem = PathBuf::from(&arguments.file).file_stem().unwrap_or_default().to_owned();
-        target_dir().join("firmware").join(stem).with_extension("params")
-    });
+    let out = match &arguments.out {
+        Some(out) => out.clone(),
+        None => usual_record(&target_dir(), &arguments.file)?,
+    };
     let here = std::env::current_dir()
         .map_err(|error| format!("there is no current directory: {error}"))?;
     let file = here.join(&arguments.file);
@@ -98,4 +108,18 @@ pub fn params(arguments: &ParamsJobArguments) -> Result<(), String> {
     }
     Simulator::Host.build()?;
     Job::new("Encoding the parameters").run(&mut command)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_record_without_a_path_has_a_directory_also_before_the_first_image() {
+        let target = std::env::temp_dir().join(format!("stiction-xtask-{}", std::process::id()));
+        let record = usual_record(&target, "machines/joint.toml").unwrap();
+        assert_eq!(record, target.join("firmware/joint.params"));
+        assert!(target.join("firmware").is_dir());
+        fs::remove_dir_all(&target).unwrap();
+    }
 }

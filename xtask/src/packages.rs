@@ -53,19 +53,24 @@ pub fn agreed(packages: &[&str]) -> Result<bool, String> {
     }
     Job::new("Reading Debian's list of packages").run(&mut apt(&["update", "--quiet"]))?;
     println!("{}", planned(packages)?);
-    if YES.get().is_some() {
-        println!("   --yes: they are installed without a question");
-    } else if io::stdin().is_terminal() && io::stdout().is_terminal() {
-        print!("   Install them? [y/N] ");
-        let _ = io::stdout().flush();
-        if !is_yes(&mut io::stdin().lock()) {
-            return Ok(false);
-        }
-    } else {
-        println!("   not on a terminal: they are installed without a question");
+    let is_terminal = io::stdin().is_terminal() && io::stdout().is_terminal();
+    let (sentence, is_question) = announced(YES.get().is_some(), is_terminal);
+    print!("   {sentence}");
+    let _ = io::stdout().flush();
+    if is_question && !is_yes(&mut io::stdin().lock()) {
+        return Ok(false);
     }
     let _ = AGREED.set(());
     Ok(true)
+}
+
+/// Returns what is printed below the plan, and whether that is a question.
+const fn announced(yes: bool, is_terminal: bool) -> (&'static str, bool) {
+    match (yes, is_terminal) {
+        (true, _) => ("--yes: they are installed without a question\n", false),
+        (false, true) => ("Install them? [y/N] ", true),
+        (false, false) => ("not on a terminal: they are installed without a question\n", false),
+    }
 }
 
 /// Reads an answer. The end of the input is a no.
@@ -195,6 +200,17 @@ Abort.
     fn a_package_that_apt_does_not_know_makes_no_plan() {
         let printed = "Reading package lists...\nBuilding dependency tree...\n";
         assert_eq!(Plan::read(printed), None);
+    }
+
+    #[test]
+    fn only_a_terminal_without_yes_is_asked() {
+        for (yes, is_terminal, asks) in
+            [(false, true, true), (true, true, false), (false, false, false), (true, false, false)]
+        {
+            let (sentence, is_question) = announced(yes, is_terminal);
+            assert_eq!(is_question, asks, "{yes} {is_terminal}");
+            assert_eq!(sentence.contains("without a question\n"), !asks, "{sentence}");
+        }
     }
 
     #[test]
