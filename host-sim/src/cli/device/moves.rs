@@ -283,9 +283,9 @@ mod tests {
         let plan = Experiment::plan(&document, &["srnf".into()], &[]).unwrap().runs.remove(0);
         for deg in [361.0, 1e9] {
             let simulated = SimulatedDevice::new(&plan).unwrap();
-            let wire = Seen { wire: SimulatedWire::new(simulated), was_driven: false };
+            let wire = DriveWatchingWire { wire: SimulatedWire::new(simulated), was_driven: false };
             let mut client = Client::connect(wire).unwrap();
-            let refused = go(&arguments(deg, false), &mut client, None, &Judged::default());
+            let refused = go(&arguments(deg, false), &mut client, None, &MoveCriteria::default());
             let error = refused.err().unwrap().to_string();
             assert!(error.contains("it must be -360 to 360 deg"), "{error}");
             assert!(!client.wire().was_driven);
