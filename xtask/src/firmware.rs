@@ -91,7 +91,7 @@ fn usual_record(target: &Path, machine: &str) -> Result<PathBuf, String> {
     Ok(directory.join(stem).with_extension("params"))
 }
 
-/// Encodes a machine's file. The simulator knows these files, so it does the work.
+/// Encodes a machine's file. The simulator does the work, since it reads these files.
 pub fn params(arguments: &ParamsJobArguments) -> Result<(), String> {
     let out = match &arguments.out {
         Some(out) => out.clone(),

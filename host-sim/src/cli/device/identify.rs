@@ -40,8 +40,8 @@ pub struct DeviceIdentifyArguments {
     #[arg(long, value_name = "V", allow_hyphen_values = true)]
     #[arg(value_parser = typed_number::parse_single)]
     effort: Option<f32>,
-    /// Largest distance either way from where the joint stands, deg [default: 45, or less if a
-    /// limit of the position is nearer]
+    /// Largest distance either way from the present position, deg [default: 45, or less if a limit
+    /// of the position is nearer]
     #[arg(long, value_name = "DEG", allow_hyphen_values = true)]
     #[arg(value_parser = typed_number::parse_single)]
     travel: Option<f32>,

@@ -104,7 +104,7 @@ pub fn go<W: Wire>(
 ) -> Result<MoveReport, Error> {
     let MoveArguments { deg, step, r#for, json, .. } = arguments;
     let given = r#for.map(|seconds| time("--for", seconds)).transpose()?;
-    // Arming drives the motor, so a target that is out of the range is refused before.
+    // Arming drives the motor, so a target out of range is refused before.
     Travel::new(&client.parameters()?).check("move", *deg)?;
     let motion = if *step { client.step(*deg)? } else { client.profiled(*deg)? };
     client.check_move(&motion).map_err(|error| match error {

@@ -169,8 +169,8 @@ impl<W: Wire> Client<W> {
     /// the caller may have other checks between these and the arming.
     ///
     /// # Errors
-    /// Refuses an identification that does not fit, or whose encoder is too coarse for the bound of
-    /// its speed, with what would do; or reports that the device does not answer.
+    /// Returns why it does not fit, the speed limit that the encoder needs, or that the device does
+    /// not answer.
     pub fn check_identification(
         &mut self,
         asked: &identification::IdentificationRequest,
