@@ -8,13 +8,13 @@
 use std::hint::black_box;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use host_sim::ensemble::rules::rules;
-use host_sim::ensemble::{Case, Family, Kind, run_and_show};
+use host_sim::ensemble::{Case, DrawOptions, Family, Motions, run_and_show};
+use host_sim::rules::rules;
 
 const JOINTS: u64 = 8;
 
 fn ensemble(criterion: &mut Criterion) {
-    let kind = Kind { hard: false, rate_hz: 1000.0 };
+    let kind = DrawOptions { hard: false, rate_hz: 1000.0 };
     for family in Family::USUAL {
         let joints: Vec<Case> =
             (0..JOINTS).map(|number| Case::draw(1, family, number, kind)).collect();
@@ -25,7 +25,8 @@ fn ensemble(criterion: &mut Criterion) {
                 let mut ticks = 0;
                 for joint in &joints {
                     let gains = joint.gains(rule);
-                    run_and_show(joint, rule.law, &gains, [1, 0], |_, _, _| ticks += 1).unwrap();
+                    run_and_show(joint, rule.law, &gains, Motions::default(), |_, _, _| ticks += 1)
+                        .unwrap();
                 }
                 ticks
             };

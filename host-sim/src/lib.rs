@@ -22,7 +22,7 @@ pub use files::{
 };
 pub use simulator::{
     both_sides, closed_loop, device, draft, experiment, flash, identification, metrics, output,
-    plant, properties, run, settling, target,
+    plant, properties, rules, run, settling, target,
 };
 pub use studies::{
     benchmark, ensemble, figure, lab, log_identification, missing_part, selftest, tuning,

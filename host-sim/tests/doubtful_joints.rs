@@ -3,7 +3,7 @@
 #![allow(missing_docs, clippy::unwrap_used)]
 
 use host_sim::device;
-use host_sim::ensemble::{Truth, UNEVEN, drawn, identify};
+use host_sim::ensemble::{TrueJoint, UNEVEN, drawn, identify};
 use host_sim::experiment::{Document, Experiment, parameters};
 use host_sim::joint::{Ripple, Train};
 use stiction::identification::IdentificationRequest;
@@ -43,7 +43,7 @@ fn held(name: &str, cases: u64) -> ([usize; 4], usize) {
         }
         let Ok(joint) = found_by_device.joint() else { continue };
         doubtful += 1;
-        let Truth { inertia, viscous, slip, stick, .. } = found.truth;
+        let TrueJoint { inertia, viscous, slip, stick, .. } = found.truth;
         let truths = [1.0 / inertia, viscous, slip, stick];
         let spread = device::spread::spread(&found_by_device, &joint);
         let ranges = KEYS.map(|key| spread[key]);

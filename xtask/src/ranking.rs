@@ -1,10 +1,11 @@
-//! `cargo xtask ranking` ranks untuned laws on random joints, and writes README.md's first
-//! table.
+//! `cargo xtask ranking` ranks untuned laws on random joints. It writes the table of README.md,
+//! where every law makes the same profiled move, and that of docs/ensemble.md, where the set point
+//! steps.
 //!
-//! The table is between two comments of the page, and uses the output of `stiction ensemble
-//! --markdown`: success on each family at the encoder, for a real gear at the load as well, then
-//! some rows of rest and of tracking, then the instructions of docs/cost.md. So all its figures are
-//! from the last run.
+//! Each table is between two comments of its page, and is made of the output of `stiction ensemble
+//! --markdown`: success on each family at the encoder, that of a real gear at the load as well, then
+//! some rows of rest and of tracking. README.md has the instructions of docs/cost.md as well. So no
+//! figure of a table is older than the last run.
 
 use std::fs;
 use std::process::Stdio;
@@ -12,8 +13,11 @@ use std::process::Stdio;
 use crate::job::{Job, root};
 use crate::simulator::Simulator;
 
-const PAGE: &str = "README.md";
 const COST: &str = "docs/cost.md";
+
+/// How the set point goes to the target, and the page with its table: the move of a user first.
+const PAGES: [(&str, &str); 2] = [("profiled", "README.md"), ("step", "docs/ensemble.md")];
+
 const BEGIN: &str = "<!-- ranking: written by `cargo xtask ranking` -->\n";
 const END: &str = "<!-- end of the ranking -->";
 
@@ -49,23 +53,28 @@ const MORE: [&str; 2] = ["`thesis-axis`: rest", "`thesis-axis`: tracking"];
 const COSTED: [&str; 7] = ["pd", "", "srnf", "", "", "", "robust"];
 
 pub fn rank() -> Result<(), String> {
-    let job = Job::new("500 joints of each family under seven laws; some minutes");
+    let job = Job::new("500 joints of each family under seven laws, twice; some minutes");
     job.announce();
     Simulator::Host.build()?;
-    let output = Simulator::Host
-        .command(&RUN)
-        .arg("--markdown")
-        .stderr(Stdio::inherit())
-        .output()
-        .map_err(|error| format!("cannot start cargo: {error}"))?;
-    if !output.status.success() {
-        return Err("the ensemble failed".into());
+    for (motion, page) in PAGES {
+        let output = Simulator::Host
+            .command(&RUN)
+            .args(["--motion", motion, "--markdown"])
+            .stderr(Stdio::inherit())
+            .output()
+            .map_err(|error| format!("cannot start cargo: {error}"))?;
+        if !output.status.success() {
+            return Err("the ensemble failed".into());
+        }
+        let mut table = table(&String::from_utf8_lossy(&output.stdout))?;
+        if motion == "profiled" {
+            table += &costs(&read(COST)?)?;
+        }
+        let text = put(page, &read(page)?, &table)?;
+        fs::write(root().join(page), text)
+            .map_err(|error| format!("cannot write {page}: {error}"))?;
+        println!("{page}: the table is that of `stiction {} --motion {motion}`", RUN.join(" "));
     }
-    let tables = String::from_utf8_lossy(&output.stdout);
-    let cost = read(COST)?;
-    let page = put(&read(PAGE)?, &table(&tables, &cost)?)?;
-    fs::write(root().join(PAGE), page).map_err(|error| format!("cannot write {PAGE}: {error}"))?;
-    println!("{PAGE}: the table is that of `stiction {}`", RUN.join(" "));
     Ok(())
 }
 
@@ -73,8 +82,8 @@ fn read(name: &str) -> Result<String, String> {
     fs::read_to_string(root().join(name)).map_err(|error| format!("cannot read {name}: {error}"))
 }
 
-/// Success, then the rows of [`MORE`], then instructions.
-fn table(tables: &str, cost: &str) -> Result<String, String> {
+/// Returns success, then the rows of [`MORE`].
+fn table(tables: &str) -> Result<String, String> {
     let (success, others) =
         tables.split_once("\n\n").ok_or("the ensemble has printed no second table")?;
     let is_shown = |row: &&str| !row.contains(AT_LOAD) || row.starts_with(GEAR);
@@ -88,6 +97,11 @@ fn table(tables: &str, cost: &str) -> Result<String, String> {
         text += row.ok_or_else(|| format!("the ensemble has printed no row of {wanted}"))?;
         text += "\n";
     }
+    Ok(text)
+}
+
+/// Returns the row of instructions.
+fn costs(cost: &str) -> Result<String, String> {
     let of = |law: &str| match law {
         "" => Ok("-".to_owned()),
         law => {
@@ -95,7 +109,7 @@ fn table(tables: &str, cost: &str) -> Result<String, String> {
         }
     };
     let cells = COSTED.into_iter().map(of).collect::<Result<Vec<_>, String>>()?;
-    Ok(text + &format!("| instructions a tick, at most | {} |\n", cells.join(" | ")))
+    Ok(format!("| instructions a tick, at most | {} |\n", cells.join(" | ")))
 }
 
 /// Returns the most instructions of the core's tick under a law: the fourth word of its line.
@@ -105,10 +119,10 @@ fn instructions(cost: &str, law: &str) -> Option<String> {
     of_law.next().and_then(|words| words.get(3).map(|word| (*word).to_owned()))
 }
 
-/// Puts the table between its two comments.
-fn put(page: &str, table: &str) -> Result<String, String> {
-    let gone = || format!("{PAGE} lacks the comments between which the table stands");
-    let (before, rest) = page.split_once(BEGIN).ok_or_else(gone)?;
+/// Puts the table between the two comments of a page's text.
+fn put(page: &str, text: &str, table: &str) -> Result<String, String> {
+    let gone = || format!("{page} lacks the comments around its table");
+    let (before, rest) = text.split_once(BEGIN).ok_or_else(gone)?;
     let (_, after) = rest.split_once(END).ok_or_else(gone)?;
     Ok(format!("{before}{BEGIN}{table}{END}{after}"))
 }
@@ -127,12 +141,12 @@ mod tests {
 
     #[test]
     fn the_table_has_success_first_and_instructions_last() {
-        let made = table(TABLES, COSTS).unwrap();
+        let made = table(TABLES).unwrap() + &costs(COSTS).unwrap();
         let lines: Vec<&str> = made.lines().collect();
         assert_eq!(lines[2], "| `rigid` | 0.0 (0-1) |");
         assert_eq!(lines[3], "| `thesis-axis`: rest, counts | 59 |");
         assert_eq!(lines[5], "| instructions a tick, at most | 395 | - | 515 | - | - | - | 974 |");
-        assert!(table(TABLES, "pd 1 2\n").unwrap_err().contains("instructions of pd"));
+        assert!(costs("pd 1 2\n").unwrap_err().contains("instructions of pd"));
     }
 
     #[test]
@@ -141,7 +155,7 @@ mod tests {
         let both = |family: &str| row(family, "encoder") + &row(family, "load");
         let rows = both("flexible-backlash") + &both("gear-backlash");
         let tables = TABLES.replacen("| `rigid` | 0.0 (0-1) |\n", &rows, 1);
-        let made = table(&tables, COSTS).unwrap();
+        let made = table(&tables).unwrap();
         let lines: Vec<&str> = made.lines().skip(2).take(3).collect();
         let expected = [
             "| `flexible-backlash` | 1.0 (0-2) |",
@@ -154,7 +168,8 @@ mod tests {
     #[test]
     fn what_stands_around_the_table_stays() {
         let page = format!("a\n{BEGIN}old\n{END}\nb\n");
-        assert_eq!(put(&page, "new\n").unwrap(), format!("a\n{BEGIN}new\n{END}\nb\n"));
-        assert!(put("a\n", "new\n").is_err());
+        let made = put("page", &page, "new\n").unwrap();
+        assert_eq!(made, format!("a\n{BEGIN}new\n{END}\nb\n"));
+        assert!(put("page", "a\n", "new\n").is_err());
     }
 }

@@ -18,6 +18,7 @@ pub mod metrics;
 pub mod output;
 pub mod plant;
 pub mod properties;
+pub mod rules;
 pub mod run;
 pub mod settling;
 pub mod target;

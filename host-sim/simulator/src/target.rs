@@ -9,6 +9,7 @@
 //! [`Plant`](crate::plant::Plant). The flash image in lockstep is `emulator/side_by_side.rs`.
 
 use stiction::control::encoder::EncoderState;
+use stiction::control::profile::Profile;
 use stiction::control::reference::Reference;
 use stiction::safety::fault::Latched;
 use stiction::servo::{Boot, Input, Refusal, State};
@@ -123,6 +124,16 @@ impl WatchedServo {
     pub fn follow(&mut self, reference: Reference) -> Result<(), Refusal> {
         self.is_led = true;
         self.servo.follow(reference)
+    }
+
+    /// Goes to the target of a profile from the next tick on, in counts from where it was armed, as a
+    /// link asks for it that is never silent.
+    ///
+    /// # Errors
+    /// If the servo refuses it; a servo that has tripped does.
+    pub fn go_to(&mut self, profile: Profile) -> Result<(), Refusal> {
+        self.is_led = true;
+        self.servo.go_to(profile)
     }
 
     /// Returns the findings of a ramp.

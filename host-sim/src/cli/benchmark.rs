@@ -7,7 +7,6 @@ use super::outputs::drew;
 use super::tune::tune_each;
 use super::{print, warn};
 use crate::benchmark::{Benchmark, Score, Weights, benchmark, plain_runs};
-use crate::ensemble::rules::TUNING_SEEDS;
 use crate::error::Error;
 use crate::experiment::{Document, Experiment};
 use crate::figure::{figure_directory, figures, write_figures};
@@ -15,7 +14,8 @@ use crate::goal::GoalInBothUnits;
 use crate::output::OverwriteGuard;
 use crate::output::sides::{self, REST, SETTLED, ShownSides};
 use crate::output::table::{self, number};
-use crate::tuning::{Goal, Request, Tuned, spreads};
+use crate::rules::TUNING_SEEDS;
+use crate::tuning::{GainSearch, TuningGoal, TuningResult, spreads};
 
 #[derive(Debug, clap::Args)]
 pub struct BenchmarkArguments {
@@ -46,8 +46,8 @@ pub struct TuningArguments {
     #[arg(long)]
     tuned: bool,
     /// Objective of the gains
-    #[arg(long, value_enum, default_value_t = Goal::Balanced, requires = "tuned")]
-    goal: Goal,
+    #[arg(long, value_enum, default_value_t = TuningGoal::Balanced, requires = "tuned")]
+    goal: TuningGoal,
     /// Number of joints on which gains are tuned
     #[arg(long, default_value_t = 8, requires = "tuned")]
     #[arg(value_parser = clap::value_parser!(u64).range(1..=1000))]
@@ -86,7 +86,7 @@ impl TuningArguments {
     ///
     /// # Errors
     /// Returns the errors of `tune`.
-    pub fn applied(&self, documents: &mut [Document]) -> Result<Vec<Tuned>, Error> {
+    pub fn applied(&self, documents: &mut [Document]) -> Result<Vec<TuningResult>, Error> {
         const TRAJECTORIES: &str = "reference.trajectories";
         let Some(first) = documents.first().filter(|_| self.tuned) else { return Ok(vec![]) };
         let mut document = first.clone();
@@ -100,7 +100,7 @@ impl TuningArguments {
                 controllers.push(name);
             }
         }
-        let request = Request {
+        let request = GainSearch {
             file: document.origin.name.clone(),
             goal: self.goal,
             limits: vec![],
@@ -110,7 +110,7 @@ impl TuningArguments {
             document,
         };
         let tuned = tune_each(&request, &controllers)?;
-        let set: Vec<String> = tuned.iter().flat_map(Tuned::set).collect();
+        let set: Vec<String> = tuned.iter().flat_map(TuningResult::set).collect();
         documents.iter_mut().try_for_each(|document| document.set(&set))?;
         Ok(tuned)
     }
@@ -164,7 +164,7 @@ fn goal(documents: &[Document], ranked: &Benchmark) -> Result<Option<GoalInBothU
 }
 
 /// Reports for which controllers tuning has found better gains.
-fn tuned_sentence(tuning: &TuningArguments, tuned: &[Tuned]) -> String {
+fn tuned_sentence(tuning: &TuningArguments, tuned: &[TuningResult]) -> String {
     if tuned.is_empty() {
         return String::new();
     }

@@ -10,15 +10,16 @@ use stiction::identification::IdentificationRequest;
 use super::outputs::{check_standard_output, print_beside};
 use super::{print, warn};
 use crate::document::Document;
-use crate::ensemble::rules::{TUNING_SEEDS, rules};
 use crate::ensemble::{
-    Around, Case, Ensemble, Family, Header, Kept, Kind, MachineEnsemble, Rates, Row, Shard, Tried,
-    charts, identified_names, markdown, merge, object, rates_markdown, rates_table, rates_within,
-    read_rows, render, render_rows, run, sort_rows, summaries, traces, tune, written_spreads,
+    Approach, Case, CaseResult, ConstantTrial, DrawOptions, Ensemble, EnsembleHeader, Family,
+    MachineEnsemble, MachineOptions, Rates, ResumeFile, Shard, charts, identified_names, markdown,
+    merge, object, rates_markdown, rates_table, rates_within, read_rows, render, render_rows, run,
+    sort_rows, summaries, traces, tune, written_spreads,
 };
 use crate::error::Error;
 use crate::figure::{figure_directory, write_charts, write_figures};
 use crate::output::{OutputDirectory, OutputFile, OverwriteGuard, table};
+use crate::rules::{TUNING_SEEDS, rules};
 use crate::typed_number;
 
 /// Default sample rate, Hz.
@@ -55,6 +56,10 @@ pub struct EnsembleArguments {
     /// Samples per second, Hz; thesis-axis and a machine's own file have their own [default: 1000]
     #[arg(long, value_name = "HZ", value_parser = typed_number::parse)]
     rate: Option<f64>,
+    /// How the set point goes to the target: profiled, as `device move` does it, within the limits
+    /// that `new` writes; or in one step. Of a machine's own file it steps [default: profiled]
+    #[arg(long, value_name = "MOTION")]
+    motion: Option<Approach>,
     /// Number of random moves in a row after the first; their first tenth is compared with the last
     #[arg(long, value_name = "M", default_value_t = 0)]
     moves: u32,
@@ -132,6 +137,9 @@ pub struct EnsembleTuneArguments {
     /// Only these laws
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     controller: Vec<String>,
+    /// How the set point goes to the target: profiled or step [default: profiled]
+    #[arg(long, value_name = "MOTION")]
+    motion: Option<Approach>,
 }
 
 #[derive(Debug, clap::Args)]
@@ -181,7 +189,7 @@ impl EnsembleArguments {
         }
         let ensemble = self.ensemble()?;
         let outputs = self.outputs(OverwriteGuard::new(self.force))?;
-        let header = Header::of(&ensemble);
+        let header = EnsembleHeader::of(&ensemble);
         let rows = self.collect(&header, &outputs, |part| {
             let wanted =
                 |family: Family, case: u64, law: &str| part.wants(family.name(), case, law);
@@ -223,14 +231,14 @@ impl EnsembleArguments {
     /// report order.
     fn collect(
         &self,
-        header: &Header,
+        header: &EnsembleHeader,
         outputs: &Outputs,
         run: impl FnOnce(&Part) -> Result<(), Error>,
-    ) -> Result<Vec<Row>, Error> {
+    ) -> Result<Vec<CaseResult>, Error> {
         let shard = self.shard.as_deref().map(Shard::read).transpose()?;
         let (kept, rows) = match &outputs.resume {
             Some(file) => {
-                let (kept, rows) = Kept::open(file, header)?;
+                let (kept, rows) = ResumeFile::open(file, header)?;
                 (Some(Mutex::new(kept)), rows)
             }
             None => (None, Vec::new()),
@@ -249,6 +257,7 @@ impl EnsembleArguments {
         let foreign = [
             ("--hard", self.hard),
             ("--moves", self.moves > 0),
+            ("--motion profiled", self.motion == Some(Approach::Profiled)),
             ("--case", self.case.is_some()),
             ("another family", self.plant.len() > 1),
         ];
@@ -271,8 +280,9 @@ impl EnsembleArguments {
             )]);
         }
         let controllers = &*self.controller;
-        let machine = MachineEnsemble::open(file, Around { controllers, spreads, rate_hz })?;
-        let header = Header::of_machine(&machine, self.seed, self.cases);
+        let machine =
+            MachineEnsemble::open(file, MachineOptions { controllers, spreads, rate_hz })?;
+        let header = EnsembleHeader::of_machine(&machine, self.seed, self.cases);
         let rows = self.collect(&header, &outputs, |part| {
             let wanted = |case: u64, law: &str| part.wants(&machine.group.name, case, law);
             machine.run_some([self.seed, self.cases], wanted, |row| part.take(row))
@@ -291,9 +301,9 @@ impl EnsembleArguments {
         &self,
         directory: &OutputDirectory,
         ensemble: &Ensemble,
-        rows: &[Row],
+        rows: &[CaseResult],
     ) -> Result<(), Error> {
-        let header = Header::of(ensemble);
+        let header = EnsembleHeader::of(ensemble);
         let families = summaries(&header, rows);
         if self.case.is_none() {
             write_charts(directory, &charts(&header, &families, rows))?;
@@ -306,7 +316,7 @@ impl EnsembleArguments {
                 };
                 let Some(number) = self.case.or(summary.worst.first().copied()) else { continue };
                 let joint = Case::draw(ensemble.seed, *family, number, ensemble.kind);
-                drawn.extend(traces(&joint, rule)?);
+                drawn.extend(traces(&joint, rule, ensemble.approach)?);
             }
         }
         write_figures(directory, &drawn)
@@ -323,7 +333,8 @@ impl EnsembleArguments {
         Ok(Ensemble {
             seed: self.seed,
             cases: self.cases,
-            kind: Kind { hard: self.hard, rate_hz },
+            kind: DrawOptions { hard: self.hard, rate_hz },
+            approach: self.motion.unwrap_or_default(),
             moves: self.moves,
             families: families(&self.plant)?,
             rules: rules(&self.controller)?,
@@ -345,8 +356,8 @@ struct Part {
     only: Option<u64>,
     /// Family, case and law of the rows that a file already has.
     there: BTreeSet<(String, u64, String)>,
-    kept: Option<Mutex<Kept>>,
-    rows: Mutex<Vec<Row>>,
+    kept: Option<Mutex<ResumeFile>>,
+    rows: Mutex<Vec<CaseResult>>,
 }
 
 impl Part {
@@ -356,7 +367,7 @@ impl Part {
             && !self.there.contains(&(family.to_owned(), case, law.to_owned()))
     }
 
-    fn take(&self, row: Row) -> Result<(), Error> {
+    fn take(&self, row: CaseResult) -> Result<(), Error> {
         if let Some(kept) = &self.kept {
             kept.lock().unwrap_or_else(PoisonError::into_inner).add(&row)?;
         }
@@ -392,7 +403,8 @@ impl EnsembleTuneArguments {
         let ensemble = Ensemble {
             seed: self.seed,
             cases: self.cases,
-            kind: Kind { hard: false, rate_hz: RATE_HZ },
+            kind: DrawOptions { hard: false, rate_hz: RATE_HZ },
+            approach: self.motion.unwrap_or_default(),
             moves: 0,
             families: families(&self.plant)?,
             rules: rules(&self.controller)?,
@@ -405,7 +417,7 @@ impl EnsembleTuneArguments {
             "settled\np95, s",
             "rest p90\ncounts",
         ]);
-        for Tried { law, constant, families } in tune(&ensemble)? {
+        for ConstantTrial { law, constant, families } in tune(&ensemble)? {
             for (family, summary) in families {
                 let share = 100.0 * summary.success as f64 / summary.cases as f64;
                 let finite = |value: Option<f64>| value.filter(|value| value.is_finite());
@@ -463,8 +475,8 @@ enum Form {
 }
 
 fn report(
-    header: &Header,
-    rows: &[Row],
+    header: &EnsembleHeader,
+    rows: &[CaseResult],
     form: Form,
     csv: Option<&OutputFile>,
 ) -> Result<(), Error> {

@@ -10,14 +10,14 @@ use serde_json::json;
 use super::outputs::{check_standard_output, drew, print_beside, wrote};
 use super::{print, warn};
 use crate::ensemble::goal_of_steps;
-use crate::ensemble::rules::TUNING_SEEDS;
 use crate::error::{Error, suggestion};
 use crate::experiment::Document;
 use crate::figure::{figure_directory, write_charts};
 use crate::output::OverwriteGuard;
+use crate::rules::TUNING_SEEDS;
 use crate::tuning::{
-    self, CASES, CASES_ALLOWED, Goal, Request, Tuned, is_refused, object, render, rewritten,
-    spreads,
+    self, CASES, CASES_ALLOWED, GainSearch, TuningGoal, TuningResult, is_refused, object, render,
+    rewritten, spreads,
 };
 
 #[derive(Debug, clap::Args)]
@@ -29,8 +29,8 @@ pub struct TuneArguments {
     #[arg(long, value_name = "NAME|all", value_delimiter = ',')]
     controller: Vec<String>,
     /// Objective of the gains
-    #[arg(long, value_enum, default_value_t = Goal::Balanced)]
-    goal: Goal,
+    #[arg(long, value_enum, default_value_t = TuningGoal::Balanced)]
+    goal: TuningGoal,
     /// Upper limit of a metric: settling_s, tracking_counts, rest_counts, chatter_v_per_s or
     /// held_v; can be repeated
     #[arg(long, value_name = "FIGURE=MOST")]
@@ -67,7 +67,10 @@ pub fn tune(arguments: &TuneArguments) -> Result<(), Error> {
 }
 
 /// Tunes controllers one after the other, each on all cores.
-pub(super) fn tune_each(request: &Request, controllers: &[String]) -> Result<Vec<Tuned>, Error> {
+pub(super) fn tune_each(
+    request: &GainSearch,
+    controllers: &[String],
+) -> Result<Vec<TuningResult>, Error> {
     let bar = ProgressBar::new_spinner();
     let style = ProgressStyle::with_template("{spinner} {prefix}: {pos} sets of gains tried");
     let bar = style.map_or_else(|_| ProgressBar::hidden(), |style| bar.with_style(style));
@@ -111,7 +114,7 @@ impl TuneArguments {
         let count_deg = machine.encoder.resolution_deg();
         let goal = goal_of_steps(machine.goal).in_both_units(count_deg);
         let text = Document::text(&self.file)?;
-        let request = Request {
+        let request = GainSearch {
             file: self.file.clone(),
             goal: self.goal,
             limits: self.limit.iter().map(|text| limit(text)).collect::<Result<_, _>>()?,

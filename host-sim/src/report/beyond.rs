@@ -6,10 +6,13 @@ use serde::Serialize;
 
 use super::evidence::ReportEvidence;
 use super::figures::ReportDrawing;
-use crate::ensemble::rules::rules;
-use crate::ensemble::{Ensemble, Family, Group, Header, Kind, Summary, run, sort_rows, summaries};
+use crate::ensemble::{
+    Approach, DrawOptions, Ensemble, EnsembleHeader, Family, Group, LawSummary, run, sort_rows,
+    summaries,
+};
 use crate::error::Error;
 use crate::figure::figures;
+use crate::rules::rules;
 
 /// The experiment whose joints are drawn.
 const UNTUNED: &str = "untuned-joints";
@@ -55,7 +58,8 @@ pub fn ranked() -> Result<UntunedChapter, Error> {
     let ensemble = Ensemble {
         seed: SEED,
         cases: CASES,
-        kind: Kind { hard: false, rate_hz: 1000.0 },
+        kind: DrawOptions { hard: false, rate_hz: 1000.0 },
+        approach: Approach::Profiled,
         moves: 0,
         families: FAMILIES.to_vec(),
         rules: rules(&LAWS.map(str::to_owned))?,
@@ -70,14 +74,14 @@ pub fn ranked() -> Result<UntunedChapter, Error> {
         },
     )?;
     let mut rows = rows.into_inner().unwrap_or_else(PoisonError::into_inner);
-    let header = Header::of(&ensemble);
+    let header = EnsembleHeader::of(&ensemble);
     sort_rows(&header, &mut rows);
     let families = summaries(&header, &rows);
     let rows = families.iter().flat_map(|(group, laws)| laws.iter().map(|law| view(group, law)));
     Ok(UntunedChapter { cases: CASES, seed: SEED, rows: rows.collect() })
 }
 
-fn view(group: &Group, law: &Summary) -> RowView {
+fn view(group: &Group, law: &LawSummary) -> RowView {
     let percent = |share: f64| format!("{:.0}", 100.0 * share);
     let [low, high] = law.success_ci;
     let shown = |value: Option<f64>, digits: usize| match value {

@@ -13,7 +13,7 @@ use super::knobs::{DELAY, GAIN};
 use super::machine_in_use::MachineInUse;
 use super::prediction::{PredictedMove, set};
 use super::request::PredictionRequest;
-use crate::ensemble::{Spread, drawn_keys, written_spreads};
+use crate::ensemble::{KeySpread, drawn_keys, written_spreads};
 use crate::error::Error;
 use crate::experiment::{Document, for_a_device};
 use crate::tuning::{assumed, spreads};
@@ -75,7 +75,7 @@ struct JointDrawing<'a> {
     machine: &'a MachineInUse,
     turned: MachineInUse,
     written: Vec<String>,
-    spreads: Vec<Spread>,
+    spreads: Vec<KeySpread>,
     is_written: bool,
 }
 
@@ -94,7 +94,7 @@ impl<'a> JointDrawing<'a> {
             Some(sheet) => (spreads(sheet)?, !written_spreads(sheet)?.is_empty()),
             None => spread(&machine.document, &turned.document)?,
         };
-        let spreads = written.iter().map(|text| Spread::read(text)).collect::<Result<_, _>>()?;
+        let spreads = written.iter().map(|text| KeySpread::read(text)).collect::<Result<_, _>>()?;
         Ok(Self { machine, turned, written, spreads, is_written })
     }
 

@@ -6,7 +6,7 @@ use std::ops::RangeInclusive;
 use serde::{Deserialize, Serialize};
 
 use crate::machine::TrajectoryTable;
-use crate::tuning::Goal;
+use crate::tuning::TuningGoal;
 
 /// Size of the largest message of a page, bytes: a machine's file needs less than half.
 pub const LARGEST: usize = 64 * 1024;
@@ -36,7 +36,7 @@ struct RequestFields {
     trapezoid: Option<[f64; 4]>,
     wish: Option<PredictionRequest>,
     laws: Option<Vec<String>>,
-    goal: Option<Goal>,
+    goal: Option<TuningGoal>,
     moves: Option<usize>,
     joint: Option<JointSource>,
     limits: Option<Vec<String>>,
@@ -61,7 +61,7 @@ pub struct TuningRequest {
     /// Controllers of the file; empty selects all.
     pub laws: Vec<String>,
     /// Objective of the gains.
-    pub goal: Goal,
+    pub goal: TuningGoal,
     /// The joint.
     pub joint: JointSource,
     /// Upper limits of metrics, `FIGURE=MOST`.

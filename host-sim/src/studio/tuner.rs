@@ -19,12 +19,12 @@ use super::machine_in_use::no_joint;
 use super::request::{JointSource, TuningRequest};
 use super::spare_cores::{begin, let_others_in, on_spare_cores};
 use super::wording::of_a_page;
-use crate::ensemble::rules::TUNING_SEEDS;
 use crate::error::Error;
 use crate::experiment::Document;
+use crate::rules::TUNING_SEEDS;
 use crate::tuning::{
-    CASES, CASES_ALLOWED, Goal, Request, Tuned, is_refused, limit, object, reason, rewritten,
-    spreads,
+    CASES, CASES_ALLOWED, GainSearch, TuningGoal, TuningResult, is_refused, limit, object, reason,
+    rewritten, spreads,
 };
 
 /// Time between two reports of the progress.
@@ -51,7 +51,7 @@ impl Drop for Busy {
 
 /// A checked tuning.
 struct Task {
-    request: Request,
+    request: GainSearch,
     text: String,
     laws: Vec<String>,
     joint: JointSource,
@@ -60,7 +60,7 @@ struct Task {
 /// Results of a tuning.
 #[derive(Default)]
 struct Found {
-    tuned: Vec<Tuned>,
+    tuned: Vec<TuningResult>,
     /// Laws that were not tuned, with the reasons.
     failed: Vec<(String, String)>,
     is_cancelled: bool,
@@ -128,7 +128,7 @@ impl Tuner {
         // A file may be long, and the connections share one thread.
         begin(move || match busy.0.task(&wanted) {
             Ok(task) => {
-                let Request { file, goal, .. } = &task.request;
+                let GainSearch { file, goal, .. } = &task.request;
                 let said = format!("tunes {} of {file} for {}", task.laws.join(", "), name(*goal));
                 busy.0.shared.news.forget("tuned");
                 busy.0.publish(Some(task.running(0, 0)));
@@ -161,13 +161,14 @@ impl Tuner {
             limit(text).map_err(|why| Error::Input(format!("tune: limit {text}: {why}")))
         });
         let limits = limits.collect::<Result<_, _>>()?;
-        if wanted.goal == Goal::Track && document.machine()?.reference.trajectories.is_empty() {
+        if wanted.goal == TuningGoal::Track && document.machine()?.reference.trajectories.is_empty()
+        {
             let why = "the goal track needs a trajectory in `reference.trajectories`";
             return refuse(format!("{file}: {why}"));
         }
         let (goal, seed, joint) = (wanted.goal, *TUNING_SEEDS.start(), wanted.joint);
         let spreads = spreads(&document)?;
-        let request = Request { file, goal, limits, spreads, cases, seed, document };
+        let request = GainSearch { file, goal, limits, spreads, cases, seed, document };
         Ok(Task { request, text, laws, joint })
     }
 
@@ -274,7 +275,7 @@ impl Task {
         if tuned.is_empty() {
             return Ok(json!({ "ok": false, "said": said, "cancelled": is_cancelled }));
         }
-        let Request { file, goal, spreads, .. } = &self.request;
+        let GainSearch { file, goal, spreads, .. } = &self.request;
         let name_of =
             |path: &Path| path.file_name().map(|name| name.to_string_lossy().into_owned());
         let new = Path::new(file).with_extension("tuned.toml");
@@ -306,7 +307,7 @@ fn laws(document: &Document) -> Result<Vec<String>, Error> {
 }
 
 /// Returns a goal's name on the command line.
-fn name(goal: Goal) -> String {
+fn name(goal: TuningGoal) -> String {
     use clap::ValueEnum as _;
 
     goal.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
@@ -316,12 +317,12 @@ fn name(goal: Goal) -> String {
 #[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
-    use crate::tuning::Figures;
+    use crate::tuning::TuningFigures;
 
     #[test]
     fn a_law_that_cannot_be_tuned_is_reported_beside_what_was_found_for_the_others() {
-        let figures = Figures::of(&[]);
-        let tuned = |controller: &str, better| Tuned {
+        let figures = TuningFigures::of(&[]);
+        let tuned = |controller: &str, better| TuningResult {
             controller: controller.into(),
             gains: vec![],
             better,
@@ -334,9 +335,9 @@ mod tests {
             worst: None,
         };
         let document = Document::open("step-response").unwrap();
-        let request = Request {
+        let request = GainSearch {
             file: "step-response".into(),
-            goal: Goal::Settle,
+            goal: TuningGoal::Settle,
             limits: vec![],
             spreads: vec![],
             cases: 8,

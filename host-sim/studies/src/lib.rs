@@ -19,6 +19,6 @@ pub mod tuning;
 pub use dynamics::{friction, joint, mechanism, solver};
 pub use simulator::{
     Error, both_sides, closed_loop, data_sheet, device, document, draft, encoder, error,
-    experiment, goal, hardware, lines, machine, metrics, output, plant, run, settling, setup,
-    target, typed_number, written,
+    experiment, goal, hardware, lines, machine, metrics, output, plant, rules, run, settling,
+    setup, target, typed_number, written,
 };

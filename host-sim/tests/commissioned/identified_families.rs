@@ -14,7 +14,9 @@ use host_sim::device::client::Client;
 use host_sim::device::simulated::SimulatedDevice;
 use host_sim::device::wire::{SimulatedWire, Wire};
 use host_sim::emulator::wire::EmulatedWire;
-use host_sim::ensemble::{Case, Family, Identified, Rates, Truth, UNEVEN, drawn, rates_markdown};
+use host_sim::ensemble::{
+    Case, Family, IdentifiedCase, Rates, TrueJoint, UNEVEN, drawn, rates_markdown,
+};
 use host_sim::experiment::RunPlan;
 use host_sim::joint::{CoreUnits, Substitute};
 use stiction::identification::IdentificationRequest;
@@ -26,13 +28,13 @@ use experiments::flash_image::firmware;
 /// The loop of a case as a machine's file with the joint model that its law uses, and the case's
 /// true joint.
 fn plan(case: &Case) -> RunPlan {
-    let (model, truth) = (&case.told, Truth::of(case));
+    let (bounds, truth) = (&case.bounds, TrueJoint::of(case));
     // A joint of the thesis is in degrees and volts, as a machine's file is.
     let is_axis = case.family == Family::ThesisAxis;
     let [inertia, viscous, stick, slip] = if is_axis {
         [truth.inertia, truth.viscous, truth.stick, truth.slip]
     } else {
-        [model.inertia, model.viscous, model.breakaway[1], model.breakaway[0]]
+        [bounds.inertia, bounds.viscous, bounds.breakaway[1], bounds.breakaway[0]]
     };
     let delay = u8::from(case.delay == host_sim::plant::Delay::OneSample);
     let set = [
@@ -40,13 +42,13 @@ fn plan(case: &Case) -> RunPlan {
         format!("joint.viscous_v_per_deg_per_s={viscous:?}"),
         format!("joint.friction.stick_v={stick:?}"),
         format!("joint.friction.slip_v={slip:?}"),
-        format!("encoder.resolution_deg={:?}", model.count),
+        format!("encoder.resolution_deg={:?}", bounds.sampled.count),
         "encoder.counter_bits=32".to_owned(),
-        format!("drive.full_scale_v={:?}", model.full_scale),
-        format!("drive.lsb_v={:?}", model.lsb),
+        format!("drive.full_scale_v={:?}", bounds.sampled.largest_effort),
+        format!("drive.lsb_v={:?}", bounds.sampled.lsb),
         // A slower PWM costs the emulator less time.
         "drive.pwm_hz=2000".to_owned(),
-        format!("loop.sample_time_s={:?}", model.sample_time),
+        format!("loop.sample_time_s={:?}", bounds.sampled.sample_time),
         format!("run.delay_samples={delay}"),
     ];
     let mut plan =
@@ -57,7 +59,7 @@ fn plan(case: &Case) -> RunPlan {
     plan
 }
 
-fn identified<W: Wire>(client: &mut Client<W>, case: &Case) -> Identified {
+fn identified<W: Wire>(client: &mut Client<W>, case: &Case) -> IdentifiedCase {
     let clock = |client: &mut Client<W>| {
         let status = client.status().unwrap();
         f64::from(status.clock) * f64::from(status.sample_time)
@@ -67,21 +69,21 @@ fn identified<W: Wire>(client: &mut Client<W>, case: &Case) -> Identified {
     let is_armed = client.identify_joint(IdentificationRequest::default()).is_ok();
     while client.pass(Duration::from_secs(1)).unwrap().state == StateCode::Armed {}
     let found = client.identified().unwrap().filter(|_| is_armed);
-    Identified {
+    IdentifiedCase {
         number: case.number,
-        truth: Truth::of(case),
+        truth: TrueJoint::of(case),
         summary: found.map(|(summary, _)| summary),
         map: found.map_or_else(Default::default, |(_, map)| map),
         fault: None,
         time_s: clock(client) - began,
         farthest: 0,
-        lsb: case.told.lsb,
+        lsb: case.bounds.sampled.lsb,
     }
 }
 
 /// Identifies the joint on the host and in the image, and returns what both have found, with the
 /// fault of the image.
-fn on_both(case: &Case) -> ([Identified; 2], FaultReport) {
+fn on_both(case: &Case) -> ([IdentifiedCase; 2], FaultReport) {
     let plan = plan(case);
     let mut simulated = SimulatedDevice::new(&plan).unwrap();
     simulated.ticks(200);

@@ -7,9 +7,9 @@ use std::time::Duration;
 use host_sim::device::client::Client;
 use host_sim::device::simulated::SimulatedDevice;
 use host_sim::device::wire::SimulatedWire;
-use host_sim::ensemble::rules::RULES;
-use host_sim::ensemble::{Ensemble, Family, Kind, run};
+use host_sim::ensemble::{Approach, DrawOptions, Ensemble, Family, run};
 use host_sim::experiment::{Document, Experiment, RunPlan};
+use host_sim::rules::RULES;
 use stiction::Fault;
 use stiction::link::{StateCode, Status};
 
@@ -108,7 +108,8 @@ fn no_joint_of_the_families_with_load_and_gravity_stalls_with_derived_limits() {
     let ensemble = Ensemble {
         seed: 2026,
         cases: 8,
-        kind: Kind { hard: false, rate_hz: 1000.0 },
+        kind: DrawOptions { hard: false, rate_hz: 1000.0 },
+        approach: Approach::Step,
         moves: 0,
         families: vec![Family::Gravity, Family::Loaded, Family::OverhaulingGravity],
         rules: RULES.iter().collect(),

@@ -14,14 +14,14 @@ use host_sim::device::into;
 use host_sim::device::simulated::SimulatedDevice;
 use host_sim::device::wire::SimulatedWire;
 use host_sim::draft::{Typical, text};
-use host_sim::ensemble::{Sorted, Spread, drawn_keys};
+use host_sim::ensemble::{KeySpread, Sorted, drawn_keys};
 use host_sim::experiment::{Document, Experiment, RunPlan};
-use host_sim::tuning::{Figures, Goal, Request, spreads};
+use host_sim::tuning::{GainSearch, TuningFigures, TuningGoal, spreads};
 use stiction::identification::IdentificationRequest;
 use stiction::link::StateCode;
 use stiction::servo::Boot;
 
-const GOAL: Goal = Goal::Settle;
+const GOAL: TuningGoal = TuningGoal::Settle;
 
 /// The true joint in the data sheet's keys, as shares of what it says.
 const OFF: [(&str, [f64; 2]); 4] = [
@@ -57,8 +57,8 @@ fn identified(sheet: &Document, truth: &Document, law: &str) -> Option<Document>
     Some(Document::parse("found.toml", &text).unwrap())
 }
 
-fn request(file: &str, document: Document, spreads: Vec<String>, cases: u64) -> Request {
-    Request { file: file.into(), document, goal: GOAL, limits: vec![], spreads, cases, seed: 1 }
+fn request(file: &str, document: Document, spreads: Vec<String>, cases: u64) -> GainSearch {
+    GainSearch { file: file.into(), document, goal: GOAL, limits: vec![], spreads, cases, seed: 1 }
 }
 
 /// A factor on the figures up to which gains are no worse: half a percent.
@@ -67,15 +67,15 @@ const SAME: f64 = 1.005;
 /// Gains before and after, on the true joint: as often as a judgement has joints for one of the
 /// search, each time with the same result.
 struct Pair {
-    before: Figures,
-    after: Figures,
+    before: TuningFigures,
+    after: TuningFigures,
 }
 
 impl Pair {
     /// Factor on the goal's figures, as the cost weighs them; above 1 is worse. A run that fails
     /// under both counts in neither.
     fn ratio(&self) -> f64 {
-        let cost = |figures: &Figures| figures.cost(&self.before, GOAL, &[]);
+        let cost = |figures: &TuningFigures| figures.cost(&self.before, GOAL, &[]);
         (cost(&self.after) - cost(&self.before)).exp()
     }
 }
@@ -85,7 +85,7 @@ fn tuned(sheet: &Document, law: &str, [seed, number]: [u64; 2]) -> Option<Pair> 
     let around = OFF.map(|(key, [low, high])| {
         let value = sheet.get(key).unwrap();
         let value = value.as_float().or(value.as_integer().map(|whole| whole as f64)).unwrap();
-        Spread::read(&format!("{key}={:?}..{:?}", low * value, high * value)).unwrap()
+        KeySpread::read(&format!("{key}={:?}..{:?}", low * value, high * value)).unwrap()
     });
     let mut truth = sheet.clone();
     truth.set(&drawn_keys(&around, seed, number)).unwrap();
@@ -130,7 +130,7 @@ fn tuned_is_no_worse(typical: &str, seed: u64, joints: u64) {
         };
         let count = |holds: &dyn Fn(f64) -> bool| ratios.iter().filter(|one| holds(**one)).count();
         // Of both delays.
-        let wins = |of: fn(&Pair) -> &Figures| {
+        let wins = |of: fn(&Pair) -> &TuningFigures| {
             pairs
                 .iter()
                 .map(|pair| 2 * of(pair).at_encoder.successes / of(pair).cases)

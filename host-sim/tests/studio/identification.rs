@@ -2,9 +2,9 @@
 
 use std::time::{Duration, Instant};
 
-use host_sim::ensemble::rules::TUNING_SEEDS;
 use host_sim::experiment::Document;
-use host_sim::tuning::{Goal, Request, object, spreads};
+use host_sim::rules::TUNING_SEEDS;
+use host_sim::tuning::{GainSearch, TuningGoal, object, spreads};
 use serde_json::{Value, json};
 
 use super::line::Line;
@@ -165,9 +165,9 @@ fn the_joint_that_was_found_is_a_file_and_is_predicted_tuned_and_tested_with() {
         let tuned = page.event("tuned").await;
         assert_eq!((&tuned["machine"], &tuned["joint"]), (&found["file"], &json!("found")));
         let document = Document::parse("joint.identified.toml", text).unwrap();
-        let same = Request {
+        let same = GainSearch {
             file: "joint.identified.toml".into(),
-            goal: Goal::Settle,
+            goal: TuningGoal::Settle,
             limits: vec![],
             spreads: spreads(&document).unwrap(),
             cases: 2,

@@ -3,9 +3,9 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
-use host_sim::ensemble::rules::TUNING_SEEDS;
 use host_sim::experiment::Document;
-use host_sim::tuning::{CASES, Goal, Request, object, rewritten, spreads};
+use host_sim::rules::TUNING_SEEDS;
+use host_sim::tuning::{CASES, GainSearch, TuningGoal, object, rewritten, spreads};
 use serde_json::{Value, json};
 
 use super::page::{Page, run, studio, studio_around, studio_without_a_file};
@@ -37,9 +37,9 @@ fn a_tuning_finds_what_the_command_finds_and_writes_no_file() {
         let tuned = page.event("tuned").await;
         assert_eq!(tuned["ok"], true, "{tuned}");
         let document = Document::open(machine).unwrap();
-        let request = Request {
+        let request = GainSearch {
             file: machine.into(),
-            goal: Goal::Settle,
+            goal: TuningGoal::Settle,
             limits: vec![],
             spreads: spreads(&document).unwrap(),
             cases: CASES,
@@ -191,11 +191,11 @@ fn a_tuning_keeps_nothing_alive() {
     });
 }
 
-fn request(cases: u64, limits: Vec<(String, f64)>) -> Request {
+fn request(cases: u64, limits: Vec<(String, f64)>) -> GainSearch {
     let document = Document::open("step-response").unwrap();
-    Request {
+    GainSearch {
         file: "step-response".into(),
-        goal: Goal::Settle,
+        goal: TuningGoal::Settle,
         limits,
         spreads: spreads(&document).unwrap(),
         cases,

@@ -7,7 +7,7 @@
 //! | highest breakaway | twice the largest of: top of the stick friction's range, each breakaway |
 //! | load | constant load and gravity, if they exceed the slip friction less its error bar |
 //!
-//! The factors of two are those of a new machine's file: an identification measures the joint on
+//! The factors of two are those of the rule book ([`JointBounds`]): an identification measures the joint on
 //! one day, at one temperature. If the identification has doubts, the ranges of `[spread]` are
 //! wider, and so is the range of the breakaway. All other gains of the law, such as its bandwidth,
 //! stay, and the file lists them.
@@ -24,9 +24,9 @@ use stiction::units::value::{About, Absent, Table as _, Values as _};
 
 use super::identified::IdentifiedJoint;
 use super::spread::commented;
-use crate::draft::Told;
 use crate::error::rounded;
 use crate::machine::JointTable;
+use crate::rules::{JointBounds, JointEstimate, SampledLoop, robust};
 
 /// Returns the device's parameters with the identified joint in their law `robust`, and the comment
 /// for the file that lists the changes. Without that law, the gains stay and there is no comment.
@@ -36,12 +36,13 @@ pub fn with_identified_joint(
     spread: &BTreeMap<String, [f64; 2]>,
 ) -> (Parameters, Option<String>) {
     let mut parameters = found.parameters.clone();
-    let values = joint_values(found, joint, spread);
+    let sampled = SampledLoop::of(&parameters.controller);
+    let bounds = JointBounds::of(&joint_values(found, joint, spread), sampled);
     let mut remark = None;
     for law in &mut parameters.controller.compensator {
         if let Gains::Robust(gains) = law {
             let before = *gains;
-            set_joint(gains, &values);
+            robust::set_joint(gains, &bounds);
             remark = Some(comment(&before, gains));
         }
     }
@@ -91,7 +92,7 @@ fn joint_values(
     found: &IdentifiedJoint,
     joint: &JointTable,
     spread: &BTreeMap<String, [f64; 2]>,
-) -> Told {
+) -> JointEstimate {
     let end = |key: &str, end: usize, otherwise: f64| {
         spread.get(key).and_then(|range| range.get(end)).copied().unwrap_or(otherwise)
     };
@@ -100,20 +101,12 @@ fn joint_values(
     let senses = &found.summary.breakaway;
     let least = senses.iter().map(|sense| f64::from(sense.least)).fold(slip, f64::min);
     let largest = senses.iter().map(|sense| f64::from(sense.largest)).fold(stick, f64::max);
-    let inertia = 1.0 / joint.gain_deg_per_s2_per_v;
-    Told::new(inertia, joint.viscous_v_per_deg_per_s, [least, largest])
-        .with_load(load_v(found), slip)
-}
-
-/// Sets the joint values of `robust`, rounded to four digits as in a new machine's file. The error
-/// bars are wider than the rounding.
-fn set_joint(gains: &mut RobustGains, values: &Told) {
-    let number = |value: f64| rounded(value).parse().unwrap_or(value) as f32;
-    gains.inertia = number(values.inertia);
-    gains.viscous = number(values.viscous);
-    [gains.breakaway_low, gains.breakaway_high] = values.breakaway.map(number);
-    if values.load > 0.0 {
-        gains.load = number(values.load);
+    JointEstimate {
+        inertia: 1.0 / joint.gain_deg_per_s2_per_v,
+        viscous: joint.viscous_v_per_deg_per_s,
+        friction: [least, largest],
+        load: load_v(found),
+        holds: slip,
     }
 }
 

@@ -2,7 +2,7 @@
 
 use toml::Value;
 
-use super::questions::{Kind, Only, QUESTIONS, Question};
+use super::questions::{AnswerKind, OnlyFor, QUESTIONS, Question};
 use super::range;
 
 /// An answer, and where it comes from.
@@ -80,9 +80,9 @@ impl Answers {
         let driven_by = self.get("motor.driven_by").and_then(|answer| answer.value.as_str());
         match question.only {
             None => true,
-            Some(Only::Voltage) => driven_by == Some("voltage"),
-            Some(Only::Current) => driven_by == Some("current"),
-            Some(Only::Unbalanced) => {
+            Some(OnlyFor::Voltage) => driven_by == Some("voltage"),
+            Some(OnlyFor::Current) => driven_by == Some("current"),
+            Some(OnlyFor::Unbalanced) => {
                 self.range("load.unbalance_nm").is_some_and(|[_, high]| high > 0.0)
             }
         }
@@ -148,8 +148,10 @@ impl Answers {
 /// Whether an answer is the absence of its quantity: no backlash, a rigid gear.
 fn is_nothing(question: &Question, answer: &Answer) -> bool {
     match (question.kind, &answer.value) {
-        (Kind::RangeOr(word) | Kind::Around(word), Value::String(answer)) => answer == word,
-        (Kind::Range, Value::Float(number)) => question.otherwise.is_some() && *number == 0.0,
+        (AnswerKind::RangeOr(word) | AnswerKind::Around(word), Value::String(answer)) => {
+            answer == word
+        }
+        (AnswerKind::Range, Value::Float(number)) => question.otherwise.is_some() && *number == 0.0,
         _ => false,
     }
 }

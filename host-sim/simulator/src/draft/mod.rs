@@ -1,15 +1,14 @@
 //! A first file of a user's own joint: answers, controllers by rule, and comments.
 //!
 //! ```text
-//! typical joint, flags, a terminal -> Answers -> data sheet -> gains by rule -> text of a file
+//! typical joint, flags, a terminal -> Answers -> data sheet -> rules/: gains -> text of a file
 //! ```
 //!
 //! [`questions`] lists the questions, [`answers`] holds the answers, [`trial`] checks each of them,
-//! [`typical`] answers all for three joints, [`range`] reads ranges, [`gains`] has the rules,
-//! [`text`](text()) the file, and [`spread`] how far its joint may be off.
+//! [`typical`] answers all for three joints, [`range`] reads ranges, [`text`](text()) writes the file
+//! with the gains of the [rule book](crate::rules), and [`spread`] is how far its joint may be off.
 
 pub mod answers;
-pub mod gains;
 pub mod questions;
 pub mod range;
 pub mod spread;
@@ -18,7 +17,6 @@ pub mod trial;
 pub mod typical;
 
 pub use answers::{Answer, Answers};
-pub use gains::Told;
 pub use questions::{QUESTIONS, Question};
-pub use text::{Whys, Words, text, text_with};
+pub use text::{DraftStyle, Sources, text, text_with};
 pub use typical::{TYPICAL, Typical};

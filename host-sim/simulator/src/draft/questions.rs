@@ -8,7 +8,7 @@ use crate::typed_number;
 
 /// Form of an answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum AnswerKind {
     /// One line of text.
     Text,
     /// A number, in the unit of the question.
@@ -27,7 +27,7 @@ pub enum Kind {
 
 /// Joints of which a question is put.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Only {
+pub enum OnlyFor {
     /// The drive sets the motor's voltage.
     Voltage,
     /// The drive sets the motor's current.
@@ -46,9 +46,9 @@ pub struct Question {
     /// Hint for the person who answers; empty if there is none.
     pub help: &'static str,
     /// Form of the answer.
-    pub kind: Kind,
+    pub kind: AnswerKind,
     /// Joints that have this quantity; none: all.
-    pub only: Option<Only>,
+    pub only: Option<OnlyFor>,
     /// Answer in place of a missing one; none: the question must be answered.
     pub otherwise: Option<&'static str>,
 }
@@ -60,31 +60,31 @@ const COUNT: usize = 22;
 /// move is refused when it is typed.
 pub const QUESTIONS: [Question; COUNT] = {
     const fn number(key: &'static str, what: &'static str) -> Question {
-        Question { key, what, help: "", kind: Kind::Number, only: None, otherwise: None }
+        Question { key, what, help: "", kind: AnswerKind::Number, only: None, otherwise: None }
     }
     [
         Question {
-            kind: Kind::Text,
+            kind: AnswerKind::Text,
             help: "the heading of tables and figures",
             otherwise: Some("A joint of my own"),
             ..number("title", "title of the joint")
         },
         Question {
-            kind: Kind::Words(&["voltage", "current"]),
+            kind: AnswerKind::Words(&["voltage", "current"]),
             help: "a bridge sets the voltage, a servo amplifier the current",
             ..number("motor.driven_by", "what the drive sets: the motor's voltage or its current")
         },
         Question {
-            only: Some(Only::Voltage),
+            only: Some(OnlyFor::Voltage),
             ..number("supply.voltage_v", "voltage of the supply, V")
         },
         Question {
-            only: Some(Only::Voltage),
+            only: Some(OnlyFor::Voltage),
             help: "the voltage divided by the current at stall",
             ..number("motor.resistance_ohm", "resistance of the winding, ohm")
         },
         Question {
-            only: Some(Only::Current),
+            only: Some(OnlyFor::Current),
             ..number(
                 "motor.amplifier_a_per_v",
                 "current for each volt of the amplifier's input, A/V",
@@ -99,61 +99,61 @@ pub const QUESTIONS: [Question; COUNT] = {
         number("gear.ratio", "turns of the motor for a turn of the joint"),
         number("gear.efficiency", "efficiency of the gear, above 0 to 1"),
         Question {
-            kind: Kind::Range,
+            kind: AnswerKind::Range,
             help: "a number, or a range such as 0.01..0.03 if you are not sure",
             ..number("load.inertia_kg_m2", "inertia of the load at the joint, kg m^2")
         },
         Question {
-            kind: Kind::Range,
+            kind: AnswerKind::Range,
             help: "the joint's play with the motor held; 0.1 to 1 deg for a planetary gear",
             otherwise: Some("0"),
             ..number("gear.backlash_deg", "backlash at the joint, deg; 0 for none")
         },
         Question {
-            kind: Kind::RangeOr("rigid"),
+            kind: AnswerKind::RangeOr("rigid"),
             help: "rigid, or the torque that winds the gear up by one radian",
             otherwise: Some("rigid"),
             ..number("gear.stiffness_nm_per_rad", "torsional stiffness at the joint, N m/rad")
         },
         Question {
-            kind: Kind::Range,
+            kind: AnswerKind::Range,
             help: "mass x 9.81 x distance of the center of mass from the axis; 0 if balanced",
             otherwise: Some("0"),
             ..number("load.unbalance_nm", "largest torque of gravity on the load, N m")
         },
         Question {
-            only: Some(Only::Unbalanced),
+            only: Some(OnlyFor::Unbalanced),
             help: "0 is where the joint is at power-on; -90 or 90 is horizontal there",
             otherwise: Some("-90"),
             ..number("load.hangs_at_deg", "position at which the load hangs down, deg")
         },
         Question {
-            kind: Kind::Range,
+            kind: AnswerKind::Range,
             help: "the torque that starts the joint; a range such as 0.15..0.4, or one number",
             ..number("friction.stick_nm", "static friction at the joint, N m")
         },
         Question {
-            kind: Kind::Range,
+            kind: AnswerKind::Range,
             help: "the torque that keeps it moving slowly; often 0.5 to 0.9 of the static one",
             ..number("friction.slip_nm", "dynamic friction at the joint, N m")
         },
         Question {
-            kind: Kind::Range,
+            kind: AnswerKind::Range,
             help: "without the motor's back-EMF; 0 if it is not known",
             ..number("friction.viscous_nm_s_per_rad", "viscous friction at the joint, N m s/rad")
         },
         Question {
-            kind: Kind::Whole,
+            kind: AnswerKind::Whole,
             help: "an encoder of 2048 counts in a turn has 512 lines",
             ..number("encoder.lines", "lines of the encoder: a quarter of its counts in a turn")
         },
         Question {
-            kind: Kind::Words(&["motor", "load"]),
+            kind: AnswerKind::Words(&["motor", "load"]),
             help: "an encoder on the motor cannot see the backlash",
             ..number("encoder.at", "where the encoder sits: on the motor or on the load")
         },
         Question {
-            kind: Kind::Around("none"),
+            kind: AnswerKind::Around("none"),
             help: "0 is where the joint is at power-on: -30..90, or none for no limits",
             otherwise: Some("none"),
             ..number("limits.travel_deg", "travel, lowest to highest position, deg")
@@ -185,20 +185,20 @@ impl Question {
     pub fn read(&self, typed: &str) -> Result<Value, String> {
         let typed = typed.trim();
         match self.kind {
-            Kind::Text if typed.is_empty() => Err("nothing was typed; type a title".into()),
-            Kind::Text => Ok(Value::String(typed.into())),
-            Kind::Number => typed_number::parse(typed).map(Value::Float),
-            Kind::Whole => match typed.parse::<u32>() {
+            AnswerKind::Text if typed.is_empty() => Err("nothing was typed; type a title".into()),
+            AnswerKind::Text => Ok(Value::String(typed.into())),
+            AnswerKind::Number => typed_number::parse(typed).map(Value::Float),
+            AnswerKind::Whole => match typed.parse::<u32>() {
                 Ok(whole) => Ok(Value::Integer(whole.into())),
                 Err(_) => Err(format!("`{typed}` is not a whole number; type one such as 512")),
             },
-            Kind::Words(words) if words.contains(&typed) => Ok(Value::String(typed.into())),
-            Kind::Words(words) => Err(format!("`{typed}` must be {}", words.join(" or "))),
-            Kind::RangeOr(word) | Kind::Around(word) if typed == word => {
+            AnswerKind::Words(words) if words.contains(&typed) => Ok(Value::String(typed.into())),
+            AnswerKind::Words(words) => Err(format!("`{typed}` must be {}", words.join(" or "))),
+            AnswerKind::RangeOr(word) | AnswerKind::Around(word) if typed == word => {
                 Ok(Value::String(word.into()))
             }
-            Kind::Range | Kind::RangeOr(_) => not_negative(range::read(typed)?),
-            Kind::Around(word) => around_zero(typed, word),
+            AnswerKind::Range | AnswerKind::RangeOr(_) => not_negative(range::read(typed)?),
+            AnswerKind::Around(word) => around_zero(typed, word),
         }
     }
 }

@@ -1,27 +1,35 @@
 //! The text of a first file.
 
+use stiction::control::laws::Gains;
+use stiction::control::pd::PdGains;
+use stiction::units::value::{About, Absent, Kind, Table as _, Values};
 use toml::Value;
 
 use super::answers::{Answer, Answers};
-use super::gains::{DAMPING_RATIO, FirstGains, Profile, Told, Worst};
 use super::questions::{Question, typed};
 use super::range;
 use super::spread;
 use super::typical::Typical;
+use crate::data_sheet::{DataSheet, Mapping};
 use crate::document::Document;
 use crate::error::{Error, rounded};
-use crate::experiment::Experiment;
+use crate::experiment::{Experiment, about_law};
+use crate::rules::{
+    ControllerGains, DAMPING_RATIO, JointBounds, JointEstimate, MoveProfile, PdLoop, SampledLoop,
+    rules,
+};
+use crate::written::single;
 
 /// Where the comments of a line begin.
 const COMMENT_AT: usize = 36;
 
-/// Why `robust` is told what it is told: inertia, viscous friction, lowest and highest breakaway.
-pub type Whys = [&'static str; 4];
+/// Sources of inertia, viscous friction, lowest and highest breakaway effort, in words.
+pub type Sources = [&'static str; 4];
 
-/// What a file says of a joint beside the answers.
+/// Text of a first file beside the answers.
 #[derive(Clone, Debug)]
-pub struct Words {
-    /// How the first comment begins: who has written the file.
+pub struct DraftStyle {
+    /// Begin of the first comment: what has written the file.
     pub begin: String,
     /// The title.
     pub title: String,
@@ -31,12 +39,12 @@ pub struct Words {
     pub drive: &'static str,
     /// Further numbers, by table (one that has answers, or `limits`) and key, with a comment each.
     pub more: Vec<Line>,
-    /// What `robust` is told, and why; none: what the data sheet says.
-    pub told: Option<(Told, Whys)>,
+    /// Joint from which the gains follow, and the sources of its figures; none: the data sheet's.
+    pub joint: Option<(JointEstimate, Sources)>,
 }
 
-impl Words {
-    /// Those of `stiction new`; a typical joint is named as its source.
+impl DraftStyle {
+    /// Returns the text of `stiction new`; a typical joint is named as its source.
     pub fn of(like: Option<&Typical>) -> Self {
         Self {
             begin: "# Written by `stiction new`. ".into(),
@@ -44,7 +52,7 @@ impl Words {
             source: like.map(|typical| typical.source),
             drive: like.map_or("", |typical| typical.drive),
             more: vec![],
-            told: None,
+            joint: None,
         }
     }
 }
@@ -54,23 +62,23 @@ impl Words {
 /// # Errors
 /// Names an answer with which no joint can be simulated.
 pub fn text(name: &str, answers: &Answers, like: Option<&Typical>) -> Result<String, Error> {
-    text_with(name, answers, &Words::of(like))
+    text_with(name, answers, &DraftStyle::of(like))
 }
 
 /// Writes the file `name` of a joint with words of its own.
 ///
 /// # Errors
 /// Names an answer with which no joint can be simulated.
-pub fn text_with(name: &str, answers: &Answers, words: &Words) -> Result<String, Error> {
+pub fn text_with(name: &str, answers: &Answers, style: &DraftStyle) -> Result<String, Error> {
     let answers = &answers.with_assumptions();
-    let Words { begin, title, source, drive, more, told } = words;
+    let DraftStyle { begin, title, source, drive, more, joint } = style;
     let title = answers.get("title").and_then(|answer| answer.value.as_str()).unwrap_or(title);
     let mut further = more.clone();
     further.extend(of_the_gear(answers));
     let mut text = format!(
         "{begin}Change what differs on your joint, and run it:\n\
          #   stiction run FILE            stiction benchmark FILE\n\
-         #   stiction show --units FILE   tells it in the core's volts and degrees\n\
+         #   stiction show --units FILE   shows it in the core's volts and degrees\n\
          #   stiction keys                explains every key, and those that are not here\n\
          # The gains are by rule (docs/units.md). Nothing of this has been tried on a motor.\n\
          title = {}\n",
@@ -125,18 +133,16 @@ pub fn text_with(name: &str, answers: &Answers, words: &Words) -> Result<String,
             commented(&format!("controller = [{names}]"), "a device runs the first"),
         )
     };
-    let gains = gains(name, &(text.clone() + &loops("\"pd\"")), sample_time_s, answers)?;
-    further.extend(of_the_limits(answers, &gains));
-    let (told, whys) = told.unwrap_or((gains.robust, BY_SHEET));
-    // Without friction there is nothing that `robust` could be told.
-    let sticks = told.breakaway[0] > 0.0;
+    let begun = text.clone() + &loops("\"pd\"");
+    let estimate = joint.as_ref().map(|(estimate, _)| estimate);
+    let (joint, breakaway) = known(name, &begun, answers, estimate)?;
+    further.extend(of_the_limits(answers, breakaway));
+    let sources = style.joint.as_ref().map_or(&BY_SHEET, |(_, sources)| sources);
+    // `robust` needs a friction.
+    let sticks = joint.breakaway[0] > 0.0;
     let first = if sticks { "\"robust\", " } else { "" };
     text += &loops(&format!("{first}\"srnf\", \"both\", \"pd\""));
-    let [law, limits] = if sticks {
-        [robust(&told, &whys), profile(&gains.profile)]
-    } else {
-        [String::new(), String::new()]
-    };
+    let limits = if sticks { profile(&MoveProfile::of(&joint)) } else { String::new() };
     let of_limits = further.iter().filter(|(of, ..)| *of == "limits");
     let thresholds: String = of_limits
         .map(|(_, key, value, why)| commented(&format!("{key} = {value:?}"), why))
@@ -145,7 +151,8 @@ pub fn text_with(name: &str, answers: &Answers, words: &Words) -> Result<String,
         if thresholds.is_empty() { thresholds } else { format!("\n[limits]\n{thresholds}") };
     let spread = spread::answered(answers).map(spread::commented).unwrap_or_default();
     let motions = reference(answers);
-    let text = text + &law + &controllers(&gains) + &limits + &thresholds + &motions + &spread;
+    let controllers = controllers(&joint, sources)?;
+    let text = text + &controllers + &limits + &thresholds + &motions + &spread;
     by_answers(name, &text)?;
     Ok(text)
 }
@@ -198,115 +205,179 @@ fn of_the_gear(answers: &Answers) -> Option<Line> {
 /// Returns the limits that follow from the answers: travel, and the breakaway effort of a joint that
 /// is known within ranges. The effort that is derived without it is that of the
 /// nominal friction, under which a joint at the upper end would count as stalled.
-fn of_the_limits(answers: &Answers, gains: &FirstGains) -> Vec<Line> {
+fn of_the_limits(answers: &Answers, breakaway: f64) -> Vec<Line> {
     let mut lines = Vec::new();
     if let Some([low, high]) = answers.range("limits.travel_deg") {
         lines.push(("limits", "position_min_deg", low, "from the position at power-on"));
         lines.push(("limits", "position_max_deg", high, ""));
     }
     if spread::highest_stick(answers).is_some() {
-        let breakaway = rounded(gains.breakaway).parse().unwrap_or(gains.breakaway);
+        let breakaway = rounded(breakaway).parse().unwrap_or(breakaway);
         lines.push(("limits", "breakaway_v", breakaway, "the highest friction and gravity"));
     }
     lines
 }
 
-/// Limits of a move: `robust` has no gains of which a device could derive them.
-fn profile(profile: &Profile) -> String {
-    let line = |key: &str, value: f64, why: &str| {
-        commented(&format!("{key} = {:?}", rounded(value).parse().unwrap_or(value)), why)
-    };
+/// Writes the limits of a move: `robust` has no gains of which a device could derive them.
+fn profile(MoveProfile { limits, limited_by }: &MoveProfile) -> String {
+    let line =
+        |key: &str, value: f32, why: &str| commented(&format!("{key} = {:?}", single(value)), why);
     "\n[profile]                           # of moves and of `device identify`, at most\n"
         .to_owned()
-        + &line("velocity_deg_per_s", profile.velocity, profile.why)
+        + &line("velocity_deg_per_s", limits.velocity, limited_by)
         + &line(
             "acceleration_deg_per_s2",
-            profile.acceleration,
+            limits.acceleration,
             "an eighth of the full effort at most",
         )
-        + &line("jerk_deg_per_s3", profile.jerk, "reaches that within 0.1 s")
+        + &line("jerk_deg_per_s3", limits.jerk, "reaches that within 0.1 s")
 }
 
-/// The gains for what has been written so far.
-fn gains(
+/// Returns the bounds of the joint that has been written so far, and the largest effort that starts
+/// any joint of its ranges against its load, V. An identified joint has bounds of its own.
+fn known(
     name: &str,
     begun: &str,
-    sample_time_s: f64,
     answers: &Answers,
-) -> Result<FirstGains, Error> {
-    // A controller, so that the rest is a whole machine and told what is wrong with it.
+    identified: Option<&JointEstimate>,
+) -> Result<(JointBounds, f64), Error> {
+    // A controller, so that the rest is a whole machine and is checked.
     let whole = format!("{begun}[controller.pd]\nkp_v_per_deg = 0.0\nkd_v_per_deg_per_s = 0.0\n");
     let document = Document::parse(name, &whole)?;
-    let count_deg = document.machine()?.encoder.resolution_deg();
-    match document.mapping()? {
-        Some((sheet, mapping)) => {
-            let end = |key: &str, end: usize| answers.only_range(key).map(|ends| ends[end]);
-            let worst = Worst {
-                slip_nm: end("friction.slip_nm", 0),
-                stick_nm: end("friction.stick_nm", 1),
-                unbalance_nm: end("load.unbalance_nm", 1),
-                drawn_nm: spread::highest_stick(answers),
-            };
-            Ok(FirstGains::of(&sheet, &mapping, [sample_time_s, count_deg])
-                .within(&sheet, &mapping, worst))
+    let machine = document.machine()?;
+    let Some((sheet, mapping)) = document.mapping()? else {
+        return Err(Error::Input(format!("{name}: the table `[motor]` is missing")));
+    };
+    let largest_effort = mapping.full_scale_v * mapping.duty_max;
+    let sampled = SampledLoop {
+        largest_effort,
+        lsb: machine.drive.lsb_v(),
+        count: machine.encoder.resolution_deg(),
+        sample_time: machine.sampling.sample_time_s(),
+    };
+    let stiffest = at_the_ends(&sheet, answers);
+    let estimate =
+        identified.copied().unwrap_or_else(|| JointEstimate::of_sheet(&stiffest, &mapping));
+    let joint = JointBounds::of(&estimate, sampled).with_encoder_of(&sheet);
+    Ok((joint, breakaway(stiffest, &mapping, answers).min(largest_effort)))
+}
+
+/// Returns the data sheet with the ends of its ranges that matter to the bounds: the lowest slip
+/// friction, the highest stick friction, and the largest gravity.
+fn at_the_ends(sheet: &DataSheet, answers: &Answers) -> DataSheet {
+    let mut sheet = sheet.clone();
+    let [slip, stick] = [&mut sheet.friction.slip_nm, &mut sheet.friction.stick_nm];
+    for (value, key, end) in [
+        (slip, "friction.slip_nm", 0),
+        (stick, "friction.stick_nm", 1),
+        (&mut sheet.load.unbalance_nm, "load.unbalance_nm", 1),
+    ] {
+        if let Some(ends) = answers.only_range(key) {
+            *value = ends[end];
         }
-        None => Err(Error::Input(format!("{name}: the table `[motor]` is missing"))),
+    }
+    sheet
+}
+
+/// Returns the largest effort that starts a joint against its load, V: of the joints that are drawn.
+fn breakaway(mut sheet: DataSheet, mapping: &Mapping, answers: &Answers) -> f64 {
+    let drawn = spread::highest_stick(answers).unwrap_or(0.0);
+    sheet.friction.stick_nm = sheet.friction.stick_nm.max(drawn);
+    mapping.volts(sheet.resting_torque())
+}
+
+/// Controllers of a first file: name, law of its rule, and what it is good for.
+const CONTROLLERS: [(&str, &str, &str); 4] = [
+    ("robust", "robust", "rests on the count in simulation"),
+    ("srnf", "srnf", "rests within a few counts"),
+    ("both", "feedforward+srnf", "tracks best, and chatters more"),
+    ("pd", "pd", "to compare with: stops where it sticks"),
+];
+
+/// Writes the controllers with the gains of the rule book.
+fn controllers(joint: &JointBounds, sources: &Sources) -> Result<String, Error> {
+    let mut text = String::new();
+    for (name, law, what) in CONTROLLERS {
+        if law == "robust" && joint.breakaway[0] <= 0.0 {
+            continue;
+        }
+        for rule in rules(&[law.to_owned()])? {
+            let head = format!("[controller.{name}]");
+            text += &format!("\n{}", commented(&head, what));
+            text += &controller(&rule.gains(joint), joint, sources);
+        }
+    }
+    Ok(text)
+}
+
+/// Writes the table of a controller, with a comment to each gain.
+fn controller(gains: &ControllerGains, joint: &JointBounds, sources: &Sources) -> String {
+    let mut text = String::new();
+    if let [_, _, ..] = gains.laws[..] {
+        let names: Vec<&str> = gains.laws.iter().map(Gains::name).collect();
+        text += &format!("laws = {names:?}\n");
+    }
+    let mut add = |about: &About, bits: Option<u32>| {
+        if let Some(value) = bits.and_then(|bits| written_value(about, bits)) {
+            let why = why(about.name, joint, sources);
+            text += &commented(&format!("{} = {value}", about.name), &why);
+        }
+    };
+    if !gains.laws.iter().any(Gains::replaces_pd) {
+        PdGains::ABOUT.iter().for_each(|about| add(about, gains.pd.get(about.key)));
+    }
+    for law in &gains.laws {
+        let example = Gains::EXAMPLES.iter().find(|example| example.id() == law.id());
+        let is_default = |about: &About| {
+            about.absent != Absent::Needed
+                && example.is_some_and(|example| example.get(about.key) == law.get(about.key))
+        };
+        let written = about_law(law).iter().filter(|about| !is_default(about));
+        written.for_each(|about| add(about, law.get(about.key)));
+    }
+    text
+}
+
+/// Returns a gain as a file has it.
+fn written_value(about: &About, bits: u32) -> Option<String> {
+    match about.kind {
+        Kind::Number => Some(format!("{:?}", single(f32::from_bits(bits)))),
+        Kind::Whole => Some(bits.to_string()),
+        Kind::Choice(words) => words.get(bits as usize).map(|word| format!("{word:?}")),
+        Kind::Flag => None,
     }
 }
 
-fn controllers(gains: &FirstGains) -> String {
-    let line = |key: &str, value: f64, why: &str| {
-        let number = rounded(value);
-        let point = if number.contains(['.', 'e']) { "" } else { ".0" };
-        commented(&format!("{key} = {number}{point}"), why)
-    };
-    let rule = format!("J w_n^2, w_n = {} rad/s", rounded(gains.natural_frequency));
-    let pd = line("kp_v_per_deg", gains.kp, &rule)
-        + &line(
-            "kd_v_per_deg_per_s",
-            gains.kd,
-            &format!("2 zeta J w_n - b, zeta = {DAMPING_RATIO}"),
-        );
-    let srnf = line("v_ms_v", gains.v_ms, "what starts the joint")
-        + &line("alpha_per_deg", gains.alpha, "as steep as counts and samples allow");
-    let feedforward = line("v_slip_v", gains.v_slip, "0.9 of the slip friction")
-        + &line("v_ff_deg_per_s", gains.v_ff, "one count a second");
-    format!(
-        "\n[controller.srnf]                   # rests within a few counts\n{pd}{srnf}\
-         \n[controller.both]                   # tracks best, and chatters more\n\
-         laws = [\"feedforward\", \"srnf\"]\n{pd}{srnf}{feedforward}\
-         \n[controller.pd]                     # to compare with: stops where it sticks\n{pd}"
-    )
-}
-
-/// Why `robust` is told what it is told of a data sheet.
-const BY_SHEET: Whys = [
+/// Sources of a data sheet's figures.
+const BY_SHEET: Sources = [
     "30 % off costs tracking, not the rest",
     "the slope of effort over speed",
     "half of the lowest friction",
     "twice the highest",
 ];
 
-/// Writes what the law is told that knows neither friction nor inertia well, with why.
-fn robust(told: &Told, whys: &Whys) -> String {
-    let line = |key: &str, value: f64, why: &str| {
-        commented(&format!("{key} = {:?}", rounded(value).parse().unwrap_or(value)), why)
-    };
-    let [low, high] = told.breakaway;
-    let [of_inertia, of_viscous, of_low, of_high] = *whys;
-    let mut text = "\n[controller.robust]                 # rests on the count in simulation\n"
-        .to_owned()
-        + &line("inertia_v_s2_per_deg", told.inertia, of_inertia)
-        + &line("viscous_v_s_per_deg", told.viscous, of_viscous)
-        + &line("breakaway_low_v", low, of_low)
-        + &line("breakaway_high_v", high, of_high);
-    if told.behind_a_spring {
-        text += &commented("encoder_side = \"load\"", "the transmission springs");
+/// Returns the comment of a gain.
+fn why(key: &str, joint: &JointBounds, sources: &Sources) -> String {
+    let [of_inertia, of_viscous, of_low, of_high] = *sources;
+    match key {
+        "kp_v_per_deg" => {
+            let frequency = PdLoop::of(joint).natural_frequency;
+            return format!("J w_n^2, w_n = {} rad/s", rounded(frequency));
+        }
+        "kd_v_per_deg_per_s" => return format!("2 zeta J w_n - b, zeta = {DAMPING_RATIO}"),
+        "v_ms_v" => "more than what starts the joint",
+        "alpha_per_deg" => "as steep as counts and samples allow",
+        "v_slip_v" => "0.9 of the slip friction",
+        "v_ff_deg_per_s" => "a fiftieth of a count a sample",
+        "inertia_v_s2_per_deg" => of_inertia,
+        "viscous_v_s_per_deg" => of_viscous,
+        "breakaway_low_v" => of_low,
+        "breakaway_high_v" => of_high,
+        "encoder_side" => "the transmission springs",
+        "load_v" => "the friction does not hold it",
+        _ => "",
     }
-    if told.load > 0.0 {
-        text += &line("load_v", told.load, "the friction does not hold it");
-    }
-    text
+    .into()
 }
 
 /// Keys that a joint may have beside those that are asked for, with their tables.

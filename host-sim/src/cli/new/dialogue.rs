@@ -14,7 +14,7 @@ use std::rc::Rc;
 
 use toml::Value;
 
-use crate::draft::questions::{Kind, typed};
+use crate::draft::questions::{AnswerKind, typed};
 use crate::draft::{Answers, QUESTIONS, Question, TYPICAL, Typical, trial};
 use crate::error::Error;
 
@@ -146,7 +146,7 @@ impl Dialogue<'_> {
         let check = self.check(so_far, place);
         let text = sentence(question.what);
         let reply = loop {
-            let Kind::Words(words) = question.kind else {
+            let AnswerKind::Words(words) = question.kind else {
                 break prompt.enter(&text, question.help, proposed.as_deref(), &check)?;
             };
             let start = words.iter().position(|word| proposed.as_deref() == Some(word));

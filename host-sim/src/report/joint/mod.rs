@@ -25,7 +25,7 @@ use crate::figure::figures;
 use crate::output::OutputDirectory;
 use crate::run::RunResult;
 use crate::selftest::{self, MoveRange, targets};
-use crate::tuning::{Goal, Request, Tuned, spreads};
+use crate::tuning::{GainSearch, TuningGoal, TuningResult, spreads};
 
 /// Moves, joints and seed of the predicted self-test: the defaults of `device selftest`.
 const SELFTEST: (usize, u64, u64) = (20, 24, 2026);
@@ -39,7 +39,7 @@ pub struct JointPageRequest {
     /// The file, with the gains of `tuned`.
     pub document: Document,
     /// Results of tuning, if laws were tuned.
-    pub tuned: Vec<Tuned>,
+    pub tuned: Vec<TuningResult>,
     /// Options of tuning as given, with a blank before each: ` --goal settle ..`.
     pub options: String,
     /// Number of joints on which gains are tuned; each law is judged on three times as many.
@@ -73,10 +73,10 @@ fn rendered(asked: &JointPageRequest) -> Result<String, Error> {
         .find(|score| score.disqualified.is_none())
         .or(ranked.scores.first())
         .ok_or_else(|| none_to_report_on(document))?;
-    let request = Request {
+    let request = GainSearch {
         file: file.clone(),
         document: document.clone(),
-        goal: Goal::Balanced,
+        goal: TuningGoal::Balanced,
         limits: vec![],
         spreads: spreads(document)?,
         cases: *cases,

@@ -5,13 +5,13 @@ use serde::Serialize;
 use crate::benchmark::Score;
 use crate::data_sheet::overview;
 use crate::document::Document;
-use crate::ensemble::{Row, Sorted};
+use crate::ensemble::{CaseResult, Sorted};
 use crate::error::{Error, rounded};
 use crate::machine::MachineFile;
 use crate::selftest::{
     MoveMeasures, MoveRange, Prediction, bounds, ends, late, late_at_load, rest_at_load,
 };
-use crate::tuning::{Request, SideFigures, Tuned};
+use crate::tuning::{GainSearch, SideFigures, TuningResult};
 
 /// A number of the joint in both units.
 #[derive(Debug, Serialize)]
@@ -130,8 +130,12 @@ fn shown(value: Option<f64>, digits: usize) -> String {
 /// The laws in the order of the benchmark.
 ///
 /// # Errors
-/// Returns the errors of [`Request::standing`].
-pub fn laws(scores: &[Score], request: &Request, tuned: &[Tuned]) -> Result<Vec<LawRow>, Error> {
+/// Returns the errors of [`GainSearch::standing`].
+pub fn laws(
+    scores: &[Score],
+    request: &GainSearch,
+    tuned: &[TuningResult],
+) -> Result<Vec<LawRow>, Error> {
     let law = |score: &Score| {
         let standing = request.standing(&score.controller)?;
         let figures = standing.figures;
@@ -195,7 +199,7 @@ pub struct GainRow {
 }
 
 /// Returns the gains of a controller, with the values before tuning.
-pub fn gains(machine: &MachineFile, controller: &str, tuned: &[Tuned]) -> Vec<GainRow> {
+pub fn gains(machine: &MachineFile, controller: &str, tuned: &[TuningResult]) -> Vec<GainRow> {
     let turned = tuned.iter().find(|one| one.controller == controller && one.better);
     let turned = turned.map_or(&[][..], |one| &one.gains);
     let written = machine.controller.get(controller);
@@ -217,7 +221,7 @@ pub fn gains(machine: &MachineFile, controller: &str, tuned: &[Tuned]) -> Vec<Ga
 }
 
 /// Describes the worst joint in a sentence.
-pub fn worst(drawn: &[String], delay: u8, row: &Row) -> String {
+pub fn worst(drawn: &[String], delay: u8, row: &CaseResult) -> String {
     let fault = row.faults().next().map(|name| format!(", and ends with {name}"));
     let settled = row
         .settled_at_encoder_s

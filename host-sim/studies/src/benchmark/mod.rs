@@ -176,7 +176,7 @@ fn settles(result: &RunResult) -> bool {
     settled_s.is_some()
 }
 
-/// Tells whether the joint left its place by a count.
+/// Returns whether the joint left its place by a count.
 fn moves(result: &RunResult) -> bool {
     let RunTrace::Loop(moments) = &result.trace else { return false };
     let count_deg = result.plan.machine.encoder.resolution_deg();

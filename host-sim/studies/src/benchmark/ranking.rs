@@ -141,7 +141,7 @@ pub fn rank(scores: &mut [Score], weights: &Weights) {
     });
 }
 
-/// The place of a row in a column, which equal ones share; none if nobody has a value there. A
+/// The place of a row in a column, which equal ones share; none if no row has a value there. A
 /// value that only this row lacks is the worst.
 fn place(score: &Score, all: &[Score], of: fn(&Score) -> Option<f64>) -> Option<f64> {
     all.iter().any(|other| of(other).is_some()).then(|| {

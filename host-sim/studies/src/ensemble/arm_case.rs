@@ -4,11 +4,12 @@
 
 use super::arm_rig::ArmRig;
 use super::assemble::{self, Tracked};
-use super::case::{Motion, Row, goal, near_counts};
+use super::case::{CaseResult, JudgedMotion, goal, near_counts};
 use super::draw::Case;
-use super::measures::{Sample, SideMeasures, StepJudge, TrackingJudge};
-use super::rules::Tuned;
+use super::measures::{CaseSample, SideMeasures, StepJudge, TrackingJudge};
+use super::motions::Approach;
 use crate::error::Error;
+use crate::rules::ControllerGains;
 
 /// Runs step and trajectory. What is shown of a sample is the first joint, and as the error of a
 /// load that of the second.
@@ -18,42 +19,53 @@ use crate::error::Error;
 pub fn run(
     case: &Case,
     law: &str,
-    tuned: &[Tuned],
-    mut show: impl FnMut(Motion, f64, &Sample),
-) -> Result<Row, Error> {
+    gains: &[ControllerGains],
+    approach: Approach,
+    mut show: impl FnMut(JudgedMotion, f64, &CaseSample),
+) -> Result<CaseResult, Error> {
     let count = case.count();
-    let mut row = Row {
+    let mut row = CaseResult {
         family: case.family.name().into(),
         law: law.into(),
         case: case.number,
         count,
-        ..Row::default()
+        ..CaseResult::default()
     };
-    step(&mut row, case, tuned, |time_s, sample| show(Motion::Step, time_s, sample))?;
-    trajectory(&mut row, case, tuned, |time_s, sample| show(Motion::Trajectory, time_s, sample))?;
+    step(&mut row, case, gains, approach, |time_s, sample| {
+        show(JudgedMotion::Positioning, time_s, sample);
+    })?;
+    trajectory(&mut row, case, gains, |time_s, sample| {
+        show(JudgedMotion::Trajectory, time_s, sample);
+    })?;
     Ok(row)
 }
 
 /// Both joints as one sample.
-fn shown([first, second]: [Sample; 2]) -> Sample {
-    Sample { load_error: second.error, ..first }
+fn shown([first, second]: [CaseSample; 2]) -> CaseSample {
+    CaseSample { load_error: second.error, ..first }
 }
 
 fn step(
-    row: &mut Row,
+    row: &mut CaseResult,
     case: &Case,
-    tuned: &[Tuned],
-    mut show: impl FnMut(f64, &Sample),
+    gains: &[ControllerGains],
+    approach: Approach,
+    mut show: impl FnMut(f64, &CaseSample),
 ) -> Result<(), Error> {
-    let h = case.told.sample_time;
+    let h = case.bounds.sampled.sample_time;
     let samples = (case.family.duration_s() / h).round() as u32;
     let mut judges =
         [0, 1].map(|_| StepJudge::new(samples, near_counts(case), h).by(&goal(case), 1.0));
-    let mut rig = ArmRig::armed(case, tuned)?;
+    let mut rig = ArmRig::armed(case, gains)?;
     let second = case.arm.as_ref().map_or(0.0, |arm| arm.step);
-    // A step is refused after a fault only, which the first tick tells.
-    let _ = rig.follow([case.step, second].map(|to| assemble::step_to(to / case.count())));
-    let mut last = [Sample::default(); 2];
+    let targets = [case.step, second].map(|to| to / case.count());
+    if approach == Approach::Profiled {
+        let ([one, other], [from, from_other]) = (judges, rig.armed_at());
+        judges = [one.of_move_to(from + targets[0]), other.of_move_to(from_other + targets[1])];
+    }
+    // A move is refused after a fault only, which the first tick reports.
+    rig.go_to(approach, targets)?;
+    let mut last = [CaseSample::default(); 2];
     for k in 0..=samples {
         last = rig.tick(case.count());
         if rig.fault().is_some() {
@@ -62,7 +74,10 @@ fn step(
         judges.iter_mut().zip(&last).for_each(|(judge, sample)| judge.see(sample));
         show(f64::from(k) * h, &shown(last));
     }
-    let [a, b] = [0, 1].map(|i: usize| judges[i].measures(&last[i]));
+    // Both joints are judged from the time at which the last set point rests.
+    let rests_s = judges.iter().map(StepJudge::rests_s).fold(0.0, f64::max);
+    row.set_point_rests_s = rests_s;
+    let [a, b] = [0, 1].map(|i: usize| judges[i].measures(&last[i], rests_s));
     let both = |a: Option<f64>, b: Option<f64>| a.zip(b).map(|(a, b)| a.max(b));
     row.step_fault = rig.fault().map(|fault| fault.describe().to_owned());
     let worse = |a: SideMeasures, b: SideMeasures| SideMeasures {
@@ -83,17 +98,17 @@ fn step(
 }
 
 fn trajectory(
-    row: &mut Row,
+    row: &mut CaseResult,
     case: &Case,
-    tuned: &[Tuned],
-    mut show: impl FnMut(f64, &Sample),
+    gains: &[ControllerGains],
+    mut show: impl FnMut(f64, &CaseSample),
 ) -> Result<(), Error> {
-    let h = case.told.sample_time;
+    let h = case.bounds.sampled.sample_time;
     let Tracked { reference, window, top } = assemble::trapezoid(case)?;
     let second = case.arm.as_ref().map_or(case.trapezoid, |arm| arm.trapezoid);
     let of_second = assemble::trapezoid_of(case, &second)?;
     let mut judges = [0, 1].map(|_| TrackingJudge::new(window, top));
-    let mut rig = ArmRig::armed(case, tuned)?;
+    let mut rig = ArmRig::armed(case, gains)?;
     let follows = rig.follow([reference, of_second.reference]);
     for k in (0..=window[1]).take_while(|_| follows) {
         let samples = rig.tick(case.count());

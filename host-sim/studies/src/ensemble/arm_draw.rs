@@ -8,20 +8,22 @@
 //! w_2 = m_2 l_2 g = U(0.2, 1) min(0.5 F_c2, 0.4 F_c1 / (1 + l_1/l_2))
 //! m_1 l_1 g       = U(0.05, 0.1) F_c1          so (m_1 + m_2) l_1 g + w_2 <= 0.5 F_c1
 //! l_1 = U(0.5, 1.5) m,  l_2 = l_1 U(0.5, 1)
-//! told J_i = (N^2 J_i + D_ii at the start) / U(0.5, 1.5)
+//! known J_i = (N^2 J_i + D_ii at the start) / U(0.5, 1.5)
 //! ```
 
 use std::f64::consts::{PI, TAU};
 
 use super::distribution::Draws;
-use super::draw::{BREAKAWAY, Case, EFFORT, HARD_BREAKAWAY, Kind, NOMINAL, Scale, Trapezoid};
+use super::draw::{
+    BREAKAWAY, Case, DrawOptions, EFFORT, HARD_BREAKAWAY, NOMINAL, Trapezoid, UnitScale,
+};
 use super::family::Family;
-use super::rules::Told;
 use crate::joint::{
     ArmDescription, Body, Description, DiscSide, JointEncoder, StribeckCurve, Train,
 };
 use crate::mechanism::{GRAVITY, Mechanism as _, TwoLinkArm};
 use crate::plant::Delay;
+use crate::rules::JointBounds;
 
 /// What an arm has beside its first joint.
 #[derive(Clone, Debug, PartialEq)]
@@ -30,8 +32,8 @@ pub struct ArmCase {
     pub arm: ArmDescription,
     /// Whether the motion of one joint acts on the other.
     pub is_coupled: bool,
-    /// What the law of the second joint is told.
-    pub told: Told,
+    /// Bounds of the second joint.
+    pub bounds: JointBounds,
     /// Its step, rad.
     pub step: f64,
     /// Its trajectory.
@@ -50,7 +52,7 @@ struct Drawn {
     delay: Delay,
 }
 
-fn joint(draws: &mut Draws, kind: Kind) -> Drawn {
+fn joint(draws: &mut Draws, kind: DrawOptions) -> Drawn {
     let rotor = NOMINAL[0] * draws.uniform(0.5, 1.5);
     let viscous = NOMINAL[1] * draws.uniform(0.5, 1.5);
     let coulomb = draws.uniform(2.0, 6.0);
@@ -68,7 +70,7 @@ fn joint(draws: &mut Draws, kind: Kind) -> Drawn {
 }
 
 /// Draws an arm.
-pub(super) fn arm(draws: &mut Draws, family: Family, number: u64, kind: Kind) -> Case {
+pub(super) fn arm(draws: &mut Draws, family: Family, number: u64, kind: DrawOptions) -> Case {
     let [first, second] = [joint(draws, kind), joint(draws, kind)];
     let inner = draws.uniform(0.5, 1.5);
     let length = [inner, inner * draws.uniform(0.5, 1.0)];
@@ -87,11 +89,11 @@ pub(super) fn arm(draws: &mut Draws, family: Family, number: u64, kind: Kind) ->
     };
     let links = TwoLinkArm { mass: arm.mass, length, torque: [0.0; 2], start: arm.start };
     let mass = links.terms(0.0, &arm.start, &[0.0; 2]).mass;
-    let scale = Scale { effort: EFFORT[0] / 5.0, angle: PI / 180.0 };
+    let scale = UnitScale { effort: EFFORT[0] / 5.0, angle: PI / 180.0 };
     let breakaway = if kind.hard { HARD_BREAKAWAY } else { BREAKAWAY };
-    let told = |drawn: &Drawn, links: f64| {
+    let bounds = |drawn: &Drawn, links: f64| {
         let nominal = [(drawn.rotor + links) / drawn.error_of_inertia, NOMINAL[1]];
-        scale.told(nominal, breakaway, 0.0, EFFORT, [count, 1.0 / kind.rate_hz])
+        scale.bounds(nominal, breakaway, 0.0, EFFORT, [count, 1.0 / kind.rate_hz])
     };
     let trapezoid = |drawn: &Drawn| Trapezoid {
         distance: 0.5 * drawn.step.signum(),
@@ -107,7 +109,7 @@ pub(super) fn arm(draws: &mut Draws, family: Family, number: u64, kind: Kind) ->
         encoder: JointEncoder { count, side: DiscSide::Motor },
         delay: first.delay,
         scale,
-        told: told(&first, mass[0][0]),
+        bounds: bounds(&first, mass[0][0]),
         step: first.step,
         trapezoid: trapezoid(&first),
         is_braked: false,
@@ -115,7 +117,7 @@ pub(super) fn arm(draws: &mut Draws, family: Family, number: u64, kind: Kind) ->
         arm: Some(Box::new(ArmCase {
             arm,
             is_coupled: family == Family::Arm,
-            told: told(&second, mass[1][1]),
+            bounds: bounds(&second, mass[1][1]),
             step: second.step,
             trapezoid: trapezoid(&second),
             delay: second.delay,
@@ -127,7 +129,7 @@ pub(super) fn arm(draws: &mut Draws, family: Family, number: u64, kind: Kind) ->
 mod tests {
     use super::*;
 
-    const EASY: Kind = Kind { hard: false, rate_hz: 1000.0 };
+    const EASY: DrawOptions = DrawOptions { hard: false, rate_hz: 1000.0 };
 
     #[test]
     fn gravity_takes_no_more_than_half_of_either_joint_s_slip_friction() {

@@ -8,11 +8,12 @@ use stiction::control::reference::Reference;
 use stiction::safety::fault::Fault;
 
 use super::draw::Case;
-use super::measures::Sample;
+use super::measures::CaseSample;
+use super::motions::Approach;
 use super::rig::{Amplified, armed};
-use super::rules::Tuned;
 use crate::error::Error;
 use crate::joint::GearedArm;
+use crate::rules::{ControllerGains, JointBounds};
 use crate::target::Target as _;
 
 /// Two servos and their arm.
@@ -20,6 +21,9 @@ use crate::target::Target as _;
 pub struct ArmRig {
     arm: GearedArm,
     joints: [Amplified; 2],
+    bounds: [JointBounds; 2],
+    /// Where the servos were armed, counts.
+    armed_at: [i64; 2],
     sample_time_s: f64,
 }
 
@@ -29,21 +33,24 @@ impl ArmRig {
     /// # Errors
     /// If there is no arm or no gains for both joints, gains are not allowed, or a servo refuses to
     /// be armed.
-    pub fn armed(case: &Case, tuned: &[Tuned]) -> Result<Self, Error> {
-        let (Some(second), [gains, gains_of_second]) = (&case.arm, tuned) else {
+    pub fn armed(case: &Case, gains: &[ControllerGains]) -> Result<Self, Error> {
+        let (Some(second), [gains, gains_of_second]) = (&case.arm, gains) else {
             return Err(Error::Input("an arm has two joints, and gains for both".into()));
         };
         let arm = second.arm.build()?;
         let arm = if second.is_coupled { arm } else { arm.without_coupling() };
         let at = |joint: usize| case.encoder.count_at(arm.turn(joint).position);
         let scale = [case.scale.effort, case.scale.angle];
-        let (first, lead_in) = armed(case, &case.told, gains, at(0))?;
-        let (other, _) = armed(case, &second.told, gains_of_second, at(1))?;
+        let armed_at = [at(0), at(1)];
+        let (first, lead_in) = armed(case, &case.bounds, gains, armed_at[0])?;
+        let (other, _) = armed(case, &second.bounds, gains_of_second, armed_at[1])?;
         let joints = [
-            Amplified::new(first, &case.told, case.delay, scale),
-            Amplified::new(other, &second.told, second.delay, scale),
+            Amplified::new(first, &case.bounds, case.delay, scale),
+            Amplified::new(other, &second.bounds, second.delay, scale),
         ];
-        let mut rig = Self { arm, joints, sample_time_s: case.told.sample_time };
+        let bounds = [case.bounds, second.bounds];
+        let sample_time_s = case.bounds.sampled.sample_time;
+        let mut rig = Self { arm, joints, bounds, armed_at, sample_time_s };
         for _ in 0..lead_in {
             rig.tick(case.encoder.count);
         }
@@ -57,6 +64,22 @@ impl ArmRig {
         pairs.fold(true, |all, (joint, reference)| joint.servo.follow(reference).is_ok() && all)
     }
 
+    /// Returns where the servos were armed, counts.
+    pub fn armed_at(&self) -> [f64; 2] {
+        self.armed_at.map(|counts| counts as f64)
+    }
+
+    /// Has both servos go to a target each, in counts from where they were armed.
+    ///
+    /// # Errors
+    /// If the core refuses the limits of a profile.
+    pub fn go_to(&mut self, approach: Approach, to: [f64; 2]) -> Result<(), Error> {
+        for ((joint, to), bounds) in self.joints.iter_mut().zip(to).zip(&self.bounds) {
+            approach.start(&mut joint.servo, to, bounds)?;
+        }
+        Ok(())
+    }
+
     /// Returns the fault that has ended the motion, if there was one.
     pub fn fault(&self) -> Option<Fault> {
         self.joints.iter().find_map(|joint| joint.servo.fault.map(|(latched, _)| latched.fault))
@@ -64,10 +87,10 @@ impl ArmRig {
 
     /// Runs a tick, and moves the arm on to the next one; returns where its joints were at the
     /// tick. `count` is the angle of a count, rad.
-    pub fn tick(&mut self, count: f64) -> [Sample; 2] {
+    pub fn tick(&mut self, count: f64) -> [CaseSample; 2] {
         let turns = [self.arm.turn(0), self.arm.turn(1)];
         let encoder = crate::joint::JointEncoder { count, side: crate::joint::DiscSide::Motor };
-        let mut samples = [Sample::default(); 2];
+        let mut samples = [CaseSample::default(); 2];
         for ((joint, turn), sample) in self.joints.iter_mut().zip(turns).zip(&mut samples) {
             let tick = joint.servo.tick(encoder.count_at(turn.position) as u32);
             *sample =

@@ -3,55 +3,45 @@
 
 use stiction::control::drive::DriveConfig;
 use stiction::control::encoder::{CounterBits, Encoder};
-use stiction::control::reference::{Corner, Reference, Step, Trajectory};
+use stiction::control::reference::{Corner, Reference, Trajectory};
 use stiction::motion::jog::JogBounds;
 use stiction::parameters::DeviceConfig;
 use stiction::units::value::Table as _;
 use stiction::{ControllerConfig, Limits, Motion, Parameters, ProfileLimits};
 
 use super::draw::{Case, Trapezoid};
-use super::rules::{Told, Tuned};
 use crate::error::Error;
 use crate::experiment::position;
+use crate::rules::{ControllerGains, JointBounds};
 
 /// Makes the parameters of a servo that holds its joint where it is armed.
 ///
-/// The monitors know what the law is told: the joint breaks away with the largest friction and the
+/// The monitors know the bounds of the law: the joint breaks away with the largest friction and the
 /// largest load, and is accelerated by twice what the nominal inertia gives (as a machine's file
 /// derives it from its joint).
-pub fn parameters(told: &Told, tuned: &Tuned) -> Parameters {
+pub fn parameters(bounds: &JointBounds, gains: &ControllerGains) -> Parameters {
     let encoder = Encoder {
-        resolution: told.count as f32,
+        resolution: bounds.sampled.count as f32,
         counter_bits: CounterBits::ThirtyTwo,
         ..Encoder::EXAMPLE
     };
-    let (full_scale, lsb) = (told.full_scale as f32, told.lsb as f32);
+    let (full_scale, lsb) = (bounds.sampled.largest_effort as f32, bounds.sampled.lsb as f32);
     let controller = ControllerConfig {
-        sample_time: told.sample_time as f32,
+        sample_time: bounds.sampled.sample_time as f32,
         encoder,
         drive: DriveConfig { full_scale, lsb, ..DriveConfig::EXAMPLE },
-        velocity_window: tuned.velocity_window,
-        pd: tuned.pd,
-        compensator: tuned.laws.iter().copied().collect(),
+        velocity_window: gains.velocity_window,
+        pd: gains.pd,
+        compensator: gains.laws.iter().copied().collect(),
     };
     let device = DeviceConfig::CAUTIOUS;
-    let breakaway = (told.breakaway[1] + told.load) as f32;
-    let gain = (1.0 / told.inertia) as f32;
+    let breakaway = (bounds.breakaway[1] + bounds.load) as f32;
+    let gain = (1.0 / bounds.inertia) as f32;
     let derived = Limits::derived(&controller, &device, breakaway);
     let limits = Limits { stop_gain: 2.0 * gain, ..derived };
     let profile = ProfileLimits::derived(&controller, limits.overspeed, gain);
     let jog = JogBounds::derived(&controller, &device, breakaway);
     Parameters { controller, motion: Motion::Hold, device, limits, profile, jog }
-}
-
-/// Returns the step of a case from where it is armed.
-pub fn step(case: &Case) -> Reference {
-    step_to(case.step / case.count())
-}
-
-/// Returns a step of so many counts.
-pub fn step_to(counts: f64) -> Reference {
-    Reference::Step(Step { to: position(counts), ..Step::default() })
 }
 
 /// A trajectory with the ticks in which it is judged.
@@ -81,13 +71,13 @@ pub fn trapezoid_of(case: &Case, of_joint: &Trapezoid) -> Result<Tracked, Error>
     let Trapezoid { distance, speed, dwell_s, half_blend_s } = *of_joint;
     let way_s = distance.abs() / speed;
     let times_s = [1.0, 1.0 + way_s, 1.0 + way_s + dwell_s, 1.0 + 2.0 * way_s + dwell_s];
-    let h = case.told.sample_time;
+    let h = case.bounds.sampled.sample_time;
     let corners = [0, 1, 2, 3].map(|i: usize| Corner {
         tick: (times_s[i] / h).round() as u32,
         position: position(if i == 1 || i == 2 { distance / case.count() } else { 0.0 }),
     });
     let trajectory =
-        Trajectory::new(&corners, half_blend_s as f32, h as f32, case.told.count as f32);
+        Trajectory::new(&corners, half_blend_s as f32, h as f32, case.bounds.sampled.count as f32);
     let trajectory = trajectory.map_err(|error| {
         Error::Input(format!("--rate {}: the trajectory does not fit it: {error:?}", 1.0 / h))
     })?;

@@ -6,18 +6,19 @@ use super::arm_case;
 use super::assemble;
 use super::draw::Case;
 use super::measures::{
-    Sample, SideMeasures, StepJudge, StepMeasures, TrackingJudge, TrackingMeasures,
+    CaseSample, SideMeasures, StepJudge, StepMeasures, TrackingJudge, TrackingMeasures,
 };
+use super::motions::{Approach, Motions};
 use super::moves::{self, Wear};
 use super::rig::Rig;
-use super::rules::Tuned;
 use crate::error::Error;
 use crate::goal::PositionGoal;
+use crate::rules::ControllerGains;
 
 /// What a law comes to on a joint; a line of `--csv`. An empty value is one that is not there.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Row {
+pub struct CaseResult {
     /// Name of the family.
     pub family: String,
     /// Name of the law.
@@ -98,22 +99,28 @@ pub struct Row {
     pub tracking_at_load_rms: Option<f64>,
     /// Move of the row that a fault ended, from 1.
     pub fault_in_move: Option<u32>,
+    /// Time at which the set point came to rest at the target, s; 0 of a step.
+    #[serde(default)]
+    pub set_point_rests_s: f64,
 }
 
 /// Differences of times below this are rounding, s.
 const SAME_TIME_S: f64 = 1e-9;
 
-impl Row {
+impl CaseResult {
     /// Says whether the joint settled in time, stayed until the end, and no monitor tripped in the
     /// step. Before a wall it is as good that the law gives up in time.
     pub fn is_success(&self, within_s: f64) -> bool {
         let mut ends = [self.settled_s, self.gave_up_s].into_iter().flatten();
-        self.step_fault.is_none() && ends.any(|end_s| end_s <= within_s + SAME_TIME_S)
+        let latest_s = self.set_point_rests_s + within_s + SAME_TIME_S;
+        self.step_fault.is_none() && ends.any(|end_s| end_s <= latest_s)
     }
 
-    /// Sets the verdict at both sides of the gear. The fault of the step is set before.
+    /// Sets the verdict at both sides of the gear. The fault of the step and the time at which the
+    /// set point rests are set before.
     pub(super) fn judge(&mut self, [at_encoder, at_load]: [SideMeasures; 2], within_s: f64) {
-        let has_given_up = self.gave_up_s.is_some_and(|end_s| end_s <= within_s + SAME_TIME_S);
+        let latest_s = self.set_point_rests_s + within_s + SAME_TIME_S;
+        let has_given_up = self.gave_up_s.is_some_and(|end_s| end_s <= latest_s);
         let succeeds =
             |side: SideMeasures| self.step_fault.is_none() && (side.is_success || has_given_up);
         (self.success_at_encoder, self.success_at_load) = (succeeds(at_encoder), succeeds(at_load));
@@ -132,22 +139,26 @@ impl Row {
     }
 }
 
-/// The motion that a sample belongs to.
+/// Motion that a sample belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Motion {
-    /// The step.
-    Step,
+pub enum JudgedMotion {
+    /// The move to the target.
+    Positioning,
     /// The trajectory.
     Trajectory,
 }
 
-/// Runs a case under a law with its gains, of each of its joints; then `moves` moves in a row that
-/// `seed` draws. An arm makes none.
+/// Runs a case under a law with its gains, of each of its joints. An arm makes no moves in a row.
 ///
 /// # Errors
 /// If the core refuses the gains.
-pub fn run(case: &Case, law: &str, tuned: &[Tuned], [seed, moves]: [u64; 2]) -> Result<Row, Error> {
-    run_and_show(case, law, tuned, [seed, moves], |_, _, _| {})
+pub fn run(
+    case: &Case,
+    law: &str,
+    gains: &[ControllerGains],
+    motions: Motions,
+) -> Result<CaseResult, Error> {
+    run_and_show(case, law, gains, motions, |_, _, _| {})
 }
 
 /// Does the same, and shows every sample of step and trajectory with its time, s.
@@ -157,30 +168,36 @@ pub fn run(case: &Case, law: &str, tuned: &[Tuned], [seed, moves]: [u64; 2]) -> 
 pub fn run_and_show(
     case: &Case,
     law: &str,
-    tuned: &[Tuned],
-    [seed, moves]: [u64; 2],
-    mut show: impl FnMut(Motion, f64, &Sample),
-) -> Result<Row, Error> {
+    gains: &[ControllerGains],
+    motions: Motions,
+    mut show: impl FnMut(JudgedMotion, f64, &CaseSample),
+) -> Result<CaseResult, Error> {
     if case.family.is_arm() {
-        return arm_case::run(case, law, tuned, show);
+        return arm_case::run(case, law, gains, motions.approach, show);
     }
-    let [tuned] = tuned else {
+    let [gains] = gains else {
         return Err(Error::Input("gains for one joint are wanted".into()));
     };
-    let Stepped { measures: step, fault: step_fault, end, law_signals } =
-        stepped(case, tuned, |time_s, sample| show(Motion::Step, time_s, sample))?;
+    let Stepped { measures: step, rests_s, fault: step_fault, end, law_signals } =
+        stepped(case, gains, motions.approach, |time_s, sample| {
+            show(JudgedMotion::Positioning, time_s, sample);
+        })?;
     // A trajectory would lead far beyond a wall.
     let has_wall = case.family.has_wall();
     let (tracking, tracking_fault) = if has_wall {
         (TrackingMeasures::default(), None)
     } else {
-        tracked(case, tuned, |time_s, sample| show(Motion::Trajectory, time_s, sample))?
+        tracked(case, gains, |time_s, sample| show(JudgedMotion::Trajectory, time_s, sample))?
     };
-    let moves = if has_wall { 0 } else { u32::try_from(moves).unwrap_or(u32::MAX) };
-    let wear = if moves > 0 { moves::run(case, tuned, seed, moves)? } else { Wear::default() };
+    let moves = if has_wall { 0 } else { motions.moves };
+    let wear = if moves > 0 {
+        moves::run(case, gains, Motions { moves, ..motions })?
+    } else {
+        Wear::default()
+    };
     let count = case.count();
     let [at_encoder, at_load] = [step.at_encoder, step.at_load];
-    let mut row = Row {
+    let mut row = CaseResult {
         family: case.family.name().into(),
         law: law.into(),
         case: case.number,
@@ -214,7 +231,8 @@ pub fn run_and_show(
         tracking_at_encoder_rms: tracking.rms_counts.map(|rms| rms * count),
         tracking_at_load_rms: tracking.load_rms_counts.map(|rms| rms * count),
         fault_in_move: wear.fault_in,
-        ..Row::default()
+        set_point_rests_s: rests_s,
+        ..CaseResult::default()
     };
     row.judge([at_encoder, at_load], case.family.settles_within_s());
     Ok(row)
@@ -231,6 +249,8 @@ type Judged<M> = Result<(M, Option<String>), Error>;
 /// What a step comes to.
 struct Stepped {
     measures: StepMeasures,
+    /// Time at which the set point came to rest at the target, s.
+    rests_s: f64,
     fault: Option<String>,
     /// When the law gave up before a wall (s), and the largest effort afterwards.
     end: Option<(f64, f64)>,
@@ -240,17 +260,22 @@ struct Stepped {
 /// Runs the step. A fault ends it: the servo lets go, and its brake is no part of the joint.
 fn stepped(
     case: &Case,
-    tuned: &Tuned,
-    mut show: impl FnMut(f64, &Sample),
+    gains: &ControllerGains,
+    approach: Approach,
+    mut show: impl FnMut(f64, &CaseSample),
 ) -> Result<Stepped, Error> {
-    let h = case.told.sample_time;
+    let h = case.bounds.sampled.sample_time;
     let samples = (case.family.duration_s() / h).round() as u32;
     let mut judge = StepJudge::new(samples, near_counts(case), h).by(&goal(case), 1.0);
     let mut end: Option<(f64, f64)> = None;
-    let mut rig = Rig::armed(case, tuned)?;
-    // A step is refused after a fault only, which the first tick tells.
-    let _ = rig.follow(assemble::step(case));
-    let mut last = Sample::default();
+    let mut rig = Rig::armed(case, gains)?;
+    let target = case.step / case.count();
+    if approach == Approach::Profiled {
+        judge = judge.of_move_to(rig.armed_at() + target);
+    }
+    // A move is refused after a fault only, which the first tick reports.
+    rig.go_to(approach, target)?;
+    let mut last = CaseSample::default();
     for k in 0..=samples {
         last = rig.tick();
         if rig.fault().is_some() {
@@ -267,8 +292,9 @@ fn stepped(
         }
     }
     let fault = rig.fault().map(|fault| fault.describe().to_owned());
-    let law_signals = rig.published(&tuned.laws);
-    Ok(Stepped { measures: judge.measures(&last), fault, end, law_signals })
+    let law_signals = rig.published(&gains.laws);
+    let rests_s = judge.rests_s();
+    Ok(Stepped { measures: judge.measures(&last, rests_s), rests_s, fault, end, law_signals })
 }
 
 /// Error below which the joint counts as close to its target, counts.
@@ -278,13 +304,13 @@ pub(super) fn near_counts(case: &Case) -> f64 {
 
 fn tracked(
     case: &Case,
-    tuned: &Tuned,
-    mut show: impl FnMut(f64, &Sample),
+    gains: &ControllerGains,
+    mut show: impl FnMut(f64, &CaseSample),
 ) -> Judged<TrackingMeasures> {
-    let h = case.told.sample_time;
+    let h = case.bounds.sampled.sample_time;
     let motion = assemble::trapezoid(case)?;
     let mut judge = TrackingJudge::new(motion.window, motion.top);
-    let mut rig = Rig::armed(case, tuned)?;
+    let mut rig = Rig::armed(case, gains)?;
     let follows = rig.follow(motion.reference);
     for k in (0..=motion.window[1]).take_while(|_| follows) {
         let sample = rig.tick();

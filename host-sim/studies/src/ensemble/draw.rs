@@ -1,4 +1,4 @@
-//! The draw of a case: a joint of a family, its loop and what the laws are told of it.
+//! The draw of a case: a joint of a family, its loop and the bounds that the rules know.
 //!
 //! The draws of a case are made in the order of the functions below, each joint anew.
 //! docs/ensemble.md has the distributions as a table.
@@ -8,13 +8,13 @@ use std::f64::consts::{LN_2, PI, TAU};
 use super::arm_draw::{self, ArmCase};
 use super::distribution::{Draws, Purpose};
 use super::family::Family;
-use super::rules::{Rule, Told, Tuned};
 use super::thesis_draw;
 use crate::joint::{
     Body, Bristle, Description, DiscSide, Dwell, Gravity, JointEncoder, LoadTorque,
     SetValuedFriction, ShaftDescription, Stops, StribeckCurve, Thermal, Train,
 };
 use crate::plant::Delay;
+use crate::rules::{ControllerGains, GainRule, JointBounds, SampledLoop};
 
 /// Nominal inertia of the SI families, kg m^2, and viscous friction, N m s/rad.
 pub(super) const NOMINAL: [f64; 2] = [0.34, 1.3];
@@ -22,7 +22,7 @@ pub(super) const NOMINAL: [f64; 2] = [0.34, 1.3];
 /// Effort limit of the SI families and its step, N m.
 pub(super) const EFFORT: [f64; 2] = [60.0, 0.06];
 
-/// What is told of the breakaway of the SI families, N m: F_c U(2, 6) times U(1.05, 2).
+/// Bounds of the breakaway effort of the SI families, N m: F_c U(2, 6) times U(1.05, 2).
 pub(super) const BREAKAWAY: [f64; 2] = [2.0, 12.0];
 
 /// The same of a hard joint: times U(2, 4).
@@ -39,7 +39,7 @@ const WALL: f64 = 5.0;
 
 /// What an ensemble varies beside the seed.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Kind {
+pub struct DrawOptions {
     /// Stick friction of 2 to 4 times the slip friction, instead of 1.05 to 2 times.
     pub hard: bool,
     /// Samples per second of the SI families.
@@ -48,7 +48,7 @@ pub struct Kind {
 
 /// From the core's units to those of the joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Scale {
+pub struct UnitScale {
     /// Effort of a volt of the core's.
     pub effort: f64,
     /// Angle of a degree of the core's.
@@ -82,9 +82,9 @@ pub struct Case {
     /// Computation delay.
     pub delay: Delay,
     /// Units.
-    pub scale: Scale,
-    /// What the laws are told.
-    pub told: Told,
+    pub scale: UnitScale,
+    /// Bounds from which the laws have their gains.
+    pub bounds: JointBounds,
     /// The step, in the unit of the joint.
     pub step: f64,
     /// The trajectory.
@@ -100,7 +100,7 @@ pub struct Case {
 
 impl Case {
     /// Draws a case.
-    pub fn draw(seed: u64, family: Family, number: u64, kind: Kind) -> Self {
+    pub fn draw(seed: u64, family: Family, number: u64, kind: DrawOptions) -> Self {
         let draws = &mut Draws::new(seed, family.number(), Purpose::Joint, number);
         match family {
             Family::ThesisAxis | Family::EndStopThesis => thesis_draw::axis(draws, family, number),
@@ -110,14 +110,14 @@ impl Case {
     }
 
     /// Returns the gains of a law for each of its joints.
-    pub fn gains(&self, rule: &Rule) -> Vec<Tuned> {
-        self.each(|told| rule.gains(told))
+    pub fn gains(&self, rule: &GainRule) -> Vec<ControllerGains> {
+        self.each(|bounds| rule.gains(bounds))
     }
 
-    /// Does something with what is told of each of its joints.
-    pub(super) fn each<T>(&self, does: impl Fn(&Told) -> T) -> Vec<T> {
-        let second = self.arm.as_deref().map(|arm| &arm.told);
-        std::iter::once(&self.told).chain(second).map(does).collect()
+    /// Calls a function with the bounds of each of its joints.
+    pub(super) fn each<T>(&self, does: impl Fn(&JointBounds) -> T) -> Vec<T> {
+        let second = self.arm.as_deref().map(|arm| &arm.bounds);
+        std::iter::once(&self.bounds).chain(second).map(does).collect()
     }
 
     /// Returns the angle of a count, in the unit of the joint.
@@ -127,7 +127,7 @@ impl Case {
 }
 
 /// A joint of about 0.34 kg m^2 with 2 to 6 N m of slip friction.
-fn in_si(draws: &mut Draws, family: Family, number: u64, kind: Kind) -> Case {
+fn in_si(draws: &mut Draws, family: Family, number: u64, kind: DrawOptions) -> Case {
     let [inertia, viscous] = NOMINAL.map(|nominal| nominal * draws.uniform(0.5, 1.5));
     let coulomb = draws.uniform(2.0, 6.0);
     // A load of three times a hard joint's friction would be more than the motor has.
@@ -224,18 +224,19 @@ fn in_si(draws: &mut Draws, family: Family, number: u64, kind: Kind) -> Case {
     };
     let stops = if family.has_wall() { wall(step, count) } else { Stops::default() };
 
-    let scale = Scale { effort: EFFORT[0] / 5.0, angle: PI / 180.0 };
+    let scale = UnitScale { effort: EFFORT[0] / 5.0, angle: PI / 180.0 };
     let breakaway = if hard { HARD_BREAKAWAY } else { BREAKAWAY };
     let is_braked = family.is_overhauling();
     let largest_load = if is_braked { OVERHAULING[1] * BREAKAWAY[1] } else { 0.0 };
-    let told = scale.told(NOMINAL, breakaway, largest_load, EFFORT, [count, 1.0 / kind.rate_hz]);
+    let bounds =
+        scale.bounds(NOMINAL, breakaway, largest_load, EFFORT, [count, 1.0 / kind.rate_hz]);
     // Last of all, so that the joints are the same without it.
     let known = if is_braked { draws.uniform(0.8, 1.2) } else { 0.0 };
-    let told = Told {
+    let bounds = JointBounds {
         encoder_at_load: side == DiscSide::Load,
         jitter: if family == Family::NoisyTold { 2.0 } else { 0.0 },
         hold_effort: -known * load.at(start) / scale.effort,
-        ..told
+        ..bounds
     };
     let (distance, speed, dwell_s, half_blend_s) = (0.5 * step.signum(), 0.5, 0.5, 0.125);
     Case {
@@ -245,7 +246,7 @@ fn in_si(draws: &mut Draws, family: Family, number: u64, kind: Kind) -> Case {
         encoder: JointEncoder { count, side },
         delay,
         scale,
-        told,
+        bounds,
         step,
         trapezoid: Trapezoid { distance, speed, dwell_s, half_blend_s },
         is_braked,
@@ -302,31 +303,34 @@ fn flexible(
     (train, jump)
 }
 
-impl Scale {
-    /// Returns what is told of a joint: inertia and viscous friction, breakaway, largest load,
-    /// effort limit and its step, count (all in the unit of the joint) and sample time (s).
-    pub(super) fn told(
+impl UnitScale {
+    /// Returns the bounds of a joint, in the core's units: inertia and viscous friction, breakaway,
+    /// largest load, effort limit and its step, count (all in the unit of the joint) and sample time
+    /// (s).
+    pub(super) fn bounds(
         self,
         [inertia, viscous]: [f64; 2],
         breakaway: [f64; 2],
         load: f64,
         [full_scale, lsb]: [f64; 2],
         [count, sample_time]: [f64; 2],
-    ) -> Told {
+    ) -> JointBounds {
         // A torque of a N m is 1/G volts, and an acceleration of a rad/s^2 is 180/pi deg/s^2.
         let per_angle = self.angle / self.effort;
-        Told {
+        JointBounds {
             inertia: inertia * per_angle,
             viscous: viscous * per_angle,
             breakaway: breakaway.map(|torque| torque / self.effort),
             load: load / self.effort,
             hold_effort: 0.0,
-            full_scale: full_scale / self.effort,
-            lsb: lsb / self.effort,
-            count: count / self.angle,
-            sample_time,
             encoder_at_load: false,
             jitter: 0.0,
+            sampled: SampledLoop {
+                largest_effort: full_scale / self.effort,
+                lsb: lsb / self.effort,
+                count: count / self.angle,
+                sample_time,
+            },
         }
     }
 }
@@ -336,10 +340,10 @@ mod tests {
     use super::super::thesis_draw::{BREAKAWAY as THESIS_BREAKAWAY, NOMINAL as THESIS};
     use super::*;
 
-    const EASY: Kind = Kind { hard: false, rate_hz: 1000.0 };
+    const EASY: DrawOptions = DrawOptions { hard: false, rate_hz: 1000.0 };
     const CASES: u64 = 4000;
 
-    fn drawn(family: Family, kind: Kind) -> Vec<Case> {
+    fn drawn(family: Family, kind: DrawOptions) -> Vec<Case> {
         (0..CASES).map(|number| Case::draw(1, family, number, kind)).collect()
     }
 
@@ -378,7 +382,7 @@ mod tests {
         let (expected, width) = ln(1e-3, 0.5);
         within(mean(&cases, |case| case.step.abs().ln()), expected, width);
         within(mean(&cases, |case| case.step.signum()), 0.0, 2.0 * 1.8);
-        let hard = drawn(Family::Rigid, Kind { hard: true, ..EASY });
+        let hard = drawn(Family::Rigid, DrawOptions { hard: true, ..EASY });
         within(mean(&hard, |case| curve(case).stick / curve(case).coulomb), 3.0, 2.0);
     }
 
@@ -386,20 +390,21 @@ mod tests {
     fn what_is_told_encloses_what_is_drawn() {
         for hard in [false, true] {
             for family in Family::all() {
-                for case in drawn(family, Kind { hard, ..EASY }) {
+                for case in drawn(family, DrawOptions { hard, ..EASY }) {
                     let bodies = bodies(&case);
                     let is_flexible = matches!(case.joint.train, Train::Flexible { .. });
                     let stick = bodies[0].friction.curve.stick
                         + if is_flexible { bodies[1].friction.curve.stick } else { 0.0 };
                     let stick_v = stick / case.scale.effort;
-                    let [low, high] = case.told.breakaway;
+                    let [low, high] = case.bounds.breakaway;
                     let bounds = (low - 1e-9)..=(high + 1e-9);
                     assert!(bounds.contains(&stick_v), "{family:?}: {stick_v}");
                     assert!(case.joint.build().is_ok(), "{case:?}");
                     // The motor can move every joint.
                     let LoadTorque { constant, gravity } = case.joint.load;
                     let load = constant.abs() + gravity.map_or(0.0, |of| of.amplitude.abs());
-                    let [full_scale, count] = [case.told.full_scale, case.told.count];
+                    let [full_scale, count] =
+                        [case.bounds.sampled.largest_effort, case.bounds.sampled.count];
                     assert!(load + stick < full_scale * case.scale.effort, "{case:?}");
                     assert!((count * case.scale.angle / case.count() - 1.0).abs() < 1e-12);
                     assert_eq!(case.jump_counts.is_some(), family == Family::FlexibleLoad);
@@ -425,9 +430,9 @@ mod tests {
             assert!(driven.iter().all(|case| (0.5..3.0).contains(&share(case)) && case.is_braked));
             let more = driven.iter().filter(|case| share(case) > 1.0).count() as f64 / CASES as f64;
             assert!((more - 0.8).abs() < 0.04, "{more}");
-            // The effort that is told is that of the load where the joint is armed, within 20 %.
+            // The known effort holds the load where the joint is armed, within 20 %.
             for case in &driven {
-                let held = -case.told.hold_effort * case.scale.effort;
+                let held = -case.bounds.hold_effort * case.scale.effort;
                 let load = case.joint.load.at(case.joint.start);
                 assert!((0.8..1.2).contains(&(held / load)), "{family:?}: {held} {load}");
             }
@@ -456,12 +461,15 @@ mod tests {
 
     #[test]
     fn the_core_s_volts_and_degrees_are_those_of_the_thesis_for_the_thesis_s_axis() {
-        let told = Case::draw(1, Family::ThesisAxis, 0, EASY).told;
-        assert_eq!([told.inertia, told.viscous], THESIS);
-        assert_eq!((told.breakaway, told.count), (THESIS_BREAKAWAY, 0.00242));
+        let bounds = Case::draw(1, Family::ThesisAxis, 0, EASY).bounds;
+        assert_eq!([bounds.inertia, bounds.viscous], THESIS);
+        assert_eq!((bounds.breakaway, bounds.sampled.count), (THESIS_BREAKAWAY, 0.00242));
         // 0.34 kg m^2 at 12 N m/V: a volt accelerates by 12/0.34 rad/s^2 = 2022 deg/s^2.
-        let told = Case::draw(1, Family::Rigid, 0, EASY).told;
-        assert!((1.0 / told.inertia - 2022.2).abs() < 0.1, "{}", told.inertia);
-        assert!((told.full_scale - 5.0).abs() < 1e-12 && (told.lsb - 0.005).abs() < 1e-12);
+        let bounds = Case::draw(1, Family::Rigid, 0, EASY).bounds;
+        assert!((1.0 / bounds.inertia - 2022.2).abs() < 0.1, "{}", bounds.inertia);
+        assert!(
+            (bounds.sampled.largest_effort - 5.0).abs() < 1e-12
+                && (bounds.sampled.lsb - 0.005).abs() < 1e-12
+        );
     }
 }

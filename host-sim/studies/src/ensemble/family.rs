@@ -48,9 +48,9 @@ pub enum Family {
     Dwell,
     /// A rigid joint whose friction drifts from its begin on.
     Drifting,
-    /// A rigid joint whose encoder is a count off in two readings of three, which no law is told.
+    /// A rigid joint whose encoder is a count off in two readings of three, which no law knows.
     Noisy,
-    /// The same joints, and the laws that ask for the encoder's jitter are told it.
+    /// The same joints, and `robust` knows the encoder's jitter.
     NoisyTold,
 }
 
@@ -121,7 +121,7 @@ impl Family {
     }
 
     /// Returns the number that its draws begin with. A number that was given never means another
-    /// family. An arm is the same with its coupling and without, and a joint whatever is told.
+    /// family. An arm is the same with its coupling and without, and a joint whatever is known of it.
     pub const fn number(self) -> u8 {
         match self {
             Self::Rigid => 1,
@@ -161,10 +161,10 @@ impl Family {
 
     /// Returns the unit of its angles: those of the thesis's axis are in degrees, and its efforts
     /// in volts; all others are in rad and N m.
-    pub const fn units(self) -> Units {
+    pub const fn units(self) -> FamilyUnits {
         match self {
-            Self::ThesisAxis | Self::EndStopThesis => Units { angle: "deg", effort: "V" },
-            _ => Units { angle: "rad", effort: "N m" },
+            Self::ThesisAxis | Self::EndStopThesis => FamilyUnits { angle: "deg", effort: "V" },
+            _ => FamilyUnits { angle: "rad", effort: "N m" },
         }
     }
 
@@ -240,7 +240,7 @@ impl Family {
 
 /// The units of a family's joints.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Units {
+pub struct FamilyUnits {
     /// Of positions.
     pub angle: &'static str,
     /// Of efforts.

@@ -1,16 +1,19 @@
 //! Families that ask one question each: arms, walls, loads that drive.
 
-use super::case::{self, Row};
-use super::draw::{Case, Kind};
+use super::case::{self, CaseResult};
+use super::draw::{Case, DrawOptions};
 use super::family::Family;
-use super::rules::rules;
+use super::motions::{Approach, Motions};
 use crate::joint::{SetValuedFriction, StribeckCurve, Train};
+use crate::rules::rules;
 
-const EASY: Kind = Kind { hard: false, rate_hz: 1000.0 };
+const EASY: DrawOptions = DrawOptions { hard: false, rate_hz: 1000.0 };
 
-fn ran(case: &Case, law: &str) -> Row {
+const STEPPED: Motions = Motions { approach: Approach::Step, seed: 1, moves: 0 };
+
+fn ran(case: &Case, law: &str) -> CaseResult {
     let rule = rules(&[law.into()]).unwrap()[0];
-    case::run(case, law, &case.gains(rule), [1, 0]).unwrap()
+    case::run(case, law, &case.gains(rule), STEPPED).unwrap()
 }
 
 #[test]
@@ -91,10 +94,10 @@ fn robust_gives_up_before_a_wall_and_then_holds_no_more_than_it_may() {
         for number in 0..4 {
             let case = Case::draw(6, family, number, EASY);
             let row = ran(&case, "robust");
-            let most = 0.8 * case.told.breakaway[1] * case.scale.effort;
+            let most = 0.8 * case.bounds.breakaway[1] * case.scale.effort;
             assert!(row.gave_up_s.is_some_and(|time_s| time_s < 5.0), "{row:?}");
             // The effort of the tick is rounded to a step of the converter.
-            let step = case.told.lsb * case.scale.effort;
+            let step = case.bounds.sampled.lsb * case.scale.effort;
             assert!(row.effort_after.is_some_and(|effort| effort <= most + step), "{row:?}");
             assert!(row.step_fault.is_none() && row.tracking_rms.is_none(), "{row:?}");
             // PD does not: it has no attempts that could end.

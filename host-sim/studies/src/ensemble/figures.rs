@@ -1,20 +1,25 @@
 //! The figures of an ensemble: success with its intervals, settling against rest error as a cloud,
 //! and traces of single joints.
 
-use super::case::{self, Motion, Row};
+use super::case::{self, CaseResult, JudgedMotion};
 use super::draw::Case;
-use super::measures::{BAND_COUNTS, Sample};
-use super::rows::{Group, Header};
-use super::rules::Rule;
-use super::summary::{SideSummary, Summary};
+use super::measures::{BAND_COUNTS, CaseSample};
+use super::motions::{Approach, Motions};
+use super::rows::{EnsembleHeader, Group};
+use super::summary::{LawSummary, SideSummary};
 use crate::error::Error;
 use crate::figure::chart::{Chart, ChartContent, Cloud, LogAxis, Share};
 use crate::figure::compared::judged_from_s;
 use crate::figure::{Figure, NamedFigure, Panel, PlotCurve, Style};
+use crate::rules::GainRule;
 
 /// Returns the charts of all rows.
-pub fn charts(header: &Header, families: &[(Group, Vec<Summary>)], rows: &[Row]) -> Vec<Chart> {
-    let of_side = |summary: &Summary, side: &SideSummary| Share {
+pub fn charts(
+    header: &EnsembleHeader,
+    families: &[(Group, Vec<LawSummary>)],
+    rows: &[CaseResult],
+) -> Vec<Chart> {
+    let of_side = |summary: &LawSummary, side: &SideSummary| Share {
         name: summary.law.clone(),
         share: side.success as f64 / summary.cases.max(1) as f64,
         interval: side.success_ci,
@@ -43,20 +48,20 @@ pub fn charts(header: &Header, families: &[(Group, Vec<Summary>)], rows: &[Row])
     std::iter::once(success).chain(clouds).collect()
 }
 
-fn is_two_sided(laws: &[Summary]) -> bool {
-    laws.iter().any(Summary::is_two_sided)
+fn is_two_sided(laws: &[LawSummary]) -> bool {
+    laws.iter().any(LawSummary::is_two_sided)
 }
 
-fn cloud(header: &Header, group: &Group, rows: &[Row], is_two_sided: bool) -> Chart {
-    let of_group: Vec<&Row> = rows.iter().filter(|row| row.family == group.name).collect();
-    let of = |law: &String, side: &str, point: fn(&Row) -> (Option<f64>, f64)| {
+fn cloud(header: &EnsembleHeader, group: &Group, rows: &[CaseResult], is_two_sided: bool) -> Chart {
+    let of_group: Vec<&CaseResult> = rows.iter().filter(|row| row.family == group.name).collect();
+    let of = |law: &String, side: &str, point: fn(&CaseResult) -> (Option<f64>, f64)| {
         let of_law = of_group.iter().filter(|row| row.law == *law).map(|row| point(row));
         let points =
             of_law.map(|(settled_s, rest)| [settled_s.unwrap_or(f64::INFINITY), rest]).collect();
         Cloud { name: format!("{law}{side}"), points }
     };
-    let at_encoder = |row: &Row| (row.settled_at_encoder_s, row.rest_at_encoder_counts);
-    let at_load = |row: &Row| (row.settled_at_load_s, row.rest_at_load_counts);
+    let at_encoder = |row: &CaseResult| (row.settled_at_encoder_s, row.rest_at_encoder_counts);
+    let at_load = |row: &CaseResult| (row.settled_at_load_s, row.rest_at_load_counts);
     let clouds = header.laws.iter().flat_map(|law| {
         if is_two_sided {
             vec![of(law, ", at the encoder", at_encoder), of(law, ", at the load", at_load)]
@@ -95,19 +100,24 @@ fn cloud(header: &Header, group: &Group, rows: &[Row], is_two_sided: bool) -> Ch
 ///
 /// # Errors
 /// If the core refuses gains.
-pub fn traces(joint: &Case, rule: &Rule) -> Result<Vec<NamedFigure>, Error> {
-    let mut seen: [Vec<(f64, Sample)>; 2] = [Vec::new(), Vec::new()];
-    let tuned = joint.gains(rule);
-    case::run_and_show(joint, rule.law, &tuned, [0, 0], |motion, time_s, sample| {
+pub fn traces(
+    joint: &Case,
+    rule: &GainRule,
+    approach: Approach,
+) -> Result<Vec<NamedFigure>, Error> {
+    let mut seen: [Vec<(f64, CaseSample)>; 2] = [Vec::new(), Vec::new()];
+    let gains = joint.gains(rule);
+    let motions = Motions { approach, ..Motions::default() };
+    case::run_and_show(joint, rule.law, &gains, motions, |motion, time_s, sample| {
         seen[motion as usize].push((time_s, *sample));
     })?;
-    let of = |motion: Motion, name: &str| {
+    let of = |motion: JudgedMotion, name: &str| {
         let samples = &seen[motion as usize];
-        figure(joint, rule.law, name, samples, motion == Motion::Step)
+        figure(joint, rule.law, name, samples, motion == JudgedMotion::Positioning)
     };
-    let mut drawn = vec![of(Motion::Step, "step")];
+    let mut drawn = vec![of(JudgedMotion::Positioning, approach.name())];
     if !joint.family.has_wall() {
-        drawn.push(of(Motion::Trajectory, "trajectory"));
+        drawn.push(of(JudgedMotion::Trajectory, "trajectory"));
     }
     Ok(drawn)
 }
@@ -116,10 +126,10 @@ fn figure(
     joint: &Case,
     law: &str,
     motion: &str,
-    samples: &[(f64, Sample)],
+    samples: &[(f64, CaseSample)],
     is_step: bool,
 ) -> NamedFigure {
-    let points = |of: fn(&Sample) -> f64| -> Vec<(f64, f64)> {
+    let points = |of: fn(&CaseSample) -> f64| -> Vec<(f64, f64)> {
         samples.iter().map(|(time_s, sample)| (*time_s, of(sample))).collect()
     };
     // What is left after a step's first second decides the range.
@@ -128,7 +138,8 @@ fn figure(
     let far = |error: f64| error.abs().min(1e4);
     // Each curve that is drawn, so that none is beyond the panel for good.
     let has_other = joint.family.has_unseen_load() || joint.family.is_arm();
-    let farther = |s: &Sample| far(s.error).max(if has_other { far(s.load_error) } else { 0.0 });
+    let farther =
+        |s: &CaseSample| far(s.error).max(if has_other { far(s.load_error) } else { 0.0 });
     let half = 1.25 * settled.map(|(_, s)| farther(s)).fold(2.0 * BAND_COUNTS, f64::max);
     let mut errors = vec![PlotCurve::new("at the encoder", Style::Primary, points(|s| s.error))];
     if joint.family.has_unseen_load() {

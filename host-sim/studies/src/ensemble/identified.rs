@@ -1,31 +1,30 @@
 //! The identification of the ensemble's joints: the servo's own, on joints whose parameters are
 //! known.
 //!
-//! It runs the core's sequence as a device does, with all monitors and the bounds that it has by
-//! itself. What is told of the joint is only what a law is told: the range of its breakaway effort
-//! and the nominal inertia, from which the limits follow.
+//! It runs the core's sequence as a device does, with all monitors and the default bounds. The limits
+//! follow from the bounds of the breakaway effort and the nominal inertia, as those of a law do.
 
 use rayon::prelude::*;
 use stiction::identification::{IdentificationRequest, MapPoint, Outcome, SPEEDS, Summary};
 use stiction::servo::{Boot, Input, Servo, State};
 
 use super::assemble::parameters;
-use super::draw::{Case, Kind};
+use super::draw::{Case, DrawOptions};
 use super::family::Family;
-use super::rules::RULES;
 use crate::device::identified::breakaway_deviation;
 use crate::error::{Error, suggestion};
 use crate::hardware::STM32F405;
 use crate::joint::{Body, CountNoise, Joint as _, Ripple, Train};
 use crate::output::table;
 use crate::plant::DelayLine;
+use crate::rules::RULES;
 
 /// Rigid joints whose friction varies with the angle, beside the families of the ensemble.
 pub const UNEVEN: &str = "rigid-uneven";
 
 /// What the joint is in truth, in volts, degrees and seconds of the core.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Truth {
+pub struct TrueJoint {
     /// Inertia, V/(deg/s^2).
     pub inertia: f64,
     /// Viscous friction, V/(deg/s).
@@ -40,11 +39,11 @@ pub struct Truth {
 
 /// A joint that was identified.
 #[derive(Clone, Debug)]
-pub struct Identified {
+pub struct IdentifiedCase {
     /// Number of the case.
     pub number: u64,
     /// What it is.
-    pub truth: Truth,
+    pub truth: TrueJoint,
     /// What was found; none if a fault ended it.
     pub summary: Option<Summary>,
     /// The map.
@@ -64,17 +63,17 @@ pub struct Identified {
 ///
 /// # Errors
 /// If a bound is not allowed.
-pub fn identify(case: &Case, asked: &IdentificationRequest) -> Result<Identified, Error> {
+pub fn identify(case: &Case, asked: &IdentificationRequest) -> Result<IdentifiedCase, Error> {
     let mut joint = case.joint.build()?;
     let pd = RULES.iter().find(|rule| rule.law == "pd");
     let pd = pd.ok_or_else(|| Error::Input("there is no rule for pd".into()))?;
-    let parameters = parameters(&case.told, &pd.gains(&case.told));
+    let parameters = parameters(&case.bounds, &pd.gains(&case.bounds));
     let refused = |why: String| Error::Input(format!("case {}: {why}", case.number));
     let settings = parameters.identify(asked).map_err(|error| refused(error.to_string()))?;
     let mut servo = Servo::new(Ok(&parameters), Boot::default(), &STM32F405);
     let supply = STM32F405.supply_top / 2;
     let mut delay = DelayLine::new(case.delay);
-    let per_code = case.told.lsb * case.scale.effort;
+    let per_code = case.bounds.sampled.lsb * case.scale.effort;
     let (mut ticks, mut farthest) = (0u32, 0);
     let mut noise = case.family.has_noise().then(|| CountNoise::new(case.number));
     let mut tick = |servo: &mut Servo| {
@@ -83,7 +82,7 @@ pub fn identify(case: &Case, asked: &IdentificationRequest) -> Result<Identified
         let counter = case.encoder.read(&joint).wrapping_add(noise) as u32;
         let output = servo.tick(Input { counter, supply });
         let code = if output.enable { delay.put(output.tick.code) } else { delay.put(0) };
-        joint.hold(f64::from(code) * per_code, case.told.sample_time);
+        joint.hold(f64::from(code) * per_code, case.bounds.sampled.sample_time);
     };
     for _ in 0..1000 {
         tick(&mut servo);
@@ -95,25 +94,27 @@ pub fn identify(case: &Case, asked: &IdentificationRequest) -> Result<Identified
     let is_armed = servo.identify(&settings).is_ok();
     let start = servo.position();
     // The device ends by itself; the bound only ends what does not.
-    while servo.state() == State::Armed && f64::from(ticks) * case.told.sample_time < 3600.0 {
+    while servo.state() == State::Armed
+        && f64::from(ticks) * case.bounds.sampled.sample_time < 3600.0
+    {
         tick(&mut servo);
         ticks += 1;
         farthest = farthest.max(servo.position().wrapping_sub(start).unsigned_abs());
     }
     let found = servo.identified().filter(|_| is_armed);
-    Ok(Identified {
+    Ok(IdentifiedCase {
         number: case.number,
-        truth: Truth::of(case),
+        truth: TrueJoint::of(case),
         summary: found.map(stiction::identification::Findings::summary),
         map: found.map_or_else(Default::default, |found| found.map),
         fault: servo.latched().map(|latched| latched.fault),
-        time_s: f64::from(ticks) * case.told.sample_time,
+        time_s: f64::from(ticks) * case.bounds.sampled.sample_time,
         farthest,
-        lsb: case.told.lsb,
+        lsb: case.bounds.sampled.lsb,
     })
 }
 
-impl Truth {
+impl TrueJoint {
     /// What is put into a joint; of two inertias the sum.
     pub fn of(case: &Case) -> Self {
         let [effort, angle] = [case.scale.effort, case.scale.angle];
@@ -148,7 +149,7 @@ pub fn identified_names(families: impl IntoIterator<Item = Family>) -> Vec<&'sta
 /// # Errors
 /// If there is no such family, or its joints are two.
 pub fn drawn(name: &str, seed: u64, number: u64) -> Result<Case, Error> {
-    let kind = Kind { hard: false, rate_hz: 1000.0 };
+    let kind = DrawOptions { hard: false, rate_hz: 1000.0 };
     if name != UNEVEN {
         let names = identified_names(Family::all());
         let family = Family::all().find(|family| family.name() == name);
@@ -205,7 +206,7 @@ pub struct Rates {
 /// The bounds of the proof: of breakaway, slip, viscous friction and inertia.
 const WITHIN: [f64; 4] = [0.03, 0.03, 0.1, 0.05];
 
-impl Identified {
+impl IdentifiedCase {
     /// Returns whether something is doubted, or the sequence did not end.
     pub fn is_flagged(&self) -> bool {
         self.summary
@@ -219,10 +220,10 @@ impl Identified {
     fn against_the_truth(&self) -> Option<[[f64; 3]; 4]> {
         let summary = self.summary.as_ref()?;
         let estimate = summary.estimate.as_ref()?;
-        let Truth { inertia, viscous, slip, stick, .. } = self.truth;
+        let TrueJoint { inertia, viscous, slip, stick, .. } = self.truth;
         let half = |of: [f64; 2]| 0.5 * (of[0] + of[1]);
         let level = half(summary.breakaway.map(|way| f64::from(way.median)));
-        // One place tells no deviation, and so holds no truth.
+        // One place has no deviation, and so holds no truth.
         let deviation = half(
             summary.breakaway.map(|way| breakaway_deviation(&way, self.lsb).unwrap_or(f64::NAN)),
         );
@@ -238,7 +239,7 @@ impl Identified {
 
 impl Rates {
     /// Takes a joint.
-    pub fn count(&mut self, found: &Identified) {
+    pub fn count(&mut self, found: &IdentifiedCase) {
         self.cases += 1;
         self.time_s += (found.time_s - self.time_s) / self.cases as f64;
         let is_done =
@@ -261,7 +262,7 @@ impl Rates {
     }
 }
 
-/// Identifies so many joints of a family within the bounds by default, on all cores.
+/// Identifies joints of a family within the default bounds, on all cores.
 ///
 /// # Errors
 /// If there is no such family.
@@ -269,7 +270,7 @@ pub fn rates(family: &str, seed: u64, cases: u64) -> Result<Rates, Error> {
     rates_within(&IdentificationRequest::default(), family, seed, cases)
 }
 
-/// Identifies so many joints of a family within bounds, on all cores.
+/// Identifies joints of a family within bounds, on all cores.
 ///
 /// # Errors
 /// If there is no such family, or a bound is not allowed.
@@ -378,7 +379,7 @@ mod tests {
     fn a_load_is_told_from_the_friction() {
         for number in 0..3 {
             let case = drawn("loaded", 3, number).unwrap();
-            let Identified { truth, summary, .. } =
+            let IdentifiedCase { truth, summary, .. } =
                 identify(&case, &IdentificationRequest::default()).unwrap();
             let estimate = summary.unwrap().estimate.unwrap();
             let off = (f64::from(estimate.offset[0]) - truth.load).abs();

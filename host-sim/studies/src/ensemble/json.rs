@@ -5,17 +5,17 @@
 
 use serde_json::{Map, Value, json};
 
-use super::rows::{Group, Header};
+use super::rows::{EnsembleHeader, Group};
 use super::statistics::Sorted;
-use super::summary::{MovesSummary, SideSummary, Summary};
-use super::trips::{Ended, Trip};
+use super::summary::{LawSummary, MovesSummary, SideSummary};
+use super::trips::{EndedMotion, FalseTrip};
 
 /// Makes the object.
-pub fn object(header: &Header, families: &[(Group, Vec<Summary>)]) -> Value {
-    let of_family = |(group, summaries): &(Group, Vec<Summary>)| {
+pub fn object(header: &EnsembleHeader, families: &[(Group, Vec<LawSummary>)]) -> Value {
+    let of_family = |(group, summaries): &(Group, Vec<LawSummary>)| {
         let mut laws = Map::new();
         laws.insert("unit".into(), json!(group.unit));
-        let of_law = |summary: &Summary| (summary.law.clone(), law(summary, header.seed));
+        let of_law = |summary: &LawSummary| (summary.law.clone(), law(summary, header.seed));
         laws.extend(summaries.iter().map(of_law));
         (group.name.clone(), Value::Object(laws))
     };
@@ -29,6 +29,7 @@ pub fn object(header: &Header, families: &[(Group, Vec<Summary>)]) -> Value {
         "hard": header.hard,
         "rate_hz": header.rate_hz,
         "moves": header.moves,
+        "motion": header.motion.name(),
         "effort_units": of_groups(|group| json!(group.effort_unit)),
         "settles_within_s": of_groups(|group| json!(group.settles_within_s)),
         "goals": of_groups(|group| json!(group.goal)),
@@ -42,7 +43,7 @@ fn share(successes: usize, cases: usize) -> Option<f64> {
     (cases > 0).then(|| successes as f64 / cases as f64)
 }
 
-fn law(summary: &Summary, seed: u64) -> Value {
+fn law(summary: &LawSummary, seed: u64) -> Value {
     let quantiles = |sorted: &Sorted, shares: &[(&str, f64)]| {
         let of =
             |(name, share): &(&str, f64)| ((*name).to_owned(), number(sorted.quantile(*share)));
@@ -120,10 +121,10 @@ fn law(summary: &Summary, seed: u64) -> Value {
     value
 }
 
-fn trip(Trip { case, ended, fault, code }: &Trip, seed: u64) -> Value {
+fn trip(FalseTrip { case, ended, fault, code }: &FalseTrip, seed: u64) -> Value {
     let number = match ended {
-        Ended::Move(number) => Some(number),
-        Ended::Step | Ended::Trajectory => None,
+        EndedMotion::Move(number) => Some(number),
+        EndedMotion::Positioning(_) | EndedMotion::Trajectory => None,
     };
     json!({
         "case": case,

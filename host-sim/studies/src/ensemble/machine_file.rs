@@ -11,9 +11,9 @@ use std::sync::{Mutex, PoisonError};
 
 use rayon::prelude::*;
 
-use super::case::Row;
+use super::case::CaseResult;
 use super::distribution::{Draws, Purpose};
-use super::measures::{Sample, StepJudge, TrackingJudge};
+use super::measures::{CaseSample, StepJudge, TrackingJudge};
 use super::rows::Group;
 use crate::closed_loop::LoopSample;
 use crate::document::refused_spread;
@@ -40,12 +40,12 @@ pub fn goal_of_steps(goal: PositionGoal) -> PositionGoal {
 
 /// A key of the file with the range from which it is drawn.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Spread {
+pub struct KeySpread {
     key: String,
     range: [f64; 2],
 }
 
-impl Spread {
+impl KeySpread {
     /// Reads `KEY=LOW..HIGH`.
     ///
     /// # Errors
@@ -73,7 +73,7 @@ impl Spread {
 }
 
 /// Draws the keys of a joint, as `KEY=VALUE`.
-pub fn drawn_keys(spreads: &[Spread], seed: u64, number: u64) -> Vec<String> {
+pub fn drawn_keys(spreads: &[KeySpread], seed: u64, number: u64) -> Vec<String> {
     let draws = &mut Draws::new(seed, 0, Purpose::Joint, number);
     spreads.iter().map(|spread| spread.draw(draws)).collect()
 }
@@ -95,14 +95,14 @@ pub struct MachineEnsemble {
     pub group: Group,
     /// Names of the controllers.
     pub laws: Vec<String>,
-    spreads: Vec<Spread>,
+    spreads: Vec<KeySpread>,
     nominal: Vec<RunPlan>,
     written: Vec<String>,
 }
 
-/// What is asked of a machine's file beside its text.
+/// Options of an ensemble around a machine's file.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Around<'a> {
+pub struct MachineOptions<'a> {
     /// Names of the controllers that are run; all if none is named.
     pub controllers: &'a [String],
     /// Keys that vary, `KEY=LOW..HIGH` each.
@@ -116,7 +116,7 @@ impl MachineEnsemble {
     ///
     /// # Errors
     /// Names what is wrong with the file, or a controller that it does not have.
-    pub fn open(file: &str, around: Around<'_>) -> Result<Self, Error> {
+    pub fn open(file: &str, around: MachineOptions<'_>) -> Result<Self, Error> {
         let mut machine = Self::around(file, Document::open(file)?, around, DURATION_S)?;
         machine.written.insert(0, Document::text(file)?);
         Ok(machine)
@@ -129,7 +129,7 @@ impl MachineEnsemble {
     pub fn around(
         file: &str,
         mut document: Document,
-        Around { controllers, spreads, rate_hz }: Around<'_>,
+        MachineOptions { controllers, spreads, rate_hz }: MachineOptions<'_>,
         duration_s: f64,
     ) -> Result<Self, Error> {
         if document.is_lab() {
@@ -157,7 +157,7 @@ impl MachineEnsemble {
             let why = "has no step, which is what is judged";
             return Err(Error::Input(format!("--plant {file}: `reference.steps_deg` {why}")));
         }
-        let spreads = spreads.iter().map(|text| Spread::read(text)).collect::<Result<_, _>>()?;
+        let spreads = spreads.iter().map(|text| KeySpread::read(text)).collect::<Result<_, _>>()?;
         let stem = Path::new(file).file_stem().unwrap_or_default().to_string_lossy();
         let [unit, effort_unit] = ["deg", "V"].map(str::to_owned);
         let group = Group {
@@ -179,7 +179,7 @@ impl MachineEnsemble {
         self.nominal.first().map_or(0.0, |plan| 1.0 / plan.machine.sampling.sample_time_s())
     }
 
-    /// Returns what tells this ensemble from one around another file, or around the same otherwise.
+    /// Returns the text of the file and the keys that are set or vary: other ensembles differ in them.
     pub fn written(&self) -> Vec<String> {
         self.written.clone()
     }
@@ -188,7 +188,7 @@ impl MachineEnsemble {
     ///
     /// # Errors
     /// Names a value that no joint can have.
-    pub fn run(&self, seed: u64, cases: u64) -> Result<Vec<Row>, Error> {
+    pub fn run(&self, seed: u64, cases: u64) -> Result<Vec<CaseResult>, Error> {
         let rows = Mutex::new(Vec::new());
         self.run_some(
             [seed, cases],
@@ -199,7 +199,7 @@ impl MachineEnsemble {
             },
         )?;
         let mut rows = rows.into_inner().unwrap_or_else(PoisonError::into_inner);
-        let place = |row: &Row| (row.case, self.laws.iter().position(|law| *law == row.law));
+        let place = |row: &CaseResult| (row.case, self.laws.iter().position(|law| *law == row.law));
         rows.sort_by_key(place);
         Ok(rows)
     }
@@ -213,7 +213,7 @@ impl MachineEnsemble {
         &self,
         [seed, cases]: [u64; 2],
         wanted: impl Fn(u64, &str) -> bool + Sync,
-        take: impl Fn(Row) -> Result<(), Error> + Sync,
+        take: impl Fn(CaseResult) -> Result<(), Error> + Sync,
     ) -> Result<(), Error> {
         (0..cases).into_par_iter().try_for_each(|number| {
             let laws: Vec<&String> = self.laws.iter().filter(|law| wanted(number, law)).collect();
@@ -232,12 +232,12 @@ impl MachineEnsemble {
         drawn_keys(&self.spreads, seed, number)
     }
 
-    fn under(&self, law: &str, number: u64, joints: &[RunPlan]) -> Result<Row, Error> {
-        let mut row = Row {
+    fn under(&self, law: &str, number: u64, joints: &[RunPlan]) -> Result<CaseResult, Error> {
+        let mut row = CaseResult {
             family: self.group.name.clone(),
             law: law.into(),
             case: number,
-            ..Row::default()
+            ..CaseResult::default()
         };
         let of_law = |plan: &RunPlan| plan.controller.as_deref() == Some(law);
         let first = |is: fn(&Task) -> bool| {
@@ -279,7 +279,7 @@ impl Driven {
 }
 
 /// Runs the servo of one plan on the joint of another, up to a fault.
-fn drive(pair: [&RunPlan; 2], samples: u32, see: impl FnMut(&Sample)) -> Result<Driven, Error> {
+fn drive(pair: [&RunPlan; 2], samples: u32, see: impl FnMut(&CaseSample)) -> Result<Driven, Error> {
     let [_, joint] = pair;
     let (fault, side) = match joint.sheet_axis()? {
         Some(axis) => (drive_with(axis, pair, samples, see)?, DiscSide::Load),
@@ -292,7 +292,7 @@ fn drive_with<S: AxisSolver>(
     solver: S,
     [nominal, joint]: [&RunPlan; 2],
     samples: u32,
-    mut see: impl FnMut(&Sample),
+    mut see: impl FnMut(&CaseSample),
 ) -> Result<Option<String>, Error> {
     let closed_loop = joint.closed_loop()?;
     let h = closed_loop.sample_time_s;
@@ -300,11 +300,11 @@ fn drive_with<S: AxisSolver>(
     let (counter, counts) = (plant.counter(), plant.counts());
     let mut servo = WatchedServo::new(parameters(nominal)?, counter, counts)?;
     let count = closed_loop.encoder.resolution;
-    let mut seen: Vec<Sample> = Vec::new();
+    let mut seen: Vec<CaseSample> = Vec::new();
     let on_moment = |moment: &LoopSample| {
         let speed = f64::from(moment.tick.reference_velocity);
         let error = |position_deg: f64| (moment.reference_deg - position_deg) / count;
-        seen.push(Sample {
+        seen.push(CaseSample {
             error: error(moment.at_encoder_deg),
             load_error: error(moment.at_load_deg),
             position: moment.position_deg / count,
@@ -321,7 +321,7 @@ fn drive_with<S: AxisSolver>(
 }
 
 fn step(
-    row: &mut Row,
+    row: &mut CaseResult,
     nominal: &RunPlan,
     joint: &RunPlan,
     goal: &PositionGoal,
@@ -329,12 +329,12 @@ fn step(
     let h = joint.machine.sampling.sample_time_s();
     let count = joint.machine.encoder.resolution_deg();
     let mut judge = StepJudge::new(joint.samples()?, f64::INFINITY, h).by(goal, count);
-    let mut last = Sample::default();
+    let mut last = CaseSample::default();
     let driven = drive([nominal, joint], joint.samples()?, |sample| {
         judge.see(sample);
         last = *sample;
     })?;
-    let found = judge.measures(&last);
+    let found = judge.measures(&last, 0.0);
     row.step_fault.clone_from(&driven.fault);
     row.count = count;
     row.judge([found.at_encoder, found.at_load], 0.0);
@@ -349,7 +349,7 @@ fn step(
     Ok(())
 }
 
-fn trajectory(row: &mut Row, nominal: &RunPlan, joint: &RunPlan) -> Result<(), Error> {
+fn trajectory(row: &mut CaseResult, nominal: &RunPlan, joint: &RunPlan) -> Result<(), Error> {
     let Task::Trajectory(motion) = &joint.task else { return Ok(()) };
     let h = joint.machine.sampling.sample_time_s();
     let count = joint.machine.encoder.resolution_deg();
@@ -379,9 +379,9 @@ mod tests {
 
     #[test]
     fn a_spread_is_a_key_of_the_joint_and_a_range() {
-        let spread = Spread::read("joint.friction.stick_v = 0.3 .. 0.6").unwrap();
+        let spread = KeySpread::read("joint.friction.stick_v = 0.3 .. 0.6").unwrap();
         assert_eq!((&*spread.key, spread.range), ("joint.friction.stick_v", [0.3, 0.6]));
-        let with_commas = Spread::read("joint.friction.stick_v=0,3..0,6").unwrap();
+        let with_commas = KeySpread::read("joint.friction.stick_v=0,3..0,6").unwrap();
         assert_eq!(with_commas, spread);
         for (text, said) in [
             ("joint.friction.stick_v", "write KEY=LOW..HIGH"),
@@ -390,7 +390,7 @@ mod tests {
             ("joint.friction.stick_v=0,125..0,2", "`0,125` is ambiguous: type 0.125"),
             ("controller.pd.kp_v_per_deg=1..2", "only keys of the joint can vary"),
         ] {
-            let message = Spread::read(text).unwrap_err().to_string();
+            let message = KeySpread::read(text).unwrap_err().to_string();
             assert!(message.contains(said) && message.contains("--spread"), "{message}");
         }
     }
@@ -399,7 +399,7 @@ mod tests {
     fn the_thesis_s_joint_under_its_own_controllers_is_judged_as_it_is_known_to_be() {
         let spreads = ["joint.friction.slip_v=0.30..0.39".to_owned()];
         let laws = ["pd", "srnf"].map(str::to_owned);
-        let around = Around { controllers: &laws, spreads: &spreads, rate_hz: None };
+        let around = MachineOptions { controllers: &laws, spreads: &spreads, rate_hz: None };
         let ensemble = MachineEnsemble::open("step-response", around).unwrap();
         assert_eq!(ensemble.laws, laws);
         let rows = ensemble.run(1, 3).unwrap();
@@ -413,7 +413,7 @@ mod tests {
         let pd: Vec<f64> =
             rows.iter().filter(|row| row.law == "pd").map(|row| row.rest_counts).collect();
         assert!(pd[0] != pd[1] || pd[1] != pd[2], "the friction does not vary: {pd:?}");
-        let unknown = Around { controllers: &["pdd".into()], ..Around::default() };
+        let unknown = MachineOptions { controllers: &["pdd".into()], ..MachineOptions::default() };
         let error = MachineEnsemble::open("step-response", unknown).unwrap_err();
         assert!(error.to_string().contains("pdd"), "{error}");
     }

@@ -1,12 +1,12 @@
 //! The summary as tables in Markdown, for pages: a row for each family, a column for each law. A
 //! family whose load rests otherwise than its encoder's side has a second row.
 
-use super::rows::{Group, Header};
-use super::summary::Summary;
+use super::rows::{EnsembleHeader, Group};
+use super::summary::LawSummary;
 
 /// Renders success with its interval, then rest and tracking at their 90 % quantiles.
-pub fn markdown(header: &Header, families: &[(Group, Vec<Summary>)]) -> String {
-    let success = |law: &Summary, count: usize, interval: [f64; 2]| {
+pub fn markdown(header: &EnsembleHeader, families: &[(Group, Vec<LawSummary>)]) -> String {
+    let success = |law: &LawSummary, count: usize, interval: [f64; 2]| {
         let percent = |share: f64| format!("{:.0}", 100.0 * share);
         let [low, high] = interval.map(percent);
         let share = count as f64 / law.cases.max(1) as f64;
@@ -14,12 +14,12 @@ pub fn markdown(header: &Header, families: &[(Group, Vec<Summary>)]) -> String {
         let share = if count == law.cases { "100".into() } else { format!("{:.1}", 100.0 * share) };
         format!("{share} ({low}-{high})")
     };
-    let judged = |_: &Group, law: &Summary| success(law, law.success, law.success_ci);
+    let judged = |_: &Group, law: &LawSummary| success(law, law.success, law.success_ci);
     let at_load =
-        |_: &Group, law: &Summary| success(law, law.at_load.success, law.at_load.success_ci);
-    let rest = |_: &Group, law: &Summary| quantile(law.rest_counts.quantile(0.9), 1.0);
+        |_: &Group, law: &LawSummary| success(law, law.at_load.success, law.at_load.success_ci);
+    let rest = |_: &Group, law: &LawSummary| quantile(law.rest_counts.quantile(0.9), 1.0);
     let tracking =
-        |group: &Group, law: &Summary| quantile(law.tracking_rms.quantile(0.9), scale(group));
+        |group: &Group, law: &LawSummary| quantile(law.tracking_rms.quantile(0.9), scale(group));
     let blocks = [
         successes(header, families, &judged, &at_load),
         table(header, families, &|group| format!("`{}`: rest, counts", group.name), &rest),
@@ -54,12 +54,12 @@ fn quantile(value: Option<f64>, scale: f64) -> String {
     }
 }
 
-type Cell<'a> = &'a dyn Fn(&Group, &Summary) -> String;
+type Cell<'a> = &'a dyn Fn(&Group, &LawSummary) -> String;
 
 /// Success of each family; of one with two sides, that at the load as well.
 fn successes(
-    header: &Header,
-    families: &[(Group, Vec<Summary>)],
+    header: &EnsembleHeader,
+    families: &[(Group, Vec<LawSummary>)],
     judged: Cell<'_>,
     at_load: Cell<'_>,
 ) -> String {
@@ -79,8 +79,8 @@ fn successes(
 }
 
 fn table(
-    header: &Header,
-    families: &[(Group, Vec<Summary>)],
+    header: &EnsembleHeader,
+    families: &[(Group, Vec<LawSummary>)],
     name: &dyn Fn(&Group) -> String,
     cell: Cell<'_>,
 ) -> String {
@@ -88,14 +88,14 @@ fn table(
     titles(header) + &rows.collect::<String>()
 }
 
-fn titles(header: &Header) -> String {
+fn titles(header: &EnsembleHeader) -> String {
     let laws: Vec<String> = header.laws.iter().map(|law| format!("`{law}`")).collect();
     format!("| joints | {} |\n|---|{}\n", laws.join(" | "), "---|".repeat(laws.len()))
 }
 
 fn row(
-    header: &Header,
-    (group, summaries): &(Group, Vec<Summary>),
+    header: &EnsembleHeader,
+    (group, summaries): &(Group, Vec<LawSummary>),
     name: &str,
     cell: Cell<'_>,
 ) -> String {

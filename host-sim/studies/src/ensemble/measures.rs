@@ -24,6 +24,9 @@ pub const BAND_COUNTS: f64 = TOLERANCE_COUNTS;
 /// Fewer reversals than these are no hunting.
 pub const HUNTING_REVERSALS: u32 = 3;
 
+/// A set point nearer to its target than this has arrived, counts: a profile has steps of 2^-8.
+const ARRIVED: f64 = 0.01;
+
 /// A retreat of more than this is a reversal, counts.
 const RETREAT_COUNTS: f64 = 1.0;
 
@@ -32,7 +35,7 @@ const STOPPED: [f64; 2] = [0.1, 0.5];
 
 /// A joint and its loop at one sampling instant.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Sample {
+pub struct CaseSample {
     /// Set point minus the true position at the encoder's side, counts.
     pub error: f64,
     /// Set point minus the true position of the load, counts.
@@ -55,6 +58,9 @@ pub struct StepJudge {
     k: u32,
     sample_time_s: f64,
     near: f64,
+    /// Target of a set point that moves, counts; none of a step.
+    target: Option<f64>,
+    rests_from: Option<u32>,
     far_until: Option<u32>,
     at_encoder: Settling,
     at_load: Settling,
@@ -108,6 +114,8 @@ impl StepJudge {
             k: 0,
             sample_time_s,
             near,
+            target: None,
+            rests_from: None,
             far_until: None,
             at_encoder: settling,
             at_load: settling,
@@ -119,6 +127,13 @@ impl StepJudge {
         }
     }
 
+    /// Judges a move whose set point goes to a target (counts) and rests there: what was within the
+    /// tolerance on the way does not count.
+    #[must_use]
+    pub const fn of_move_to(self, target: f64) -> Self {
+        Self { target: Some(target), ..self }
+    }
+
     /// Judges by a goal; one count is `count_deg`, deg.
     #[must_use]
     pub fn by(self, goal: &PositionGoal, count_deg: f64) -> Self {
@@ -128,16 +143,26 @@ impl StepJudge {
 
     /// Takes the next sample.
     #[inline]
-    pub fn see(&mut self, sample: &Sample) {
+    pub fn see(&mut self, sample: &CaseSample) {
         // What is not a number is as far off as can be.
         let far = |error: f64| if error.is_nan() { f64::INFINITY } else { error.abs() };
         let error = far(sample.error);
-        if error > self.near {
+        let has_arrived = self
+            .target
+            .is_none_or(|target| (sample.position + sample.error - target).abs() <= ARRIVED);
+        if has_arrived {
+            self.rests_from.get_or_insert(self.k);
+        } else {
+            self.rests_from = None;
+        }
+        if error > self.near || !has_arrived {
             self.far_until = Some(self.k);
         }
         let time_s = f64::from(self.k) * self.sample_time_s;
-        self.at_encoder.see(time_s, error);
-        self.at_load.see(time_s, sample.load_error);
+        for (side, error) in [(&mut self.at_encoder, error), (&mut self.at_load, sample.load_error)]
+        {
+            if has_arrived { side.see(time_s, error) } else { side.restart() }
+        }
         if self.k >= self.half {
             self.rest = self.rest.max(error);
             self.load_rest = self.load_rest.max(far(sample.load_error));
@@ -148,9 +173,14 @@ impl StepJudge {
         self.k += 1;
     }
 
-    /// Returns the measures. A run that ended early is not settled, and rests as far off as it was
-    /// last.
-    pub fn measures(&self, last: &Sample) -> StepMeasures {
+    /// Returns the time at which the set point came to rest at its target, s; 0 of a step.
+    pub fn rests_s(&self) -> f64 {
+        self.rests_from.map_or(0.0, |k| f64::from(k) * self.sample_time_s)
+    }
+
+    /// Returns the measures of a set point that rested from a time on (s). A run that ended early is
+    /// not settled, and rests as far off as it was last.
+    pub fn measures(&self, last: &CaseSample, rests_s: f64) -> StepMeasures {
         let is_whole = self.k > self.last;
         let sample_time_s = self.sample_time_s;
         let after = |k: u32| f64::from(k + 1) * sample_time_s;
@@ -159,8 +189,7 @@ impl StepJudge {
         let side = |settling: &Settling, rest: f64, error: f64| SideMeasures {
             settled_s: settling.settled_s().filter(|_| is_whole),
             rest_counts: far(rest, error),
-            // A step's set point is at rest from its start.
-            is_success: is_whole && settling.is_success(0.0),
+            is_success: is_whole && settling.is_success(rests_s),
         };
         StepMeasures {
             at_encoder: side(&self.at_encoder, self.rest, last.error),
@@ -223,7 +252,7 @@ impl TrackingJudge {
 
     /// Takes the next sample.
     #[inline]
-    pub fn see(&mut self, sample: &Sample) {
+    pub fn see(&mut self, sample: &CaseSample) {
         if (self.window[0]..=self.window[1]).contains(&self.k) {
             self.square += sample.error * sample.error;
             self.load_square += sample.load_error * sample.load_error;
@@ -335,16 +364,16 @@ mod tests {
     fn stepped(error: impl Fn(f64) -> f64) -> StepMeasures {
         let sample = |k: u32| {
             let error = error(f64::from(k) * H);
-            Sample {
+            CaseSample {
                 error,
                 load_error: -2.0 * error,
                 position: 1000.0 - error,
-                ..Sample::default()
+                ..CaseSample::default()
             }
         };
         let mut judge = StepJudge::new(1000, 20.0, H);
         (0..=1000).for_each(|k| judge.see(&sample(k)));
-        judge.measures(&sample(1000))
+        judge.measures(&sample(1000), 0.0)
     }
 
     #[test]
@@ -375,9 +404,9 @@ mod tests {
             let mut judge = StepJudge::new(1000, 20.0, H).by(goal, 0.1);
             for k in 0..=1000 {
                 let error = 100.0 * (-f64::from(k) * H).exp();
-                judge.see(&Sample { error, load_error: 2.0 * error, ..Sample::default() });
+                judge.see(&CaseSample { error, load_error: 2.0 * error, ..CaseSample::default() });
             }
-            judge.measures(&Sample::default())
+            judge.measures(&CaseSample::default(), 0.0)
         };
         // 1 deg is 10 counts: ln 10 = 2.303 s, and ln 20 = 2.996 s at the load.
         let goal = PositionGoal { tolerance_deg: Some(1.0), ..PositionGoal::default() };
@@ -386,6 +415,24 @@ mod tests {
         assert_eq!(found.at_load.settled_s, Some(300.0 * H));
         let in_time = judged(&PositionGoal { settle_s: Some(2.5), ..goal });
         assert!(in_time.at_encoder.is_success && !in_time.at_load.is_success, "{in_time:?}");
+    }
+
+    /// A joint that follows its set point is within two counts all the way; it has settled when the
+    /// set point rests on the target, and in time if that is not too late.
+    #[test]
+    fn what_is_within_the_tolerance_on_the_way_of_the_set_point_does_not_count() {
+        let goal = PositionGoal { settle_s: Some(1.0), ..PositionGoal::default() };
+        let mut judge = StepJudge::new(1000, 20.0, H).by(&goal, 1.0).of_move_to(500.0);
+        for k in 0..=1000 {
+            let (set_point, error) = (f64::from(k.min(250)) * 2.0, if k < 300 { 1.9 } else { 0.5 });
+            judge.see(&CaseSample { error, position: set_point - error, ..CaseSample::default() });
+        }
+        assert!((judge.rests_s() - 250.0 * H).abs() < 1e-9);
+        let found = judge.measures(&CaseSample::default(), judge.rests_s());
+        assert_eq!(found.at_encoder.settled_s, Some(250.0 * H));
+        assert!(found.at_encoder.is_success);
+        // 2.5 s from the begin are too late for a step.
+        assert!(!judge.measures(&CaseSample::default(), 0.0).at_encoder.is_success);
     }
 
     #[test]
@@ -399,19 +446,19 @@ mod tests {
     #[test]
     fn a_run_that_ends_early_is_not_settled_and_rests_where_it_was() {
         let mut judge = StepJudge::new(1000, 20.0, H);
-        let at = |error| Sample { error, ..Sample::default() };
+        let at = |error| CaseSample { error, ..CaseSample::default() };
         (0..=999).for_each(|_| judge.see(&at(0.5)));
-        let found = judge.measures(&at(7.0));
+        let found = judge.measures(&at(7.0), 0.0);
         assert_eq!((found.at_encoder.settled_s, found.at_encoder.rest_counts), (None, 7.0));
         judge.see(&at(0.5));
-        assert_eq!(judge.measures(&at(7.0)).at_encoder.settled_s, Some(0.0));
+        assert_eq!(judge.measures(&at(7.0), 0.0).at_encoder.settled_s, Some(0.0));
     }
 
     #[test]
     fn hunting_is_counted_in_retreats_of_more_than_a_count() {
         use std::f64::consts::TAU;
         // A sine of 1 Hz turns twice a second, ten times in the last five: the first turn only
-        // tells the direction if less than a count was gone before it.
+        // finds the direction if less than a count was gone before it.
         let hunting = |amplitude: f64| stepped(|t| amplitude * (TAU * t).sin());
         let found = hunting(3.0);
         assert!((9..=10).contains(&found.reversals), "{found:?}");
@@ -431,9 +478,9 @@ mod tests {
         let mut judge = StepJudge::new(1000, 20.0, H);
         let effort = |k: u32| if k < 500 { 99.0 } else { f64::from(k % 2) * 3.0 };
         for k in 0..=1000 {
-            judge.see(&Sample { effort: effort(k), ..Sample::default() });
+            judge.see(&CaseSample { effort: effort(k), ..CaseSample::default() });
         }
-        let found = judge.measures(&Sample::default());
+        let found = judge.measures(&CaseSample::default(), 0.0);
         // 500 changes of 3 in 5 s; half of 501 samples have 3^2, within one.
         assert!((found.variation_per_s - 300.0).abs() < 1e-9, "{found:?}");
         assert!((found.held_effort - (4.5f64).sqrt()).abs() < 0.01, "{found:?}");
@@ -446,12 +493,12 @@ mod tests {
             let mut judge = TrackingJudge::new(window, 1.0);
             for k in 0..samples {
                 let is_on = (150..250).contains(&k);
-                judge.see(&Sample {
+                judge.see(&CaseSample {
                     error: if (100..300).contains(&k) { 3.0 } else { 99.0 },
                     load_error: if (100..300).contains(&k) { -1.0 } else { 99.0 },
                     speed: if is_on { 1.0 } else { 0.4 },
                     speed_ratio: ratio(k),
-                    ..Sample::default()
+                    ..CaseSample::default()
                 });
             }
             judge.measures(H)

@@ -1,14 +1,14 @@
 //! An ensemble: untuned laws on random joints.
 //!
 //! ```text
-//! family, seed, number -> draw.rs: a joint, its loop, what is told of it ----+
+//! family, seed, number -> draw.rs: a joint, its loop, the bounds of both ----+
 //!                         (arm_draw.rs, arm_rig.rs, arm_case.rs: two joints) |
-//!                             told -> rules/: gains of a law --+             |
+//!              bounds -> the rule book (crate::rules): gains --+             |
 //!                                                              v             v
-//!                     measures.rs <- samples <- rig.rs: servo with all monitors, joint
-//!                          |
-//!                          v
-//! case.rs: a Row -> rows.rs (CSV, shards, resume) -> summary.rs, trips.rs -> table.rs, json.rs,
+//!   motions.rs -> rig.rs: servo with all monitors, joint -> samples -> measures.rs
+//!                                                                          |
+//!                                                                          v
+//! case.rs: a CaseResult -> rows.rs (CSV, shards, resume) -> summary.rs, trips.rs -> table.rs, json.rs,
 //!                                                                         figures.rs
 //! ```
 //!
@@ -32,13 +32,16 @@ mod json;
 mod machine_file;
 mod markdown;
 mod measures;
+mod motions;
 mod moves;
 mod rig;
 mod rows;
 #[cfg(test)]
 mod rows_tests;
-pub mod rules;
+
 mod run;
+#[cfg(test)]
+mod sheet_tests;
 #[cfg(test)]
 mod sides_tests;
 mod statistics;
@@ -50,27 +53,29 @@ mod thesis_draw;
 mod trips;
 mod tune;
 
-pub use case::{Motion, Row, run_and_show};
-pub use draw::{Case, Kind};
-pub use family::{Family, Units};
+pub use case::{CaseResult, JudgedMotion, run_and_show};
+pub use draw::{Case, DrawOptions};
+pub use family::{Family, FamilyUnits};
 pub use figures::{charts, traces};
 pub use identified::{
-    Identified, Rates, Truth, UNEVEN, drawn, identified_names, identify, rates, rates_markdown,
-    rates_table, rates_within,
+    IdentifiedCase, Rates, TrueJoint, UNEVEN, drawn, identified_names, identify, rates,
+    rates_markdown, rates_table, rates_within,
 };
 pub use json::object;
 pub use machine_file::{
-    Around, MachineEnsemble, Spread, drawn_keys, goal_of_steps, written_spreads,
+    KeySpread, MachineEnsemble, MachineOptions, drawn_keys, goal_of_steps, written_spreads,
 };
 pub use markdown::markdown;
 pub(crate) use measures::Reversals;
-pub use measures::{BAND_COUNTS, HUNTING_REVERSALS, Sample, TrackingJudge, TrackingMeasures};
+pub use measures::{BAND_COUNTS, CaseSample, HUNTING_REVERSALS, TrackingJudge, TrackingMeasures};
+pub use motions::{Approach, Motions};
 pub use rows::{
-    Group, Header, Kept, Shard, merge, read as read_rows, render as render_rows, sort as sort_rows,
+    EnsembleHeader, Group, ResumeFile, Shard, merge, read as read_rows, render as render_rows,
+    sort as sort_rows,
 };
 pub use run::{Ensemble, run};
 pub use statistics::{Sorted, wilson};
-pub use summary::{MovesSummary, SideSummary, Summary, summaries};
+pub use summary::{LawSummary, MovesSummary, SideSummary, summaries};
 pub use table::render;
-pub use trips::{Ended, Trip};
-pub use tune::{Tried, tune};
+pub use trips::{EndedMotion, FalseTrip};
+pub use tune::{ConstantTrial, tune};

@@ -1,23 +1,25 @@
 //! Random moves in a row, with the state of the controller kept: a law that wears itself out shows
 //! in the last tenth of them.
 //!
-//! Each move is a step or a trapezoid, by turns of a coin, of a random way. A trapezoid has the
-//! speed of the case's own, or takes as long as four half blends if it is short. A move is missed
-//! if the joint is not within 2 counts 2.5 s after it (thesis-axis: 4 s).
+//! Each move is an [`Approach`](super::Approach) to a target or a trapezoid, by turns of a coin, of a
+//! random way. A trapezoid has the speed of the case's own, or takes as long as four half blends if
+//! it is short. A move is missed if the joint is not within 2 counts 2.5 s after its set point came
+//! to rest (thesis-axis: 4 s).
 
-use stiction::control::reference::{Corner, Reference, Step, Trajectory};
+use stiction::control::reference::{Corner, Reference, Trajectory};
 use stiction::safety::fault::Fault;
 
 use super::distribution::{Draws, Purpose};
 use super::draw::Case;
 use super::family::Family;
 use super::measures::BAND_COUNTS;
+use super::motions::Motions;
 use super::rig::Rig;
-use super::rules::Tuned;
 use crate::error::Error;
 use crate::experiment::position;
+use crate::rules::ControllerGains;
 
-/// Positions stay within so many of the trapezoid's own way.
+/// Farthest position of a row, in multiples of the trapezoid's own way.
 const FARTHEST: f64 = 2.0;
 
 /// The way of a move, in multiples of the trapezoid's own.
@@ -52,20 +54,26 @@ struct Move {
 ///
 /// # Errors
 /// If the core refuses gains or a trajectory.
-pub fn run(case: &Case, tuned: &Tuned, seed: u64, moves: u32) -> Result<Wear, Error> {
+pub fn run(case: &Case, gains: &ControllerGains, motions: Motions) -> Result<Wear, Error> {
+    let Motions { approach, seed, moves } = motions;
     let judged = (moves / 10).max(1);
     let rest_s = if case.family == Family::ThesisAxis { 4.0 } else { 2.5 };
-    let rest = (rest_s / case.told.sample_time).round() as u32;
+    let rest = (rest_s / case.bounds.sampled.sample_time).round() as u32;
     let draws = &mut Draws::new(seed, case.family.number(), Purpose::Moves, case.number);
-    let mut rig = Rig::armed(case, tuned)?;
+    let mut rig = Rig::armed(case, gains)?;
     let mut wear = Wear { judged, ..Wear::default() };
     let mut squares = [(0.0, 0u32); 2];
     let mut from = 0.0;
     for number in 0..moves {
         let next = draw(draws, case, from);
         from = next.to;
-        let (reference, motion) = reference(case, &next)?;
-        let follows = rig.follow(reference);
+        let (follows, motion) = if next.is_step {
+            let ticks = approach.ticks(next.to - next.from, &case.bounds)?;
+            (rig.go_to(approach, next.to)?, ticks)
+        } else {
+            let (reference, ticks) = trapezoid(case, &next)?;
+            (rig.follow(reference), ticks)
+        };
         let tenths = [number < judged, number >= moves - judged];
         let mut error = f64::INFINITY;
         for k in 0..motion + rest {
@@ -74,7 +82,7 @@ pub fn run(case: &Case, tuned: &Tuned, seed: u64, moves: u32) -> Result<Wear, Er
             }
             error = rig.tick().error;
             for (square, is_judged) in squares.iter_mut().zip(tenths) {
-                if is_judged && k < motion {
+                if is_judged && !next.is_step && k < motion {
                     *square = (square.0 + error * error, square.1 + 1);
                 }
             }
@@ -102,13 +110,9 @@ fn draw(draws: &mut Draws, case: &Case, from: f64) -> Move {
     Move { from, to, is_step }
 }
 
-/// Returns what is followed, and the ticks in which its set point moves.
-fn reference(case: &Case, next: &Move) -> Result<(Reference, u32), Error> {
-    if next.is_step {
-        let [from, to] = [next.from, next.to].map(position);
-        return Ok((Reference::Step(Step { from, to, at_tick: 0 }), 0));
-    }
-    let h = case.told.sample_time;
+/// Returns the trapezoid of a move, and the ticks in which its set point moves.
+fn trapezoid(case: &Case, next: &Move) -> Result<(Reference, u32), Error> {
+    let h = case.bounds.sampled.sample_time;
     let half_blend_s = case.trapezoid.half_blend_s;
     let way_s = (next.to - next.from).abs() * case.count() / case.trapezoid.speed;
     // Blends must not overlap, nor after their ends were rounded to ticks.
@@ -119,7 +123,7 @@ fn reference(case: &Case, next: &Move) -> Result<(Reference, u32), Error> {
     };
     let corners = [corner(half_blend_s, next.from), corner(last_s, next.to)];
     let trajectory =
-        Trajectory::new(&corners, half_blend_s as f32, h as f32, case.told.count as f32);
+        Trajectory::new(&corners, half_blend_s as f32, h as f32, case.bounds.sampled.count as f32);
     let trajectory = trajectory.map_err(|error| {
         Error::Input(format!("--rate {}: a move does not fit it: {error:?}", 1.0 / h))
     })?;
@@ -130,11 +134,11 @@ fn reference(case: &Case, next: &Move) -> Result<(Reference, u32), Error> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ensemble::draw::Kind;
+    use crate::ensemble::draw::DrawOptions;
 
     #[test]
     fn moves_are_of_both_kinds_follow_each_other_and_stay_in_range() {
-        let case = Case::draw(1, Family::Rigid, 0, Kind { hard: false, rate_hz: 1000.0 });
+        let case = Case::draw(1, Family::Rigid, 0, DrawOptions { hard: false, rate_hz: 1000.0 });
         let draws = &mut Draws::new(1, 1, Purpose::Moves, 0);
         let (mut from, mut steps) = (0.0, 0);
         for _ in 0..2000 {

@@ -2,7 +2,7 @@
 //! tick by tick.
 //!
 //! The servo is armed with its joint at rest, and holds it for the length of its soft start. Then
-//! it is told to move, as over a link: this is time zero of all measures. A brake that holds the
+//! a motion begins, as over a link: this is time zero of all measures. A brake that holds the
 //! joint opens at the same time.
 
 use stiction::Tick;
@@ -13,11 +13,12 @@ use stiction::safety::fault::Fault;
 
 use super::assemble::parameters;
 use super::draw::Case;
-use super::measures::Sample;
-use super::rules::{Told, Tuned};
+use super::measures::CaseSample;
+use super::motions::Approach;
 use crate::error::Error;
 use crate::joint::{AnyJoint, CountNoise, DiscSide, Joint, JointEncoder, Turn};
 use crate::plant::{Delay, DelayLine};
+use crate::rules::{ControllerGains, JointBounds};
 use crate::target::{Target, WatchedServo};
 
 /// A brake that holds any joint, in multiples of the effort limit.
@@ -30,7 +31,9 @@ pub struct Rig {
     encoder: JointEncoder,
     noise: Option<CountNoise>,
     amplified: Amplified,
-    sample_time_s: f64,
+    bounds: JointBounds,
+    /// Where the servo was armed, counts.
+    armed_at: i64,
 }
 
 /// A servo with its amplifier.
@@ -48,15 +51,15 @@ pub(super) struct Amplified {
     published: [f32; MAX_LAW_SIGNALS],
 }
 
-/// Arms a servo at so many counts; returns it with the ticks of its soft start.
+/// Arms a servo at a position (counts); returns it with the ticks of its soft start.
 pub(super) fn armed(
     case: &Case,
-    told: &Told,
-    tuned: &Tuned,
+    bounds: &JointBounds,
+    gains: &ControllerGains,
     counts: i64,
 ) -> Result<(WatchedServo, u32), Error> {
-    let parameters = parameters(told, tuned);
-    let law = tuned.laws.iter().map(Gains::name).collect::<Vec<_>>().join(" + ");
+    let parameters = parameters(bounds, gains);
+    let law = gains.laws.iter().map(Gains::name).collect::<Vec<_>>().join(" + ");
     let (family, number) = (case.family.name(), case.number);
     parameters.check().map_err(|error| {
         let key = error.key.0;
@@ -74,13 +77,13 @@ impl Amplified {
     /// A servo behind a delay; `scale` is the effort of a volt and the angle of a degree.
     pub fn new(
         servo: WatchedServo,
-        told: &Told,
+        bounds: &JointBounds,
         delay: Delay,
         [effort, per_degree]: [f64; 2],
     ) -> Self {
         let delay = DelayLine::new(delay);
         let published = [0.0; MAX_LAW_SIGNALS];
-        let per_code = told.lsb * effort;
+        let per_code = bounds.sampled.lsb * effort;
         Self { servo, delay, per_code, per_degree, has_given_up: false, published }
     }
 
@@ -92,12 +95,12 @@ impl Amplified {
         tick: &Tick,
         [turn, load]: [Turn; 2],
         [count, tick_s]: [f64; 2],
-    ) -> Sample {
+    ) -> CaseSample {
         self.has_given_up = tick.status & Tick::GAVE_UP != 0;
         self.published = tick.law;
         let setpoint = f64::from(tick.reference_counts) + f64::from(tick.reference_fraction);
         let speed = f64::from(tick.reference_velocity) * self.per_degree;
-        Sample {
+        CaseSample {
             error: setpoint - turn.position / count,
             load_error: setpoint - load.position / count,
             position: turn.position / count,
@@ -113,19 +116,21 @@ impl Rig {
     ///
     /// # Errors
     /// If gains are not allowed, or the servo refuses to be armed.
-    pub fn armed(case: &Case, tuned: &Tuned) -> Result<Self, Error> {
+    pub fn armed(case: &Case, gains: &ControllerGains) -> Result<Self, Error> {
         let mut joint = case.joint.build()?;
-        let (servo, lead_in) = armed(case, &case.told, tuned, case.encoder.read(&joint))?;
+        let armed_at = case.encoder.read(&joint);
+        let (servo, lead_in) = armed(case, &case.bounds, gains, armed_at)?;
         if case.is_braked {
-            joint.set_brake(BRAKE * case.told.full_scale * case.scale.effort);
+            joint.set_brake(BRAKE * case.bounds.sampled.largest_effort * case.scale.effort);
         }
         let scale = [case.scale.effort, case.scale.angle];
         let mut rig = Self {
             joint,
             encoder: case.encoder,
             noise: case.family.has_noise().then(|| CountNoise::new(case.number)),
-            amplified: Amplified::new(servo, &case.told, case.delay, scale),
-            sample_time_s: case.told.sample_time,
+            amplified: Amplified::new(servo, &case.bounds, case.delay, scale),
+            bounds: case.bounds,
+            armed_at,
         };
         for _ in 0..lead_in {
             rig.tick();
@@ -139,6 +144,19 @@ impl Rig {
     #[must_use]
     pub fn follow(&mut self, reference: Reference) -> bool {
         self.amplified.servo.follow(reference).is_ok()
+    }
+
+    /// Returns where the servo was armed, counts.
+    pub const fn armed_at(&self) -> f64 {
+        self.armed_at as f64
+    }
+
+    /// Has the servo go to a target, in counts from where it was armed; returns whether it does.
+    ///
+    /// # Errors
+    /// If the core refuses the limits of the profile.
+    pub fn go_to(&mut self, approach: Approach, to: f64) -> Result<bool, Error> {
+        approach.start(&mut self.amplified.servo, to, &self.bounds)
     }
 
     /// Returns the fault that has ended the motion, if there was one.
@@ -156,14 +174,14 @@ impl Rig {
     pub fn published(&self, laws: &[Gains]) -> String {
         let signals = laws.iter().map(Gains::signals).find(|signals| !signals.is_empty());
         let values = signals.into_iter().flatten().zip(self.amplified.published);
-        let told: Vec<_> =
+        let bounds: Vec<_> =
             values.map(|(signal, value)| format!("{}={value}", signal.name)).collect();
-        told.join(" ")
+        bounds.join(" ")
     }
 
     /// Runs a tick, and moves the joint on to the next one; returns where it was at the tick.
     #[inline]
-    pub fn tick(&mut self) -> Sample {
+    pub fn tick(&mut self) -> CaseSample {
         let noise = self.noise.as_mut().map_or(0, CountNoise::next);
         let counter = self.encoder.read(&self.joint).wrapping_add(noise) as u32;
         let tick = self.amplified.servo.tick(counter).unwrap_or_default();
@@ -172,9 +190,9 @@ impl Rig {
             DiscSide::Motor => self.joint.motor(),
             DiscSide::Load => load,
         };
-        let count = self.encoder.count;
-        let sample = self.amplified.sample(&tick, [turn, load], [count, self.sample_time_s]);
-        self.joint.hold(sample.effort, self.sample_time_s);
+        let (count, sample_time_s) = (self.encoder.count, self.bounds.sampled.sample_time);
+        let sample = self.amplified.sample(&tick, [turn, load], [count, sample_time_s]);
+        self.joint.hold(sample.effort, sample_time_s);
         sample
     }
 }

@@ -19,9 +19,10 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use super::case::Row;
+use super::case::CaseResult;
 use super::family::Family;
 use super::machine_file::MachineEnsemble;
+use super::motions::Approach;
 use super::run::Ensemble;
 use crate::data_sheet::UnseenSlack;
 use crate::error::Error;
@@ -33,10 +34,13 @@ use crate::output::OutputFile;
 /// goal, and the move that a fault ended.
 const SCHEMA: u32 = 4;
 
+/// Column that a file of the same form can lack: all its set points jumped to their targets.
+const ADDED: &str = "set_point_rests_s";
+
 /// Which ensemble rows are of. Rows of two files go together if this is the same.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Header {
+pub struct EnsembleHeader {
     /// Version of this form.
     pub schema: u32,
     /// Version of the program: another one may have other laws.
@@ -58,6 +62,13 @@ pub struct Header {
     /// Of a machine's own file: its text, and then the keys that were set or vary.
     #[serde(default)]
     pub machine: Vec<String>,
+    /// How the set point goes to the target; a file of before has steps.
+    #[serde(default = "step")]
+    pub motion: Approach,
+}
+
+const fn step() -> Approach {
+    Approach::Step
 }
 
 /// A family as reports need it.
@@ -107,7 +118,7 @@ impl From<Family> for Group {
 /// The place of a row: family, law and case.
 type Place = (String, String, u64);
 
-impl Header {
+impl EnsembleHeader {
     /// Returns the header of an ensemble.
     pub fn of(ensemble: &Ensemble) -> Self {
         Self {
@@ -121,6 +132,7 @@ impl Header {
             families: ensemble.families.iter().copied().map(Group::from).collect(),
             laws: ensemble.rules.iter().map(|rule| rule.law.into()).collect(),
             machine: Vec::new(),
+            motion: ensemble.approach,
         }
     }
 
@@ -137,6 +149,7 @@ impl Header {
             families: vec![machine.group.clone()],
             laws: machine.laws.clone(),
             machine: machine.written(),
+            motion: Approach::Step,
         }
     }
 
@@ -164,7 +177,7 @@ impl Header {
 }
 
 /// Sorts rows as reports have them: by family, law and case.
-pub fn sort(header: &Header, rows: &mut [Row]) {
+pub fn sort(header: &EnsembleHeader, rows: &mut [CaseResult]) {
     rows.sort_by_key(|row| {
         let family = header.families.iter().position(|group| group.name == row.family);
         (family, header.laws.iter().position(|law| *law == row.law), row.case)
@@ -175,16 +188,16 @@ pub fn sort(header: &Header, rows: &mut [Row]) {
 ///
 /// # Errors
 /// If the rows cannot be written as CSV.
-pub fn render(header: &Header, rows: &[Row]) -> Result<Vec<u8>, Error> {
+pub fn render(header: &EnsembleHeader, rows: &[CaseResult]) -> Result<Vec<u8>, Error> {
     let first = serde_json::to_string(header).map_err(|error| Error::Input(error.to_string()))?;
     // The titles are there before there is a row.
-    let titles = lines(&[Row::default()], true)?;
+    let titles = lines(&[CaseResult::default()], true)?;
     let end = titles.iter().position(|byte| *byte == b'\n').map_or(0, |end| end + 1);
     let parts = [format!("#{first}\n").into_bytes(), titles[..end].to_vec(), lines(rows, false)?];
     Ok(parts.concat())
 }
 
-fn lines(rows: &[Row], with_titles: bool) -> Result<Vec<u8>, Error> {
+fn lines(rows: &[CaseResult], with_titles: bool) -> Result<Vec<u8>, Error> {
     let mut writer = csv::WriterBuilder::new().has_headers(with_titles).from_writer(Vec::new());
     for row in rows {
         writer.serialize(row).map_err(|error| Error::Input(error.to_string()))?;
@@ -196,7 +209,7 @@ fn lines(rows: &[Row], with_titles: bool) -> Result<Vec<u8>, Error> {
 ///
 /// # Errors
 /// Names the file, and the line that is none.
-pub fn read(path: &Path) -> Result<(Header, Vec<Row>), Error> {
+pub fn read(path: &Path) -> Result<(EnsembleHeader, Vec<CaseResult>), Error> {
     let text = fs::read_to_string(path).map_err(|source| Error::File {
         action: "read",
         path: path.to_owned(),
@@ -205,7 +218,7 @@ pub fn read(path: &Path) -> Result<(Header, Vec<Row>), Error> {
     parse(&text).map_err(|why| Error::Input(format!("{}: {why}", path.display())))
 }
 
-fn parse(text: &str) -> Result<(Header, Vec<Row>), String> {
+fn parse(text: &str) -> Result<(EnsembleHeader, Vec<CaseResult>), String> {
     const NONE: &str = "these are no rows of an ensemble; allowed is what --csv or --resume wrote";
     let (first, body) = text.split_once('\n').unwrap_or((text, ""));
     let json = first.strip_prefix('#').ok_or(NONE)?;
@@ -222,7 +235,8 @@ fn parse(text: &str) -> Result<(Header, Vec<Row>), String> {
     let mut reader = csv::Reader::from_reader(whole.as_bytes());
     let found = reader.headers().map_err(|error| format!("line 2: {error}"))?;
     // A value that is not there is read as none, also where its whole column is missing.
-    if let Some(title) = titles()?.iter().find(|title| !found.iter().any(|one| one == *title)) {
+    let is_gone = |title: &String| title != ADDED && !found.iter().any(|one| one == title);
+    if let Some(title) = titles()?.into_iter().find(is_gone) {
         return Err(format!("line 2: the column `{title}` is missing"));
     }
     // The line before the table is the first one.
@@ -235,7 +249,7 @@ fn parse(text: &str) -> Result<(Header, Vec<Row>), String> {
 
 /// The titles of the columns.
 fn titles() -> Result<Vec<String>, String> {
-    let text = lines(&[Row::default()], true).map_err(|error| error.to_string())?;
+    let text = lines(&[CaseResult::default()], true).map_err(|error| error.to_string())?;
     let mut reader = csv::Reader::from_reader(text.as_slice());
     let titles = reader.headers().map_err(|error| error.to_string())?;
     Ok(titles.iter().map(str::to_owned).collect())
@@ -246,11 +260,13 @@ fn titles() -> Result<Vec<String>, String> {
 /// # Errors
 /// Names a file of another ensemble, a row that two files have with other values, or the first row
 /// that none has.
-pub fn merge(files: &[(String, Header, Vec<Row>)]) -> Result<(Header, Vec<Row>), Error> {
+pub fn merge(
+    files: &[(String, EnsembleHeader, Vec<CaseResult>)],
+) -> Result<(EnsembleHeader, Vec<CaseResult>), Error> {
     let Some((_, header, _)) = files.first() else {
         return Err(Error::Input("merge: no file is given".into()));
     };
-    let mut rows: BTreeMap<Place, &Row> = BTreeMap::new();
+    let mut rows: BTreeMap<Place, &CaseResult> = BTreeMap::new();
     for (name, found, of_file) in files {
         if let Some(difference) = header.difference(found) {
             return Err(Error::Input(format!(
@@ -261,7 +277,7 @@ pub fn merge(files: &[(String, Header, Vec<Row>)]) -> Result<(Header, Vec<Row>),
             if let Some(other) = rows.insert(place(row), row)
                 && *other != *row
             {
-                let Row { family, law, case, .. } = row;
+                let CaseResult { family, law, case, .. } = row;
                 return Err(Error::Input(format!(
                     "{name}: case {case} of {family} under {law} is in another file with other \
                      values"
@@ -269,7 +285,7 @@ pub fn merge(files: &[(String, Header, Vec<Row>)]) -> Result<(Header, Vec<Row>),
             }
         }
     }
-    let mut rows: Vec<Row> = rows.into_values().cloned().collect();
+    let mut rows: Vec<CaseResult> = rows.into_values().cloned().collect();
     complete(header, &rows)?;
     sort(header, &mut rows);
     Ok((header.clone(), rows))
@@ -279,7 +295,7 @@ pub fn merge(files: &[(String, Header, Vec<Row>)]) -> Result<(Header, Vec<Row>),
 ///
 /// # Errors
 /// Names the first row that is missing.
-pub fn complete(header: &Header, rows: &[Row]) -> Result<(), Error> {
+pub fn complete(header: &EnsembleHeader, rows: &[CaseResult]) -> Result<(), Error> {
     if rows.len() as u64 == header.rows() {
         return Ok(());
     }
@@ -300,23 +316,26 @@ pub fn complete(header: &Header, rows: &[Row]) -> Result<(), Error> {
     Err(Error::Input("merge: there are more rows than the ensemble has".into()))
 }
 
-fn place(row: &Row) -> Place {
+fn place(row: &CaseResult) -> Place {
     (row.family.clone(), row.law.clone(), row.case)
 }
 
 /// A file to which rows are added as they come.
 #[derive(Debug)]
-pub struct Kept {
+pub struct ResumeFile {
     file: File,
     path: PathBuf,
 }
 
-impl Kept {
+impl ResumeFile {
     /// Opens a file to add to it, and returns the rows that it has; makes it if it is not there.
     ///
     /// # Errors
     /// Names the file if it cannot be read or written, or is of another ensemble.
-    pub fn open(output: &OutputFile, header: &Header) -> Result<(Self, Vec<Row>), Error> {
+    pub fn open(
+        output: &OutputFile,
+        header: &EnsembleHeader,
+    ) -> Result<(Self, Vec<CaseResult>), Error> {
         let path = output.path();
         let fails = |source: io::Error| Error::File { action: "write", path: path.into(), source };
         let there = fs::metadata(path).is_ok_and(|found| found.len() > 0);
@@ -342,7 +361,7 @@ impl Kept {
     ///
     /// # Errors
     /// Names the file if it cannot be written.
-    pub fn add(&mut self, row: &Row) -> Result<(), Error> {
+    pub fn add(&mut self, row: &CaseResult) -> Result<(), Error> {
         let line = lines(std::slice::from_ref(row), false)?;
         let path = &self.path;
         let fails = |source: io::Error| Error::File { action: "write", path: path.clone(), source };

@@ -1,29 +1,31 @@
 //! Files of rows that are refused, and reports on files and families that are not taken for one
 //! another.
 
-use super::case::Row;
-use super::draw::Kind;
+use super::case::CaseResult;
+use super::draw::DrawOptions;
 use super::family::Family;
-use super::machine_file::{Around, MachineEnsemble};
-use super::rows::{self, Header};
-use super::rules::rules;
+use super::machine_file::{MachineEnsemble, MachineOptions};
+use super::motions::Approach;
+use super::rows::{self, EnsembleHeader};
 use super::run::Ensemble;
 use super::{summary, table};
 use crate::experiment::Document;
+use crate::rules::rules;
 
-fn header(families: &[Family]) -> Header {
-    Header::of(&Ensemble {
+fn header(families: &[Family]) -> EnsembleHeader {
+    EnsembleHeader::of(&Ensemble {
         seed: 5,
         cases: 1,
-        kind: Kind { hard: false, rate_hz: 1000.0 },
+        kind: DrawOptions { hard: false, rate_hz: 1000.0 },
+        approach: Approach::Step,
         moves: 0,
         families: families.to_vec(),
         rules: rules(&["pd".into()]).unwrap(),
     })
 }
 
-fn row(family: &str) -> Row {
-    Row { family: family.into(), law: "pd".into(), ..Row::default() }
+fn row(family: &str) -> CaseResult {
+    CaseResult { family: family.into(), law: "pd".into(), ..CaseResult::default() }
 }
 
 /// A column of another name would be read as one in which nothing is.
@@ -48,15 +50,41 @@ fn a_file_that_lacks_a_column_or_has_another_form_is_refused() {
     }
 }
 
+/// Files of the same form from before the profiled move: their set points stepped.
+#[test]
+fn a_file_without_a_motion_is_read_as_one_of_steps() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("rows.csv");
+    let header = header(&[Family::Rigid]);
+    let text = rows::render(&header, &[row("rigid")]).unwrap();
+    let text = String::from_utf8(text).unwrap();
+    let older = text.replacen(",\"motion\":\"step\"", "", 1);
+    let older: Vec<String> = older
+        .lines()
+        .map(|line| match line.strip_suffix(",set_point_rests_s") {
+            Some(titles) => titles.to_owned(),
+            None => line.strip_suffix(",0.0").unwrap_or(line).to_owned(),
+        })
+        .collect();
+    let older = older.join("\n") + "\n";
+    let is_older = !older.contains("\"motion\"") && !older.contains("set_point_rests_s");
+    assert!(is_older, "{older}");
+    std::fs::write(&path, older).unwrap();
+    assert_eq!(rows::read(&path).unwrap(), (header.clone(), vec![row("rigid")]));
+    let profiled = EnsembleHeader { motion: Approach::Profiled, ..header };
+    std::fs::write(&path, rows::render(&profiled, &[row("rigid")]).unwrap()).unwrap();
+    assert_eq!(rows::read(&path).unwrap().0.motion, Approach::Profiled);
+}
+
 /// A machine's file has the name that its user gave it.
 #[test]
 fn a_file_with_the_name_of_a_family_is_no_such_family() {
     let laws = ["pd".to_owned()];
     for name in ["end-stop.toml", "thesis-axis.toml"] {
         let document = Document::open("step-response").unwrap();
-        let around = Around { controllers: &laws, ..Around::default() };
+        let around = MachineOptions { controllers: &laws, ..MachineOptions::default() };
         let machine = MachineEnsemble::around(name, document, around, 15.0).unwrap();
-        let header = Header::of_machine(&machine, 1, 1);
+        let header = EnsembleHeader::of_machine(&machine, 1, 1);
         let families = summary::summaries(&header, &machine.run(1, 1).unwrap());
         let found = &families[0].1[0];
         assert!(found.gave_up_s.max().is_none() && found.near_s.max().is_none(), "{name}");

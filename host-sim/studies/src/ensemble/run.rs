@@ -3,11 +3,12 @@
 use indicatif::{ParallelProgressIterator, ProgressBar, ProgressStyle};
 use rayon::prelude::*;
 
-use super::case::{self, Row};
-use super::draw::{Case, Kind};
+use super::case::{self, CaseResult};
+use super::draw::{Case, DrawOptions};
 use super::family::Family;
-use super::rules::{Rule, Told, Tuned};
+use super::motions::{Approach, Motions};
 use crate::error::Error;
+use crate::rules::{ControllerGains, GainRule, JointBounds};
 
 /// What is run.
 #[derive(Clone)]
@@ -17,13 +18,15 @@ pub struct Ensemble {
     /// Number of joints of each family.
     pub cases: u64,
     /// What is varied beside the seed.
-    pub kind: Kind,
+    pub kind: DrawOptions,
+    /// How the set point goes to the target.
+    pub approach: Approach,
     /// Moves in a row; 0: none.
     pub moves: u32,
     /// The families.
     pub families: Vec<Family>,
     /// The laws.
-    pub rules: Vec<&'static Rule>,
+    pub rules: Vec<&'static GainRule>,
 }
 
 /// Runs the cases for which `wanted` says so (family, number of the case, law), and gives each row
@@ -34,9 +37,9 @@ pub struct Ensemble {
 pub fn run(
     ensemble: &Ensemble,
     wanted: impl Fn(Family, u64, &str) -> bool + Sync,
-    take: impl Fn(Row) -> Result<(), Error> + Sync,
+    take: impl Fn(CaseResult) -> Result<(), Error> + Sync,
 ) -> Result<(), Error> {
-    run_with(ensemble, Rule::gains, wanted, take)
+    run_with(ensemble, GainRule::gains, wanted, take)
 }
 
 /// Does the same with gains from elsewhere than the rules' constants.
@@ -45,11 +48,12 @@ pub fn run(
 /// As [`run`].
 pub(super) fn run_with(
     ensemble: &Ensemble,
-    gains: impl Fn(&Rule, &Told) -> Tuned + Sync,
+    gains: impl Fn(&GainRule, &JointBounds) -> ControllerGains + Sync,
     wanted: impl Fn(Family, u64, &str) -> bool + Sync,
-    take: impl Fn(Row) -> Result<(), Error> + Sync,
+    take: impl Fn(CaseResult) -> Result<(), Error> + Sync,
 ) -> Result<(), Error> {
-    let Ensemble { seed, cases, kind, moves, families, rules } = ensemble;
+    let Ensemble { seed, cases, kind, approach, moves, families, rules } = ensemble;
+    let motions = Motions { approach: *approach, seed: *seed, moves: *moves };
     let is_wanted =
         |family: &Family, number: u64| rules.iter().any(|rule| wanted(*family, number, rule.law));
     let of = |family: &Family| (0..*cases).map(|number| (*family, number)).collect::<Vec<_>>();
@@ -61,12 +65,7 @@ pub(super) fn run_with(
     let done = joints.par_iter().progress_with(bar.clone()).try_for_each(|(family, number)| {
         let joint = Case::draw(*seed, *family, *number, *kind);
         for rule in rules.iter().filter(|rule| wanted(*family, *number, rule.law)) {
-            take(case::run(
-                &joint,
-                rule.law,
-                &joint.each(|told| gains(rule, told)),
-                [*seed, (*moves).into()],
-            )?)?;
+            take(case::run(&joint, rule.law, &joint.each(|bounds| gains(rule, bounds)), motions)?)?;
         }
         Ok(())
     });

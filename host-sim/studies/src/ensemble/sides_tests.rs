@@ -1,18 +1,21 @@
 //! Verdicts at the encoder and at the load, and false trips by name.
 
-use super::case::{self, Row};
-use super::draw::{Case, GEAR_BACKLASH_DEG, Kind};
+use super::case::{self, CaseResult};
+use super::draw::{Case, DrawOptions, GEAR_BACKLASH_DEG};
 use super::family::Family;
-use super::machine_file::{Around, MachineEnsemble};
-use super::rows::{self, Header};
-use super::rules::rules;
+use super::machine_file::{MachineEnsemble, MachineOptions};
+use super::motions::{Approach, Motions};
+use super::rows::{self, EnsembleHeader};
 use super::run::Ensemble;
 use super::{json, markdown, summary, table};
 use crate::experiment::Document;
 use crate::goal::PositionGoal;
 use crate::joint::Train;
+use crate::rules::rules;
 
-const EASY: Kind = Kind { hard: false, rate_hz: 1000.0 };
+const EASY: DrawOptions = DrawOptions { hard: false, rate_hz: 1000.0 };
+
+const STEPPED: Motions = Motions { approach: Approach::Step, seed: 1, moves: 0 };
 
 const GEAR: &str = include_str!("../../../tests/joints_under_test/gear_with_backlash.toml");
 
@@ -21,9 +24,9 @@ fn backlash(case: &Case) -> f64 {
     shaft.backlash
 }
 
-fn ran(case: &Case, law: &str) -> Row {
+fn ran(case: &Case, law: &str) -> CaseResult {
     let rule = rules(&[law.into()]).unwrap()[0];
-    case::run(case, law, &case.gains(rule), [1, 0]).unwrap()
+    case::run(case, law, &case.gains(rule), STEPPED).unwrap()
 }
 
 #[test]
@@ -83,15 +86,15 @@ fn one_inertia_has_the_same_verdict_at_both_sides() {
     }
 }
 
-fn around_the_gear(set: &[&str]) -> (Header, Vec<Row>) {
+fn around_the_gear(set: &[&str]) -> (EnsembleHeader, Vec<CaseResult>) {
     let mut document = Document::parse("gear.toml", GEAR).unwrap();
     // Enough for friction and unbalance together, whatever is derived.
     let all = set.iter().copied().chain(["limits.breakaway_v=2.5"]);
     document.set(&all.map(str::to_owned).collect::<Vec<_>>()).unwrap();
     let controllers = ["robust".to_owned()];
-    let around = Around { controllers: &controllers, ..Around::default() };
+    let around = MachineOptions { controllers: &controllers, ..MachineOptions::default() };
     let machine = MachineEnsemble::around("gear.toml", document, around, 15.0).unwrap();
-    (Header::of_machine(&machine, 1, 1), machine.run(1, 1).unwrap())
+    (EnsembleHeader::of_machine(&machine, 1, 1), machine.run(1, 1).unwrap())
 }
 
 /// 0.6 deg of backlash are 171 counts: the encoder is within two, the load is not.
@@ -120,7 +123,7 @@ fn a_file_s_joint_is_judged_at_both_sides_and_its_success_is_the_load_s() {
 #[test]
 fn laws_on_a_file_whose_encoder_cannot_see_slack_are_ranked_at_the_encoder() {
     let (mut header, rows) = around_the_gear(&[]);
-    let chance = Row {
+    let chance = CaseResult {
         law: "chance".into(),
         success_at_encoder: false,
         settled_at_encoder_s: None,
@@ -131,7 +134,7 @@ fn laws_on_a_file_whose_encoder_cannot_see_slack_are_ranked_at_the_encoder() {
     };
     header.laws = ["chance", "robust"].map(str::to_owned).into();
     let rows = [chance, rows[0].clone()];
-    let first = |header: &Header| {
+    let first = |header: &EnsembleHeader| {
         let text = table::render(header, &summary::summaries(header, &rows));
         let laws = text.lines().filter_map(|line| line.split_whitespace().next());
         laws.into_iter().find(|one| ["chance", "robust"].contains(one)).unwrap().to_owned()
@@ -161,15 +164,16 @@ fn a_goal_of_the_file_decides_at_both_sides() {
 
 #[test]
 fn reports_have_both_sides_where_they_differ_and_name_each_false_trip() {
-    let header = Header::of(&Ensemble {
+    let header = EnsembleHeader::of(&Ensemble {
         seed: 5,
         cases: 2,
         kind: EASY,
+        approach: Approach::Step,
         moves: 0,
         families: vec![Family::GearBacklash, Family::Rigid],
         rules: rules(&["pd".into()]).unwrap(),
     });
-    let row = |family: Family, case: u64| Row {
+    let row = |family: Family, case: u64| CaseResult {
         family: family.name().into(),
         law: "pd".into(),
         case,
@@ -181,10 +185,11 @@ fn reports_have_both_sides_where_they_differ_and_name_each_false_trip() {
         settled_at_load_s: (family == Family::Rigid).then_some(0.5),
         success_at_load: family == Family::Rigid,
         tracking_fault: (family == Family::Rigid && case == 1).then(|| "overspeed".into()),
-        ..Row::default()
+        ..CaseResult::default()
     };
     let all = [Family::GearBacklash, Family::Rigid];
-    let rows: Vec<Row> = all.iter().flat_map(|one| [0, 1].map(|case| row(*one, case))).collect();
+    let rows: Vec<CaseResult> =
+        all.iter().flat_map(|one| [0, 1].map(|case| row(*one, case))).collect();
     let families = summary::summaries(&header, &rows);
     let text = table::render(&header, &families);
     let [of_gear, of_rigid] = text.split("rigid: 2 joints").collect::<Vec<_>>()[..] else {

@@ -2,11 +2,12 @@
 
 use std::collections::BTreeMap;
 
-use super::case::Row;
+use super::case::CaseResult;
 use super::measures::HUNTING_REVERSALS;
-use super::rows::{Group, Header};
+use super::motions::Approach;
+use super::rows::{EnsembleHeader, Group};
 use super::statistics::{Sorted, wilson};
-use super::trips::{self, Trip};
+use super::trips::{self, FalseTrip};
 
 /// The cases that are named as the worst.
 const WORST: usize = 5;
@@ -31,7 +32,7 @@ pub struct SideSummary {
 
 /// A law on a family. Every quantile is over all cases; what never settles takes infinitely long.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Summary {
+pub struct LawSummary {
     /// Name of the law.
     pub law: String,
     /// Number of cases.
@@ -79,7 +80,7 @@ pub struct Summary {
     /// How often each fault was the cause, in steps, trajectories and rows of moves.
     pub faults: BTreeMap<String, usize>,
     /// Each of these faults, in the order of the cases.
-    pub trips: Vec<Trip>,
+    pub trips: Vec<FalseTrip>,
     /// Cases and successes by the jump of the load; empty if it is not known.
     pub by_jump: Vec<(&'static str, usize, usize)>,
     /// A row of moves, if there was one.
@@ -104,21 +105,24 @@ pub struct MovesSummary {
 }
 
 /// Summarises the rows of each family and law. The rows are sorted as [`super::sort_rows`] does it.
-pub fn summaries(header: &Header, rows: &[Row]) -> Vec<(Group, Vec<Summary>)> {
-    let of = |group: &Group, law: &String| -> Vec<&Row> {
+pub fn summaries(header: &EnsembleHeader, rows: &[CaseResult]) -> Vec<(Group, Vec<LawSummary>)> {
+    let of = |group: &Group, law: &String| -> Vec<&CaseResult> {
         rows.iter().filter(|row| row.family == group.name && row.law == *law).collect()
     };
     let families = header.families.iter().map(|group| {
         let laws = header.laws.iter().map(|law| (law, of(group, law)));
         let seen = laws.filter(|(_, rows)| !rows.is_empty());
-        (group.clone(), seen.map(|(law, rows)| Summary::of(group, law, &rows)).collect())
+        (
+            group.clone(),
+            seen.map(|(law, rows)| LawSummary::of(group, law, header.motion, &rows)).collect(),
+        )
     });
     families.collect()
 }
 
 impl SideSummary {
     /// Summarises a side, of which `of` returns success, settling and rest error.
-    fn of(rows: &[&Row], of: impl Fn(&Row) -> (bool, Option<f64>, f64)) -> Self {
+    fn of(rows: &[&CaseResult], of: impl Fn(&CaseResult) -> (bool, Option<f64>, f64)) -> Self {
         let of: Vec<_> = rows.iter().map(|row| of(row)).collect();
         let success = of.iter().filter(|(is_success, ..)| *is_success).count();
         let settled_s = of.iter().map(|(_, settled_s, _)| settled_s.unwrap_or(f64::INFINITY));
@@ -131,27 +135,27 @@ impl SideSummary {
     }
 }
 
-impl Summary {
+impl LawSummary {
     /// Returns whether the verdict at the load differs from that at the encoder.
     pub fn is_two_sided(&self) -> bool {
         self.at_encoder != self.at_load
     }
 
     /// Summarises the rows of one family and law.
-    fn of(group: &Group, law: &str, rows: &[&Row]) -> Self {
-        let is_success = |row: &Row| row.is_success(group.settles_within_s);
-        let all = |of: fn(&Row) -> f64| Sorted::new(rows.iter().map(|row| of(row)));
-        let mean = |of: fn(&Row) -> f64| {
+    fn of(group: &Group, law: &str, approach: Approach, rows: &[&CaseResult]) -> Self {
+        let is_success = |row: &CaseResult| row.is_success(group.settles_within_s);
+        let all = |of: fn(&CaseResult) -> f64| Sorted::new(rows.iter().map(|row| of(row)));
+        let mean = |of: fn(&CaseResult) -> f64| {
             rows.iter().map(|row| of(row)).sum::<f64>() / rows.len().max(1) as f64
         };
-        let hunting: Vec<&&Row> =
+        let hunting: Vec<&&CaseResult> =
             rows.iter().filter(|row| row.reversals >= HUNTING_REVERSALS).collect();
         let success = rows.iter().filter(|row| is_success(row)).count();
         let mut faults = BTreeMap::new();
         for fault in rows.iter().flat_map(|row| row.faults()) {
             *faults.entry(fault.to_owned()).or_default() += 1;
         }
-        let late = |of: fn(&Row) -> Option<f64>, is_asked: bool| {
+        let late = |of: fn(&CaseResult) -> Option<f64>, is_asked: bool| {
             let rows = rows.iter().filter(|_| is_asked);
             Sorted::new(rows.map(|row| of(row).unwrap_or(f64::INFINITY)))
         };
@@ -184,7 +188,7 @@ impl Summary {
             held_effort: all(|row| row.held_effort),
             false_trips: rows.iter().filter(|row| row.faults().next().is_some()).count(),
             faults,
-            trips: rows.iter().flat_map(|row| trips::of(row)).collect(),
+            trips: rows.iter().flat_map(|row| trips::of(row, approach)).collect(),
             by_jump: by_jump(rows, is_success),
             moves: MovesSummary::of(rows),
             worst: worst(rows, is_success),
@@ -193,10 +197,11 @@ impl Summary {
 }
 
 impl MovesSummary {
-    fn of(rows: &[&Row]) -> Option<Self> {
+    fn of(rows: &[&CaseResult]) -> Option<Self> {
         let moves = rows.first()?.moves;
-        let rms = |of: fn(&Row) -> Option<f64>| Sorted::new(rows.iter().filter_map(|row| of(row)));
-        let sum = |of: fn(&Row) -> u32| rows.iter().map(|row| u64::from(of(row))).sum();
+        let rms =
+            |of: fn(&CaseResult) -> Option<f64>| Sorted::new(rows.iter().filter_map(|row| of(row)));
+        let sum = |of: fn(&CaseResult) -> u32| rows.iter().map(|row| u64::from(of(row))).sum();
         (moves > 0).then(|| Self {
             moves,
             judged: sum(|row| row.judged_moves),
@@ -207,7 +212,10 @@ impl MovesSummary {
     }
 }
 
-fn by_jump(rows: &[&Row], is_success: impl Fn(&Row) -> bool) -> Vec<(&'static str, usize, usize)> {
+fn by_jump(
+    rows: &[&CaseResult],
+    is_success: impl Fn(&CaseResult) -> bool,
+) -> Vec<(&'static str, usize, usize)> {
     if rows.iter().all(|row| row.jump_counts.is_none()) {
         return Vec::new();
     }
@@ -223,9 +231,10 @@ fn by_jump(rows: &[&Row], is_success: impl Fn(&Row) -> bool) -> Vec<(&'static st
 
 /// What failed before what did not, what never settled before what did late, and the larger rest
 /// error first.
-fn worst(rows: &[&Row], is_success: impl Fn(&Row) -> bool) -> Vec<u64> {
-    let mut ranked: Vec<(&Row, bool)> = rows.iter().map(|row| (*row, is_success(row))).collect();
-    let settled = |row: &Row| row.settled_s.unwrap_or(f64::INFINITY);
+fn worst(rows: &[&CaseResult], is_success: impl Fn(&CaseResult) -> bool) -> Vec<u64> {
+    let mut ranked: Vec<(&CaseResult, bool)> =
+        rows.iter().map(|row| (*row, is_success(row))).collect();
+    let settled = |row: &CaseResult| row.settled_s.unwrap_or(f64::INFINITY);
     ranked.sort_by(|(a, a_succeeds), (b, b_succeeds)| {
         a_succeeds
             .cmp(b_succeeds)

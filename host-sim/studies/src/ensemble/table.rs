@@ -2,17 +2,18 @@
 
 use std::fmt::Write as _;
 
-use super::rows::{Group, Header};
-use super::rules::{RULES, TUNING_SEEDS};
+use super::motions::Approach;
+use super::rows::{EnsembleHeader, Group};
 use super::statistics::Sorted;
-use super::summary::{MovesSummary, SideSummary, Summary};
+use super::summary::{LawSummary, MovesSummary, SideSummary};
 use crate::output::table::{self, number};
+use crate::rules::{GainRule, RULES, TUNING_SEEDS};
 
 /// Trips of a law that the text names.
 const TRIPS_NAMED: usize = 10;
 
 /// Renders the families, each with its laws, the best first.
-pub fn render(header: &Header, families: &[(Group, Vec<Summary>)]) -> String {
+pub fn render(header: &EnsembleHeader, families: &[(Group, Vec<LawSummary>)]) -> String {
     let mut text = String::new();
     for (group, summaries) in families.iter().filter(|(_, summaries)| !summaries.is_empty()) {
         let Group { name, unit, effort_unit, goal, .. } = group;
@@ -34,8 +35,8 @@ pub fn render(header: &Header, families: &[(Group, Vec<Summary>)]) -> String {
         }
         text.push('\n');
     }
-    let is_unseen = |(group, laws): &(Group, Vec<Summary>)| {
-        group.is_family && laws.iter().any(Summary::is_two_sided)
+    let is_unseen = |(group, laws): &(Group, Vec<LawSummary>)| {
+        group.is_family && laws.iter().any(LawSummary::is_two_sided)
     };
     if families.iter().any(is_unseen) {
         text += UNSEEN;
@@ -54,10 +55,10 @@ the load can be off by the backlash and by the wind-up of the shaft.
 /// The laws by their success, then by their 95 % settling, then by their tracking. Where the encoder
 /// of a machine's file cannot see slack, success and settling are those at the encoder, as in the
 /// benchmark: no law corrects what its encoder cannot see.
-fn ranked<'a>(group: &Group, summaries: &'a [Summary]) -> Vec<&'a Summary> {
-    let mut ranked: Vec<&Summary> = summaries.iter().collect();
+fn ranked<'a>(group: &Group, summaries: &'a [LawSummary]) -> Vec<&'a LawSummary> {
+    let mut ranked: Vec<&LawSummary> = summaries.iter().collect();
     let p = |sorted: &Sorted, share| sorted.quantile(share).unwrap_or(f64::INFINITY);
-    let judged = |summary: &'a Summary| match group.unseen_slack {
+    let judged = |summary: &'a LawSummary| match group.unseen_slack {
         Some(_) => (summary.at_encoder.success, &summary.at_encoder.settled_s),
         None => (summary.success, &summary.settling_s),
     };
@@ -80,7 +81,7 @@ const fn judged_side(group: &Group) -> &'static str {
 }
 
 /// Both sides of the gear, side by side.
-fn sides(ranked: &[&Summary]) -> String {
+fn sides(ranked: &[&LawSummary]) -> String {
     let mut table = table::new(&[
         "law",
         "at the\nencoder\n%",
@@ -109,7 +110,7 @@ fn sides(ranked: &[&Summary]) -> String {
     table.trim_fmt()
 }
 
-fn precision(ranked: &[&Summary]) -> String {
+fn precision(ranked: &[&LawSummary]) -> String {
     let mut table = table::new(&[
         "law",
         "suc-\ncess\n%",
@@ -140,7 +141,7 @@ fn precision(ranked: &[&Summary]) -> String {
     table.trim_fmt()
 }
 
-fn motion(ranked: &[&Summary], unit: &str, effort_unit: &str) -> String {
+fn motion(ranked: &[&LawSummary], unit: &str, effort_unit: &str) -> String {
     let (scale, unit) = readable(unit);
     let headers = [
         format!("rms p50\n{unit}"),
@@ -176,7 +177,7 @@ fn readable(unit: &str) -> (f64, &str) {
 }
 
 /// What has no column: faults, hunting, the load that is not seen, jumps, and a row of moves.
-fn remarks(summary: &Summary, group: &Group, seed: u64) -> Vec<String> {
+fn remarks(summary: &LawSummary, group: &Group, seed: u64) -> Vec<String> {
     let law = &summary.law;
     let Group { unit: whole, effort_unit, near, .. } = group;
     let (scale, unit) = readable(whole);
@@ -253,16 +254,28 @@ fn remarks(summary: &Summary, group: &Group, seed: u64) -> Vec<String> {
     remarks
 }
 
-fn legend(header: &Header) -> String {
-    let mut text = String::from(
-        "\
-All of it is simulated, under a servo with every monitor at its default. Rest, in
-counts, is the largest true error in the last half of the run. The second table is of a
-trapezoid of speed: rms error, stops on the way, total variation of the effort;
-variation at rest and rms effort are those of the step's last half.
-docs/ensemble.md says more.
-",
-    );
+fn legend(header: &EnsembleHeader) -> String {
+    let mut text = String::from(match header.motion {
+        Approach::Profiled => {
+            "\
+All of it is simulated, under a servo with every monitor at its default. The set point
+goes to its target within the limits of speed that `new` writes; success is counted from
+its end.
+"
+        }
+        Approach::Step => {
+            "\
+All of it is simulated, under a servo with every monitor at its default. The set point
+steps to its target.
+"
+        }
+    });
+    text += "\
+Rest, in counts, is the largest true error in the last half of the run. The second table
+is of a trapezoid of speed: rms error, stops on the way, total variation of the effort;
+variation at rest and rms effort are those of the last half at the target.
+docs/ensemble.md has the details.
+";
     if TUNING_SEEDS.contains(&header.seed) {
         text += "Seed of the tuning: the rules were made on such joints, so this is no score.\n";
     }
@@ -270,9 +283,9 @@ docs/ensemble.md says more.
         return text + "The gains are those of the file.\n";
     }
     let rules = RULES.iter().filter(|rule| header.laws.iter().any(|law| law == rule.law));
-    text += "Rules, from what a law is told of the nominal joint:\n";
-    for rule in rules {
-        text += &format!("  {}: {}\n", rule.law, rule.text);
+    text += "Rules, and the figures of the joint that each law knows:\n";
+    for GainRule { law, knows, text: rule, .. } in rules {
+        text += &format!("  {law}: {rule}\n    knows {knows}\n");
     }
     text
 }
@@ -285,7 +298,7 @@ fn after(value: Option<f64>) -> String {
     }
 }
 
-/// A time, s; what never settles is told in words.
+/// A time, s; `never` if it is infinite.
 fn time(value: Option<f64>) -> String {
     match value {
         Some(value) if value.is_infinite() => "never".into(),

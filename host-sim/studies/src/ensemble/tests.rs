@@ -6,30 +6,33 @@ use std::sync::Mutex;
 use stiction::control::laws::Gains;
 use stiction::control::laws::robust::EncoderSide;
 
-use super::case::{self, Row};
-use super::draw::{Case, Kind};
+use super::case::{self, CaseResult};
+use super::draw::{Case, DrawOptions};
 use super::family::Family;
-use super::machine_file::{Around, MachineEnsemble};
-use super::rows::{self, Header, Kept, Shard};
-use super::rules::{Rule, rules};
+use super::machine_file::{MachineEnsemble, MachineOptions};
+use super::motions::{Approach, Motions};
+use super::rows::{self, EnsembleHeader, ResumeFile, Shard};
 use super::run::{Ensemble, run};
 use super::{json, summary};
 use crate::joint::{Body, Description, Train};
 use crate::output::{OutputFile, OverwriteGuard};
+use crate::rules::{GainRule, rules};
 
-const EASY: Kind = Kind { hard: false, rate_hz: 1000.0 };
+const EASY: DrawOptions = DrawOptions { hard: false, rate_hz: 1000.0 };
+
+const STEPPED: Motions = Motions { approach: Approach::Step, seed: 1, moves: 0 };
 
 fn output(path: &Path) -> OutputFile {
     OverwriteGuard::default().results("--resume", path).unwrap()
 }
 
-fn rule(law: &str) -> &'static Rule {
+fn rule(law: &str) -> &'static GainRule {
     rules(&[law.into()]).unwrap()[0]
 }
 
-fn ran(case: &Case, law: &str) -> Row {
+fn ran(case: &Case, law: &str) -> CaseResult {
     let rule = rule(law);
-    case::run(case, law, &case.gains(rule), [1, 0]).unwrap()
+    case::run(case, law, &case.gains(rule), STEPPED).unwrap()
 }
 
 /// A rigid joint with as much friction as nothing but the caller says, and without load, lag and
@@ -90,6 +93,29 @@ fn a_monitor_that_trips_is_no_success_and_is_counted() {
     assert!((row.rest_counts - 0.02 / case.count()).abs() < 1.0, "{row:?}");
 }
 
+/// 0.5 rad at 60 N m and 0.34 kg m^2: a step comes to some 9 rad/s, and the monitor of PD's Kd (29.5
+/// N m s/rad) trips at 2.5 x 60/29.5 = 5.1 rad/s. A profile has half of 3 rad/s.
+#[test]
+fn a_profiled_move_stays_below_the_speed_at_which_a_step_trips() {
+    let case = joint(1.0, 0.5);
+    let under = |law: &str, approach: Approach| {
+        let motions = Motions { approach, ..STEPPED };
+        case::run(&case, law, &case.gains(rule(law)), motions).unwrap()
+    };
+    for law in ["pd", "srnf", "pid", "feedforward+observer"] {
+        let stepped = under(law, Approach::Step);
+        assert_eq!(stepped.step_fault.as_deref(), Some("overspeed"), "{stepped:?}");
+        let profiled = under(law, Approach::Profiled);
+        assert_eq!(profiled.step_fault, None, "{profiled:?}");
+        // 0.5 rad at 1.5 rad/s take 0.33 s, and 1.5 rad/s at 22 rad/s^2 0.07 s more, with an
+        // average over 0.1 s.
+        let rests_s = profiled.set_point_rests_s;
+        assert!((0.4..0.6).contains(&rests_s) && stepped.set_point_rests_s == 0.0, "{profiled:?}");
+        assert!(profiled.settled_s.is_none_or(|settled_s| settled_s >= rests_s), "{profiled:?}");
+    }
+    assert!(under("pid", Approach::Profiled).is_success(5.0));
+}
+
 #[test]
 fn no_overhauled_joint_spins_away_without_a_fault() {
     for number in 0..12 {
@@ -103,20 +129,20 @@ fn no_overhauled_joint_spins_away_without_a_fault() {
 }
 
 /// With the encoder on the load, effort that an observer finds too quickly feeds a load that swings
-/// behind its transmission. So it is slower there while the joint moves, unless it is told.
+/// behind its transmission. So it is slower there while the joint moves, unless its bandwidth is set.
 #[test]
 fn loads_swing_less_on_their_way_under_the_observer_of_their_side_than_under_the_motors() {
     let tracked = |observer: f32| {
         let mut rms: Vec<f64> = (0..30)
             .map(|number| {
                 let case = Case::draw(11, Family::FlexibleLoad, number, EASY);
-                let mut tuned = case.gains(rule("robust"));
-                for law in tuned.iter_mut().flat_map(|tuned| &mut tuned.laws) {
+                let mut gains = case.gains(rule("robust"));
+                for law in gains.iter_mut().flat_map(|gains| &mut gains.laws) {
                     let Gains::Robust(gains) = law else { panic!("{law:?}") };
                     assert_eq!(gains.encoder_side, EncoderSide::Load);
                     gains.observer = observer;
                 }
-                let row = case::run(&case, "robust", &tuned, [1, 0]).unwrap();
+                let row = case::run(&case, "robust", &gains, STEPPED).unwrap();
                 // One that trips has not come along either.
                 row.tracking_rms.unwrap_or(f64::INFINITY)
             })
@@ -140,12 +166,16 @@ fn loose_joints_of_a_slow_loop_miss_no_move_with_friction_that_is_learned_at_low
     for number in [83, 100, 126, 190, 209, 215, 248, 315, 414, 452] {
         let missed = |learned_to: f32| {
             let case = Case::draw(11, Family::ThesisAxis, number, EASY);
-            let mut tuned = case.gains(rule("robust"));
-            for law in tuned.iter_mut().flat_map(|tuned| &mut tuned.laws) {
+            let mut gains = case.gains(rule("robust"));
+            for law in gains.iter_mut().flat_map(|gains| &mut gains.laws) {
                 let Gains::Robust(gains) = law else { panic!("{law:?}") };
+                // Not rounded, as when the ten were found: others miss under a fifth digit.
+                gains.inertia = case.bounds.inertia as f32;
                 gains.learned_to = learned_to;
             }
-            case::run(&case, "robust", &tuned, [11, 200]).unwrap().missed
+            case::run(&case, "robust", &gains, Motions { seed: 11, moves: 200, ..STEPPED })
+                .unwrap()
+                .missed
         };
         assert!(missed(9.64) > 0, "joint {number}");
         assert_eq!(missed(0.0), 0, "joint {number}");
@@ -157,13 +187,14 @@ fn small(laws: &[&str]) -> Ensemble {
         seed: 5,
         cases: 5,
         kind: EASY,
+        approach: Approach::Step,
         moves: 2,
         families: vec![Family::ThesisAxis, Family::Rigid],
         rules: laws.iter().map(|law| rule(law)).collect(),
     }
 }
 
-fn collect(ensemble: &Ensemble, wanted: impl Fn(u64) -> bool + Sync) -> Vec<Row> {
+fn collect(ensemble: &Ensemble, wanted: impl Fn(u64) -> bool + Sync) -> Vec<CaseResult> {
     let rows = Mutex::new(Vec::new());
     run(
         ensemble,
@@ -175,11 +206,11 @@ fn collect(ensemble: &Ensemble, wanted: impl Fn(u64) -> bool + Sync) -> Vec<Row>
     )
     .unwrap();
     let mut rows = rows.into_inner().unwrap();
-    rows::sort(&Header::of(ensemble), &mut rows);
+    rows::sort(&EnsembleHeader::of(ensemble), &mut rows);
     rows
 }
 
-fn report(header: &Header, rows: &[Row]) -> String {
+fn report(header: &EnsembleHeader, rows: &[CaseResult]) -> String {
     json::object(header, &summary::summaries(header, rows)).to_string()
 }
 
@@ -193,22 +224,22 @@ fn rows_do_not_depend_on_the_number_of_threads_nor_a_law_on_the_others() {
     let alone = on(1);
     assert_eq!(alone.len(), 20);
     assert_eq!(alone, on(3));
-    let of_roi: Vec<Row> = alone.iter().filter(|row| row.law == "roi").cloned().collect();
+    let of_roi: Vec<CaseResult> = alone.iter().filter(|row| row.law == "roi").cloned().collect();
     assert_eq!(of_roi, collect(&small(&["roi"]), |_| true));
 }
 
 #[test]
 fn shards_put_together_are_the_whole_to_the_bit_also_through_their_files() {
     let ensemble = small(&["pd", "srnf"]);
-    let header = Header::of(&ensemble);
+    let header = EnsembleHeader::of(&ensemble);
     let whole = collect(&ensemble, |_| true);
-    let shards: Vec<Vec<Row>> = (1..=3)
+    let shards: Vec<Vec<CaseResult>> = (1..=3)
         .map(|k| Shard::read(&format!("{k}/3")).unwrap())
         .map(|shard| collect(&ensemble, |case| shard.has(case)))
         .collect();
     assert!(shards.iter().all(|rows| !rows.is_empty() && rows.len() < whole.len()));
     let directory = tempfile::tempdir().unwrap();
-    let files: Vec<(String, Header, Vec<Row>)> = shards
+    let files: Vec<(String, EnsembleHeader, Vec<CaseResult>)> = shards
         .iter()
         .enumerate()
         .map(|(k, rows)| {
@@ -223,26 +254,31 @@ fn shards_put_together_are_the_whole_to_the_bit_also_through_their_files() {
     assert_eq!(report(&found, &merged), report(&header, &whole));
     assert_eq!(rows::render(&found, &merged).unwrap(), rows::render(&header, &whole).unwrap());
 
-    let refusal =
-        |files: &[(String, Header, Vec<Row>)]| rows::merge(files).unwrap_err().to_string();
+    let refusal = |files: &[(String, EnsembleHeader, Vec<CaseResult>)]| {
+        rows::merge(files).unwrap_err().to_string()
+    };
     let missing = refusal(&files[..2]);
     assert!(missing.contains("of 20 rows are there; the first that is missing is"), "{missing}");
     let mut other = files.clone();
     other[1].1.seed = 6;
     assert!(refusal(&other).contains("its `seed` is 6, not 5"), "{}", refusal(&other));
     let mut changed = files.clone();
-    changed.push(("again".into(), header, vec![Row { rest_counts: 0.1, ..whole[0].clone() }]));
+    changed.push((
+        "again".into(),
+        header,
+        vec![CaseResult { rest_counts: 0.1, ..whole[0].clone() }],
+    ));
     assert!(refusal(&changed).contains("with other values"), "{}", refusal(&changed));
 }
 
 #[test]
 fn a_run_that_was_cut_off_goes_on_from_its_file() {
     let ensemble = small(&["pd"]);
-    let header = Header::of(&ensemble);
+    let header = EnsembleHeader::of(&ensemble);
     let whole = collect(&ensemble, |_| true);
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("rows.csv");
-    let (mut kept, there) = Kept::open(&output(&path), &header).unwrap();
+    let (mut kept, there) = ResumeFile::open(&output(&path), &header).unwrap();
     assert!(there.is_empty());
     whole[..4].iter().for_each(|row| kept.add(row).unwrap());
     drop(kept);
@@ -250,22 +286,22 @@ fn a_run_that_was_cut_off_goes_on_from_its_file() {
     let mut text = std::fs::read_to_string(&path).unwrap();
     text.truncate(text.len() - 9);
     std::fs::write(&path, &text).unwrap();
-    let (mut kept, there) = Kept::open(&output(&path), &header).unwrap();
+    let (mut kept, there) = ResumeFile::open(&output(&path), &header).unwrap();
     assert_eq!(there, whole[..3]);
     whole[3..].iter().for_each(|row| kept.add(row).unwrap());
     assert_eq!(rows::read(&path).unwrap(), (header.clone(), whole));
-    let other = Header { cases: 6, ..header };
-    let refusal = Kept::open(&output(&path), &other).unwrap_err().to_string();
+    let other = EnsembleHeader { cases: 6, ..header };
+    let refusal = ResumeFile::open(&output(&path), &other).unwrap_err().to_string();
     assert!(refusal.contains("its `cases` is 5, not 6"), "{refusal}");
     std::fs::write(&path, "time_s,error_deg\n").unwrap();
-    let refusal = Kept::open(&output(&path), &other).unwrap_err().to_string();
+    let refusal = ResumeFile::open(&output(&path), &other).unwrap_err().to_string();
     assert!(refusal.contains("these are no rows of an ensemble"), "{refusal}");
 }
 
 #[test]
 fn the_object_has_the_keys_that_are_promised() {
     let ensemble = small(&["pd"]);
-    let header = Header::of(&ensemble);
+    let header = EnsembleHeader::of(&ensemble);
     let rows = collect(&ensemble, |_| true);
     let object = json::object(&header, &summary::summaries(&header, &rows));
     assert_eq!((&object["schema"], &object["seed"]), (&1.into(), &5.into()));
@@ -314,10 +350,10 @@ fn the_object_has_the_keys_that_are_promised() {
 fn an_ensemble_around_a_file_goes_on_and_is_merged_to_the_bit() {
     let laws = ["pd", "srnf"].map(str::to_owned);
     let spreads = ["joint.friction.slip_v=0.30..0.39".to_owned()];
-    let around = Around { controllers: &laws, spreads: &spreads, rate_hz: Some(100.0) };
+    let around = MachineOptions { controllers: &laws, spreads: &spreads, rate_hz: Some(100.0) };
     let machine = MachineEnsemble::open("step-response", around).unwrap();
     assert!((machine.rate_hz() - 100.0).abs() < 1e-9);
-    let header = Header::of_machine(&machine, 1, 5);
+    let header = EnsembleHeader::of_machine(&machine, 1, 5);
     let collect = |wanted: &(dyn Fn(u64, &str) -> bool + Sync)| {
         let rows = Mutex::new(Vec::new());
         machine
@@ -345,7 +381,8 @@ fn an_ensemble_around_a_file_goes_on_and_is_merged_to_the_bit() {
     assert_eq!((&found, &merged), (&header, &whole));
     assert_eq!(report(&found, &merged), report(&header, &whole));
     // What is there is not run again, and a file of another spread is refused.
-    let (mut kept, there) = Kept::open(&output(&directory.path().join("1.csv")), &header).unwrap();
+    let (mut kept, there) =
+        ResumeFile::open(&output(&directory.path().join("1.csv")), &header).unwrap();
     let had = |case: u64, law: &str| there.iter().any(|row| row.case == case && row.law == law);
     let rest = collect(&|case, law| !had(case, law));
     assert_eq!(rest.len() + there.len(), 10);
@@ -354,11 +391,17 @@ fn an_ensemble_around_a_file_goes_on_and_is_merged_to_the_bit() {
     rows::sort(&header, &mut all);
     assert_eq!(all, whole);
     let other = ["joint.friction.slip_v=0.30..0.38".to_owned()];
-    for around in [Around { spreads: &other, ..around }, Around { rate_hz: None, ..around }] {
+    for around in
+        [MachineOptions { spreads: &other, ..around }, MachineOptions { rate_hz: None, ..around }]
+    {
         let machine = MachineEnsemble::open("step-response", around).unwrap();
-        let other = Header { rate_hz: header.rate_hz, ..Header::of_machine(&machine, 1, 5) };
-        let refusal =
-            Kept::open(&output(&directory.path().join("1.csv")), &other).unwrap_err().to_string();
+        let other = EnsembleHeader {
+            rate_hz: header.rate_hz,
+            ..EnsembleHeader::of_machine(&machine, 1, 5)
+        };
+        let refusal = ResumeFile::open(&output(&directory.path().join("1.csv")), &other)
+            .unwrap_err()
+            .to_string();
         assert!(refusal.contains("rate or spread is another one"), "{refusal}");
     }
 }

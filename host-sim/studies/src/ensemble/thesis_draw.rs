@@ -1,7 +1,7 @@
 //! The draw of the thesis's axis with other friction and inertia, in degrees and volts.
 
 use super::distribution::Draws;
-use super::draw::{Case, Scale, Trapezoid, wall};
+use super::draw::{Case, Trapezoid, UnitScale, wall};
 use super::family::Family;
 use crate::joint::{Body, Description, DiscSide, JointEncoder, Stops, StribeckCurve, Train};
 use crate::plant::Delay;
@@ -12,7 +12,7 @@ pub(super) const NOMINAL: [f64; 2] = [1.0 / 27.0, 0.02];
 /// The full scale of the thesis's D/A and its step, V.
 const EFFORT: [f64; 2] = [5.0, 0.00488];
 
-/// What is told of the breakaway of the thesis's axis, V: 0.38 L(0.5, 2) times U(1, 1.35).
+/// Bounds of the breakaway effort of the thesis's axis, V: 0.38 L(0.5, 2) times U(1, 1.35).
 pub(super) const BREAKAWAY: [f64; 2] = [0.19, 1.03];
 
 /// Count of the thesis's encoder, deg, and its sample time, s.
@@ -31,7 +31,7 @@ pub(super) fn axis(draws: &mut Draws, family: Family, number: u64) -> Case {
     let [count, sample_time] = LOOP;
     let start = -count * draws.uniform(0.0, 1.0);
     let delay = if draws.coin() { Delay::OneSample } else { Delay::None };
-    let scale = Scale { effort: 1.0, angle: 1.0 };
+    let scale = UnitScale { effort: 1.0, angle: 1.0 };
     let train = Train::Rigid(Body { inertia, friction: curve.into() });
     let stops = if family.has_wall() { wall(STEP, count) } else { Stops::default() };
     Case {
@@ -41,7 +41,7 @@ pub(super) fn axis(draws: &mut Draws, family: Family, number: u64) -> Case {
         encoder: JointEncoder { count, side: DiscSide::Motor },
         delay,
         scale,
-        told: scale.told(NOMINAL, BREAKAWAY, 0.0, EFFORT, [count, sample_time]),
+        bounds: scale.bounds(NOMINAL, BREAKAWAY, 0.0, EFFORT, [count, sample_time]),
         step: STEP,
         trapezoid: Trapezoid { distance: 50.0, speed: 5.0, dwell_s: 2.0, half_blend_s: 0.25 },
         is_braked: false,

@@ -2,31 +2,31 @@
 
 use std::sync::{Mutex, PoisonError};
 
-use super::rows::Header;
-use super::rules::Rule;
+use super::rows::EnsembleHeader;
 use super::run::{Ensemble, run_with};
-use super::summary::{Summary, summaries};
+use super::summary::{LawSummary, summaries};
 use crate::error::Error;
+use crate::rules::GainRule;
 
 /// A constant and what the law comes to with it, on each family.
 #[derive(Clone, Debug)]
-pub struct Tried {
+pub struct ConstantTrial {
     /// Name of the law.
     pub law: &'static str,
     /// The constant.
     pub constant: f64,
     /// Name of the family, and the summary there.
-    pub families: Vec<(String, Summary)>,
+    pub families: Vec<(String, LawSummary)>,
 }
 
 /// Runs each constant that was tried for the rules of an ensemble.
 ///
 /// # Errors
 /// If the core refuses gains.
-pub fn tune(ensemble: &Ensemble) -> Result<Vec<Tried>, Error> {
+pub fn tune(ensemble: &Ensemble) -> Result<Vec<ConstantTrial>, Error> {
     let mut all = Vec::new();
     for rule in &ensemble.rules {
-        let Rule { law, constant, tried, .. } = rule;
+        let GainRule { law, constant, tried, .. } = rule;
         let constants = if tried.is_empty() { std::slice::from_ref(constant) } else { tried };
         for constant in constants {
             all.push(try_constant(ensemble, rule, law, *constant)?);
@@ -37,15 +37,15 @@ pub fn tune(ensemble: &Ensemble) -> Result<Vec<Tried>, Error> {
 
 fn try_constant(
     ensemble: &Ensemble,
-    rule: &'static Rule,
+    rule: &'static GainRule,
     law: &'static str,
     constant: f64,
-) -> Result<Tried, Error> {
+) -> Result<ConstantTrial, Error> {
     let of_rule = Ensemble { rules: vec![rule], ..ensemble.clone() };
     let rows = Mutex::new(Vec::new());
     run_with(
         &of_rule,
-        |rule, told| (rule.tune)(told, constant),
+        |rule, bounds| (rule.gains_with)(bounds, constant),
         |_, _, _| true,
         |row| {
             rows.lock().unwrap_or_else(PoisonError::into_inner).push(row);
@@ -53,7 +53,7 @@ fn try_constant(
         },
     )?;
     let rows = rows.into_inner().unwrap_or_else(PoisonError::into_inner);
-    let families = summaries(&Header::of(&of_rule), &rows).into_iter();
+    let families = summaries(&EnsembleHeader::of(&of_rule), &rows).into_iter();
     let families = families.filter_map(|(group, mut laws)| Some((group.name, laws.pop()?)));
-    Ok(Tried { law, constant, families: families.collect() })
+    Ok(ConstantTrial { law, constant, families: families.collect() })
 }

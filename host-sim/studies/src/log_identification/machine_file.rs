@@ -14,8 +14,9 @@ use crate::data_sheet::resting_torque;
 use crate::draft::spread::{
     LEAST, around, identified as said, of_inertia, part, rounded as digits, table,
 };
-use crate::draft::{Answers, Told, Whys, Words, text_with};
+use crate::draft::{Answers, DraftStyle, Sources, text_with};
 use crate::error::{Error, rounded};
+use crate::rules::JointEstimate;
 
 /// Assumed lines of an encoder whose counts are too fine to show in the log.
 const ASSUMED_LINES: u32 = 4096;
@@ -137,23 +138,28 @@ pub fn machine_file(
     let off = off(fitted);
     // A level within its error bar does not become zero.
     let ends = [(low - off.slip).max(0.5 * low), high + stribeck + off.stick].map(volts);
-    let joint = Told::new(volts(fitted.inertia()).to_radians(), volts(viscous).to_radians(), ends)
-        .with_load(volts(constant.abs() + sine.hypot(cosine)), volts(slip));
-    let words = Words {
+    let joint = JointEstimate {
+        inertia: volts(fitted.inertia()).to_radians(),
+        viscous: volts(viscous).to_radians(),
+        friction: ends,
+        load: volts(constant.abs() + sine.hypot(cosine)),
+        holds: volts(slip),
+    };
+    let style = DraftStyle {
         begin,
         title: format!("Identified from {log}"),
         more,
-        told: Some((joint, BY_LOG)),
-        ..Words::of(None)
+        joint: Some((joint, BY_LOG)),
+        ..DraftStyle::of(None)
     };
     let verdict = &identified.verdict;
-    Ok(text_with(name, &answers, &words)?
+    Ok(text_with(name, &answers, &style)?
         + &said(verdict.quality.word(), &verdict.doubts)
         + &spread(fitted, [slip, stribeck, viscous, constant], &off))
 }
 
 /// Comments on the joint values of `robust` from a log.
-const BY_LOG: Whys = [
+const BY_LOG: Sources = [
     "identified",
     "identified, mean of both ways",
     "half of: lowest slip - 2 sd",

@@ -152,10 +152,10 @@ pub fn measures(
             sides[0].see(time_s(sample), target - position);
             sides[1].see(time_s(sample), at_the_load);
         }
-        judge.see(&ensemble::Sample {
+        judge.see(&ensemble::CaseSample {
             speed: velocity,
             speed_ratio: if velocity == 0.0 { 0.0 } else { measured / velocity },
-            ..ensemble::Sample::default()
+            ..ensemble::CaseSample::default()
         });
         if velocity.abs() > 0.5 * speed {
             found.sliding_v.see(effort * velocity.signum());

@@ -13,7 +13,7 @@ use crate::device::client::Client;
 use crate::device::simulated::SimulatedDevice;
 use crate::device::wire::SimulatedWire;
 use crate::device::words;
-use crate::ensemble::{Spread, drawn_keys};
+use crate::ensemble::{KeySpread, drawn_keys};
 use crate::error::Error;
 use crate::experiment::{Document, Experiment, RunPlan};
 use crate::goal::PositionGoal;
@@ -79,8 +79,8 @@ impl PredictionInput {
         &self,
         goes_on: &(dyn Fn(u64) -> bool + Sync),
     ) -> Result<Option<Prediction>, Error> {
-        let spreads: Vec<Spread> =
-            self.spreads.iter().map(|text| Spread::read(text)).collect::<Result<_, _>>()?;
+        let spreads: Vec<KeySpread> =
+            self.spreads.iter().map(|text| KeySpread::read(text)).collect::<Result<_, _>>()?;
         let goal = self.document.machine()?.goal;
         let over = AtomicU64::new(0);
         let run = |number: u64| -> Result<Option<Result<Vec<MoveMeasures>, String>>, Error> {

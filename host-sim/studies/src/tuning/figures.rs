@@ -6,14 +6,14 @@
 use clap::ValueEnum;
 use serde::Deserialize;
 
-use crate::ensemble::{Row, Sorted};
+use crate::ensemble::{CaseResult, Sorted};
 
 /// A success settles so soon, s; what does not is taken for twice as late.
 const WITHIN_S: f64 = 5.0;
 
 /// What it costs if all joints fail: as much as a figure of weight 1 that is e^20 times as large.
 /// One failure of a few dozen joints costs less than a large gain of a figure, so that the search
-/// is not stopped by it; [`Figures::are_better_than`] is.
+/// is not stopped by it; [`TuningFigures::are_better_than`] is.
 const FAILURE: f64 = 20.0;
 
 /// What a figure costs that is above its limit, for each factor of e.
@@ -22,7 +22,7 @@ const EXCESS: f64 = 20.0;
 /// Objective of the gains.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, ValueEnum)]
 #[serde(rename_all = "lowercase")]
-pub enum Goal {
+pub enum TuningGoal {
     /// To be at rest within two counts soon after a step
     Settle,
     /// To follow a trajectory closely
@@ -31,7 +31,7 @@ pub enum Goal {
     Balanced,
 }
 
-impl Goal {
+impl TuningGoal {
     /// Weights of settling, tracking, rest, chatter and heat.
     const fn weights(self) -> [f64; 5] {
         match self {
@@ -59,7 +59,7 @@ pub struct SideFigures {
 
 /// The figures of a set of gains.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Figures {
+pub struct TuningFigures {
     /// Joints.
     pub cases: usize,
     /// At the encoder: by these the gains are judged.
@@ -73,7 +73,7 @@ pub struct Figures {
 }
 
 /// Whether a joint meets its goal at the encoder, and trips no monitor.
-pub(super) fn is_fine(row: &Row) -> bool {
+pub(super) fn is_fine(row: &CaseResult) -> bool {
     row.success_at_encoder && row.faults().next().is_none()
 }
 
@@ -81,12 +81,13 @@ pub(super) fn is_fine(row: &Row) -> bool {
 type Side = (bool, Option<f64>, Option<f64>, f64);
 
 impl SideFigures {
-    fn of(rows: &[Row], side: impl Fn(&Row) -> Side) -> Self {
-        let mean =
-            |of: &dyn Fn(&Row) -> f64| rows.iter().map(of).sum::<f64>() / rows.len().max(1) as f64;
+    fn of(rows: &[CaseResult], side: impl Fn(&CaseResult) -> Side) -> Self {
+        let mean = |of: &dyn Fn(&CaseResult) -> f64| {
+            rows.iter().map(of).sum::<f64>() / rows.len().max(1) as f64
+        };
         let has_motion =
             rows.iter().any(|row| row.tracking_rms.is_some() || row.tracking_fault.is_some());
-        let is_fine = |row: &&Row| side(row).0 && row.faults().next().is_none();
+        let is_fine = |row: &&CaseResult| side(row).0 && row.faults().next().is_none();
         Self {
             successes: rows.iter().filter(is_fine).count(),
             settling_s: mean(&|row| {
@@ -102,12 +103,13 @@ impl SideFigures {
     }
 }
 
-impl Figures {
+impl TuningFigures {
     /// Sums up the rows of one law.
-    pub fn of(rows: &[Row]) -> Self {
+    pub fn of(rows: &[CaseResult]) -> Self {
         let cases = rows.len();
-        let mean =
-            |of: &dyn Fn(&Row) -> f64| rows.iter().map(of).sum::<f64>() / cases.max(1) as f64;
+        let mean = |of: &dyn Fn(&CaseResult) -> f64| {
+            rows.iter().map(of).sum::<f64>() / cases.max(1) as f64
+        };
         Self {
             cases,
             at_encoder: SideFigures::of(rows, |row| {
@@ -159,7 +161,7 @@ impl Figures {
     ///
     /// `s_i` is the size below which a figure does not matter. A ratio counts the same wherever a
     /// figure begins, and units cancel.
-    pub fn cost(&self, start: &Self, goal: Goal, limits: &[(String, f64)]) -> f64 {
+    pub fn cost(&self, start: &Self, goal: TuningGoal, limits: &[(String, f64)]) -> f64 {
         let failed = (self.cases - self.at_encoder.successes) as f64 / self.cases.max(1) as f64;
         let pairs = self.named().into_iter().zip(start.named()).zip(goal.weights());
         let gained: f64 = pairs
@@ -179,9 +181,14 @@ impl Figures {
         FAILURE * failed + gained + EXCESS * above
     }
 
-    /// Tells whether these figures are better than `start`: they cost less, and no joint more
+    /// Returns whether these figures are better than `start`: they cost less, and no joint more
     /// fails.
-    pub fn are_better_than(&self, start: &Self, goal: Goal, limits: &[(String, f64)]) -> bool {
+    pub fn are_better_than(
+        &self,
+        start: &Self,
+        goal: TuningGoal,
+        limits: &[(String, f64)],
+    ) -> bool {
         let cost = |figures: &Self| figures.cost(start, goal, limits);
         self.at_encoder.successes >= start.at_encoder.successes && cost(self) < cost(start)
     }
@@ -196,32 +203,32 @@ impl Figures {
 mod tests {
     use super::*;
 
-    fn row(settled_s: Option<f64>, rest_counts: f64) -> Row {
-        Row {
+    fn row(settled_s: Option<f64>, rest_counts: f64) -> CaseResult {
+        CaseResult {
             success_at_encoder: settled_s.is_some_and(|settled_s| settled_s <= 5.0),
             settled_at_encoder_s: settled_s,
             rest_at_encoder_counts: rest_counts,
             tracking_rms: Some(0.01),
             tracking_at_encoder_rms: Some(0.01),
             count: 0.001,
-            ..Row::default()
+            ..CaseResult::default()
         }
     }
 
     /// The same figures with other ones at the encoder.
-    fn at_encoder(of: Figures, change: impl Fn(SideFigures) -> SideFigures) -> Figures {
-        Figures { at_encoder: change(of.at_encoder), ..of }
+    fn at_encoder(of: TuningFigures, change: impl Fn(SideFigures) -> SideFigures) -> TuningFigures {
+        TuningFigures { at_encoder: change(of.at_encoder), ..of }
     }
 
     #[test]
     fn a_failure_costs_more_than_any_figure_gains() {
-        let slow = Figures::of(&[row(Some(4.0), 1.0), row(Some(4.0), 1.0)]);
-        let fast = Figures::of(&[row(Some(0.1), 1.0), row(None, 30.0)]);
+        let slow = TuningFigures::of(&[row(Some(4.0), 1.0), row(Some(4.0), 1.0)]);
+        let fast = TuningFigures::of(&[row(Some(0.1), 1.0), row(None, 30.0)]);
         let (slow_side, fast_side) = (slow.at_encoder, fast.at_encoder);
         assert_eq!((slow_side.successes, fast_side.successes), (2, 1));
         assert!((fast_side.settling_s - 5.05).abs() < 1e-12 && fast_side.rest_counts == 30.0);
         assert!((slow_side.tracking_counts.unwrap() - 10.0).abs() < 1e-9);
-        for goal in [Goal::Settle, Goal::Track, Goal::Balanced] {
+        for goal in [TuningGoal::Settle, TuningGoal::Track, TuningGoal::Balanced] {
             assert_eq!(slow.cost(&slow, goal, &[]), 0.0);
             assert!(fast.cost(&slow, goal, &[]) > 5.0);
         }
@@ -229,38 +236,43 @@ mod tests {
 
     #[test]
     fn what_lets_one_joint_more_fail_is_not_better_however_much_faster_it_is() {
-        let slow = Figures { cases: 40, ..Figures::of(&[row(Some(4.0), 1.0)]) };
+        let slow = TuningFigures { cases: 40, ..TuningFigures::of(&[row(Some(4.0), 1.0)]) };
         let slow = at_encoder(slow, |side| SideFigures { successes: 40, ..side });
         let fast = at_encoder(slow, |side| SideFigures { settling_s: 0.1, ..side });
         let careless = at_encoder(fast, |side| SideFigures { successes: 39, ..side });
-        assert!(careless.cost(&slow, Goal::Settle, &[]) < slow.cost(&slow, Goal::Settle, &[]));
-        let is_better = |figures: &Figures| figures.are_better_than(&slow, Goal::Settle, &[]);
+        assert!(
+            careless.cost(&slow, TuningGoal::Settle, &[])
+                < slow.cost(&slow, TuningGoal::Settle, &[])
+        );
+        let is_better =
+            |figures: &TuningFigures| figures.are_better_than(&slow, TuningGoal::Settle, &[]);
         assert!(is_better(&fast) && !is_better(&careless) && !is_better(&slow));
     }
 
     #[test]
     fn a_goal_weighs_its_own_figure_most_and_a_limit_more() {
-        let start = Figures::of(&[row(Some(1.0), 1.0)]);
+        let start = TuningFigures::of(&[row(Some(1.0), 1.0)]);
         let sooner = at_encoder(start, |side| SideFigures { settling_s: 0.5, ..side });
         let closer = at_encoder(start, |side| SideFigures { tracking_counts: Some(4.5), ..side });
         // (10 + 1) / (4.5 + 1) is 2, as is 1 s to 0.5 s but for its size of 1 ms.
-        let cost = |figures: &Figures, goal| figures.cost(&start, goal, &[]);
-        assert!((cost(&closer, Goal::Track) + 2.0_f64.ln()).abs() < 1e-12);
-        assert!(cost(&sooner, Goal::Settle) < cost(&closer, Goal::Settle));
-        assert!(cost(&closer, Goal::Track) < cost(&sooner, Goal::Track));
+        let cost = |figures: &TuningFigures, goal| figures.cost(&start, goal, &[]);
+        assert!((cost(&closer, TuningGoal::Track) + 2.0_f64.ln()).abs() < 1e-12);
+        assert!(cost(&sooner, TuningGoal::Settle) < cost(&closer, TuningGoal::Settle));
+        assert!(cost(&closer, TuningGoal::Track) < cost(&sooner, TuningGoal::Track));
         let limit = [("settling_s".to_owned(), 0.25)];
-        let excess = sooner.cost(&start, Goal::Settle, &limit) - cost(&sooner, Goal::Settle);
+        let excess =
+            sooner.cost(&start, TuningGoal::Settle, &limit) - cost(&sooner, TuningGoal::Settle);
         assert!((excess - 20.0 * 2.0_f64.ln()).abs() < 1e-9, "{excess}");
     }
 
     /// No gain reaches the load through slack: it must not steer the search.
     #[test]
     fn the_load_is_beside_the_encoder_and_does_not_move_the_cost() {
-        let side = |rest_at_load_counts| Row { rest_at_load_counts, ..row(Some(1.0), 1.0) };
-        let [near, far] = [1.0, 105.0].map(|rest| Figures::of(&[side(rest)]));
+        let side = |rest_at_load_counts| CaseResult { rest_at_load_counts, ..row(Some(1.0), 1.0) };
+        let [near, far] = [1.0, 105.0].map(|rest| TuningFigures::of(&[side(rest)]));
         assert_eq!((near.at_encoder, near.at_load.rest_counts), (far.at_encoder, 1.0));
         assert_eq!((far.at_load.rest_counts, far.at_load.successes), (105.0, 0));
-        assert_eq!(far.cost(&near, Goal::Settle, &[]), 0.0);
+        assert_eq!(far.cost(&near, TuningGoal::Settle, &[]), 0.0);
         assert!(far.is_two_sided());
     }
 }

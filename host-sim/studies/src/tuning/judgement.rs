@@ -5,10 +5,10 @@
 //! new ones. Joints are compared one by one, each with its delay, since a count of failures lets
 //! gains trade a joint that they save for one that they lose. If each loses a joint, the first that
 //! passes stays: docs/tuning.md says what it costs to ask for more. Candidates are judged in the
-//! order of their costs in the search, and so many at most ([`CANDIDATES`]).
+//! order of their costs in the search, and [`CANDIDATES`] at most.
 
-use super::figures::{Figures, Goal, is_fine};
-use crate::ensemble::Row;
+use super::figures::{TuningFigures, TuningGoal, is_fine};
+use crate::ensemble::CaseResult;
 use crate::error::Error;
 
 /// Candidates that are judged at most.
@@ -22,7 +22,7 @@ pub(super) type Tried = (f64, Vec<f64>);
 pub(super) struct Passed {
     pub factors: Vec<f64>,
     pub set: Vec<String>,
-    pub rows: Vec<Row>,
+    pub rows: Vec<CaseResult>,
 }
 
 /// What a judgement comes to.
@@ -41,21 +41,21 @@ pub(super) enum Outcome {
 /// That of `rows`.
 pub(super) fn first(
     mut tried: Vec<Tried>,
-    before: &[Row],
-    (goal, limits): (Goal, &[(String, f64)]),
+    before: &[CaseResult],
+    (goal, limits): (TuningGoal, &[(String, f64)]),
     set: impl Fn(&[f64]) -> Vec<String>,
-    rows: impl Fn(&[String]) -> Result<Option<Vec<Row>>, Error>,
+    rows: impl Fn(&[String]) -> Result<Option<Vec<CaseResult>>, Error>,
 ) -> Result<Outcome, Error> {
     tried.retain(|(cost, _)| *cost < 0.0);
     tried.sort_by(|(a, _), (b, _)| a.total_cmp(b));
     let mut candidates: Vec<_> =
         tried.into_iter().map(|(_, factors)| (set(&factors), factors)).collect();
     candidates.dedup_by(|(a, _), (b, _)| a == b);
-    let start = Figures::of(before);
+    let start = TuningFigures::of(before);
     let mut second = None;
     for (set, factors) in candidates.into_iter().take(CANDIDATES) {
         let Some(rows) = rows(&set)? else { return Ok(Outcome::Cancelled) };
-        if !Figures::of(&rows).are_better_than(&start, goal, limits) {
+        if !TuningFigures::of(&rows).are_better_than(&start, goal, limits) {
             continue;
         }
         let is_lost = loses(before, &rows);
@@ -69,7 +69,7 @@ pub(super) fn first(
 }
 
 /// Whether a joint fails that did not.
-fn loses(before: &[Row], after: &[Row]) -> bool {
+fn loses(before: &[CaseResult], after: &[CaseResult]) -> bool {
     before.iter().zip(after).any(|(was, is)| is_fine(was) && !is_fine(is))
 }
 
@@ -77,12 +77,12 @@ fn loses(before: &[Row], after: &[Row]) -> bool {
 mod tests {
     use super::*;
 
-    fn rows(settled_s: [f64; 3]) -> Vec<Row> {
-        let row = |settled_s: f64| Row {
+    fn rows(settled_s: [f64; 3]) -> Vec<CaseResult> {
+        let row = |settled_s: f64| CaseResult {
             settled_at_encoder_s: Some(settled_s).filter(|s| s.is_finite()),
             success_at_encoder: settled_s <= 5.0,
             count: 0.001,
-            ..Row::default()
+            ..CaseResult::default()
         };
         settled_s.map(row).to_vec()
     }
@@ -93,8 +93,8 @@ mod tests {
         let tried = tried.iter().map(|(cost, factor)| (*cost, vec![*factor])).collect();
         let set = |factors: &[f64]| vec![format!("{:?}", factors[0])];
         let run = |set: &[String]| Ok(Some(rows(after(&set[0]))));
-        let outcome = first(tried, &before, (Goal::Settle, &[]), set, run).unwrap();
-        let Outcome::Judged(passed) = outcome else { panic!("nobody cancelled it") };
+        let outcome = first(tried, &before, (TuningGoal::Settle, &[]), set, run).unwrap();
+        let Outcome::Judged(passed) = outcome else { panic!("it was cancelled") };
         passed.map(|passed| passed.set[0].clone())
     }
 
@@ -119,8 +119,13 @@ mod tests {
     #[test]
     fn a_judgement_that_is_cancelled_passes_nothing() {
         let before = rows([2.0; 3]);
-        let outcome =
-            first(vec![(-1.0, vec![2.0])], &before, (Goal::Settle, &[]), |_| vec![], |_| Ok(None));
+        let outcome = first(
+            vec![(-1.0, vec![2.0])],
+            &before,
+            (TuningGoal::Settle, &[]),
+            |_| vec![],
+            |_| Ok(None),
+        );
         assert!(matches!(outcome, Ok(Outcome::Cancelled)));
     }
 

@@ -16,7 +16,7 @@ pub struct Knob {
     pub start: f64,
 }
 
-/// What `robust` has to turn; the rest of what it is told are facts of the joint. Of the core's
+/// Gains of `robust`; its other values are figures of the joint. Of the core's
 /// declarations these are the ones that a rule gives if they are left out.
 const OF_ROBUST: [&str; 3] =
     ["bandwidth_rad_per_s", "acceleration_deg_per_s2", "observer_rad_per_s"];
@@ -39,8 +39,8 @@ pub fn knobs(plan: &RunPlan) -> Result<Vec<Knob>, Error> {
         PdGains::ABOUT.iter().for_each(|about| add(about, config.pd.get(about.key)));
     }
     for law in &config.compensator {
-        if let Gains::Robust(told) = law {
-            let gains = Gains::Robust(told.written_out(&config.around()));
+        if let Gains::Robust(robust) = law {
+            let gains = Gains::Robust(robust.written_out(&config.around()));
             let turned = RobustGains::ABOUT.iter().filter(|about| OF_ROBUST.contains(&about.name));
             turned.for_each(|about| add(about, gains.get(about.key)));
         } else {

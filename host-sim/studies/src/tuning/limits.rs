@@ -2,7 +2,7 @@
 
 use std::ops::RangeInclusive;
 
-use super::Figures;
+use super::TuningFigures;
 use crate::error::{rounded, suggestion};
 use crate::typed_number;
 
@@ -35,8 +35,8 @@ pub fn limit(text: &str) -> Result<(String, f64), String> {
         return Err("write FIGURE=MOST, as in chatter_v_per_s=5".into());
     };
     let name = name.trim();
-    if !Figures::names().contains(&name) {
-        return Err(format!("there is no such figure{}", suggestion(name, Figures::names())));
+    if !TuningFigures::names().contains(&name) {
+        return Err(format!("there is no such figure{}", suggestion(name, TuningFigures::names())));
     }
     match typed_number::parse(most) {
         Ok(most) if most > 0.0 => Ok((name.to_owned(), most)),

@@ -30,17 +30,17 @@ mod text;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 
-pub use self::figures::{Figures, Goal, SideFigures};
+pub use self::figures::{SideFigures, TuningFigures, TuningGoal};
 pub use self::knobs::Knob;
 pub use self::limits::{CASES_ALLOWED, limit, takes_long};
 use self::refusal::Evidence;
 pub use self::text::{is_refused, object, reason, render, rewritten};
-use crate::ensemble::{Around, MachineEnsemble, Row, written_spreads};
+use crate::ensemble::{CaseResult, MachineEnsemble, MachineOptions, written_spreads};
 use crate::error::Error;
 use crate::experiment::{Document, Experiment};
 use crate::figure::chart::Chart;
 
-/// How many joints gains are tried on, if nobody says otherwise; each is run with and without a
+/// Default number of joints on which gains are tried; each is run with and without a
 /// sample of delay.
 pub const CASES: u64 = 8;
 
@@ -55,13 +55,13 @@ const FACTORS: [f64; 6] = [1.25, 1.5, 2.0, 3.0, 4.0, 6.0];
 
 /// What is asked for.
 #[derive(Clone, Debug)]
-pub struct Request {
+pub struct GainSearch {
     /// The name of the file.
     pub file: String,
     /// The file.
     pub document: Document,
     /// Objective of the gains.
-    pub goal: Goal,
+    pub goal: TuningGoal,
     /// Upper limits of metrics.
     pub limits: Vec<(String, f64)>,
     /// Keys of the joint that vary, `KEY=LOW..HIGH`.
@@ -75,7 +75,7 @@ pub struct Request {
 
 /// A gain before and after.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Turned {
+pub struct TunedGain {
     /// Its key.
     pub key: &'static str,
     /// The value of the file, or of the law's rule.
@@ -86,21 +86,21 @@ pub struct Turned {
 
 /// What was found for a controller.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Tuned {
+pub struct TuningResult {
     /// Its name.
     pub controller: String,
     /// Its gains.
-    pub gains: Vec<Turned>,
+    pub gains: Vec<TunedGain>,
     /// Whether they are better than the file's and some joint succeeds; if not, the file's stay.
     pub better: bool,
     /// Why the file's gains stay, and what would help; none if others are better.
     pub refusal: Option<String>,
     /// The file's gains on the joints of the judgement.
-    pub before: Figures,
+    pub before: TuningFigures,
     /// The gains that stay, there.
-    pub after: Figures,
+    pub after: TuningFigures,
     /// Everything that was tried, on the joints of the search; the first are the file's gains.
-    pub tried: Vec<Figures>,
+    pub tried: Vec<TuningFigures>,
     /// Place of the gains that stay in `tried`.
     pub kept: usize,
     /// Factors on the file's joint between which the gains that stay succeed, of those that were
@@ -108,21 +108,21 @@ pub struct Tuned {
     pub margins: [f64; 2],
     /// The joint of the judgement that came out worst: what was drawn, its delay in samples, its
     /// row.
-    pub worst: Option<(Vec<String>, u8, Row)>,
+    pub worst: Option<(Vec<String>, u8, CaseResult)>,
 }
 
 /// What the gains of a file come to.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Standing {
-    /// On the joints of the judgement, those on which [`Tuned`] has its figures.
-    pub figures: Figures,
-    /// As of [`Tuned`].
+pub struct CurrentResult {
+    /// On the joints of the judgement, those on which [`TuningResult`] has its figures.
+    pub figures: TuningFigures,
+    /// As of [`TuningResult`].
     pub margins: [f64; 2],
-    /// As of [`Tuned`].
-    pub worst: Option<(Vec<String>, u8, Row)>,
+    /// As of [`TuningResult`].
+    pub worst: Option<(Vec<String>, u8, CaseResult)>,
 }
 
-impl Tuned {
+impl TuningResult {
     /// Returns whether no joint of the judgement succeeds, with the file's gains or with others.
     pub const fn is_refused(&self) -> bool {
         !self.better && self.before.at_load.successes == 0
@@ -132,18 +132,22 @@ impl Tuned {
     pub fn set(&self) -> Vec<String> {
         let gains = self.gains.iter().filter(|_| self.better);
         let key =
-            |gain: &Turned| format!("controller.{}.{}={:?}", self.controller, gain.key, gain.to);
+            |gain: &TunedGain| format!("controller.{}.{}={:?}", self.controller, gain.key, gain.to);
         gains.map(key).collect()
     }
 }
 
-impl Request {
+impl GainSearch {
     /// Tunes a controller of the file, and calls `tried_one` before each set of gains.
     ///
     /// # Errors
     /// Names what is wrong with the file, a spread or a limit, or a controller that has nothing to
     /// turn.
-    pub fn tune(&self, controller: &str, tried_one: &(dyn Fn() + Sync)) -> Result<Tuned, Error> {
+    pub fn tune(
+        &self,
+        controller: &str,
+        tried_one: &(dyn Fn() + Sync),
+    ) -> Result<TuningResult, Error> {
         let cancelled = || Error::Input(format!("{}: the search has ended by itself", self.file));
         self.tune_while(controller, tried_one, &|| true)?.ok_or_else(cancelled)
     }
@@ -160,7 +164,7 @@ impl Request {
         controller: &str,
         tried_one: &(dyn Fn() + Sync),
         goes_on: &(dyn Fn() -> bool + Sync),
-    ) -> Result<Option<Tuned>, Error> {
+    ) -> Result<Option<TuningResult>, Error> {
         let wanted = [controller.to_owned()];
         let runs = Experiment::without_variants(&self.document, &wanted)?;
         let plan = runs.first().ok_or_else(|| {
@@ -174,8 +178,8 @@ impl Request {
         if !goes_on() {
             return Ok(None);
         }
-        let start = Figures::of(&self.rows(controller, &[], [self.seed, self.cases])?);
-        if self.goal == Goal::Track && start.at_encoder.tracking_counts.is_none() {
+        let start = TuningFigures::of(&self.rows(controller, &[], [self.seed, self.cases])?);
+        if self.goal == TuningGoal::Track && start.at_encoder.tracking_counts.is_none() {
             return Err(Error::Input(format!(
                 "{}: the goal track needs a trajectory in `reference.trajectories`",
                 self.file
@@ -196,7 +200,7 @@ impl Request {
             let Ok(rows) = self.rows(controller, &set, [self.seed, self.cases]) else {
                 return 1e3;
             };
-            let figures = Figures::of(&rows);
+            let figures = TuningFigures::of(&rows);
             tried.lock().unwrap_or_else(PoisonError::into_inner).push(figures);
             let cost = figures.cost(&start, self.goal, &self.limits);
             let candidate = (cost - start.cost(&start, self.goal, &self.limits), factors.to_vec());
@@ -212,7 +216,7 @@ impl Request {
             return Ok(None);
         }
         let before = self.rows(controller, &[], judged)?;
-        let was = Figures::of(&before);
+        let was = TuningFigures::of(&before);
         let candidates = candidates.into_inner().unwrap_or_else(PoisonError::into_inner);
         // In the order of `tried`, behind the file's gains.
         let order: Vec<Vec<f64>> = candidates.iter().map(|(_, factors)| factors.clone()).collect();
@@ -225,7 +229,7 @@ impl Request {
         )?;
         let judgement::Outcome::Judged(passed) = passed else { return Ok(None) };
         let tried = tried.into_inner().unwrap_or_else(PoisonError::into_inner);
-        let found = passed.as_ref().map(|passed| Figures::of(&passed.rows));
+        let found = passed.as_ref().map(|passed| TuningFigures::of(&passed.rows));
         let refusal = Evidence {
             controller,
             figures: [&was, found.as_ref().unwrap_or(&was)],
@@ -244,13 +248,13 @@ impl Request {
                 rows: before,
             });
         let kept = order.iter().position(|one| better && *one == factors);
-        let stays = Figures::of(&rows);
+        let stays = TuningFigures::of(&rows);
         let turned = knobs.iter().zip(&factors).map(|(knob, factor)| {
             let to = if better { rounded(knob.start * factor) } else { knob.start };
-            Turned { key: knob.key, from: knob.start, to }
+            TunedGain { key: knob.key, from: knob.start, to }
         });
         let Some(margins) = self.margins(controller, &set, goes_on)? else { return Ok(None) };
-        Ok(Some(Tuned {
+        Ok(Some(TuningResult {
             controller: controller.into(),
             gains: turned.collect(),
             better,
@@ -280,11 +284,11 @@ impl Request {
     ///
     /// # Errors
     /// Names what is wrong with the file or a spread.
-    pub fn standing(&self, controller: &str) -> Result<Standing, Error> {
+    pub fn standing(&self, controller: &str) -> Result<CurrentResult, Error> {
         let rows = self.rows(controller, &[], [self.judged(), self.judges()])?;
-        Ok(Standing {
-            figures: Figures::of(&rows),
-            // Nobody cancels it.
+        Ok(CurrentResult {
+            figures: TuningFigures::of(&rows),
+            // It is not cancelled.
             margins: self.margins(controller, &[], &|| true)?.unwrap_or([1.0; 2]),
             worst: self.worst(controller, rows)?,
         })
@@ -294,7 +298,7 @@ impl Request {
     ///
     /// # Errors
     /// Names what is wrong with the file.
-    pub fn charts(&self, tuned: &[Tuned]) -> Result<Vec<Chart>, Error> {
+    pub fn charts(&self, tuned: &[TuningResult]) -> Result<Vec<Chart>, Error> {
         let machine = self.document.machine()?;
         let count_deg = machine.encoder.resolution_deg();
         Ok(pareto::charts(&self.file, tuned, &machine.goal, count_deg))
@@ -310,14 +314,14 @@ impl Request {
         self.cases.saturating_mul(JUDGES)
     }
 
-    /// Runs so many joints of a seed under a controller with keys set, without a delay and with
+    /// Runs joints of a seed under a controller with keys set, without a delay and with
     /// one.
     fn rows(
         &self,
         controller: &str,
         set: &[String],
         [seed, cases]: [u64; 2],
-    ) -> Result<Vec<Row>, Error> {
+    ) -> Result<Vec<CaseResult>, Error> {
         let mut rows = Vec::new();
         for delay in 0..2 {
             rows.extend(self.ensemble(controller, set, delay)?.run(seed, cases)?);
@@ -336,7 +340,8 @@ impl Request {
         document.set(&[format!("run.delay_samples={delay}")])?;
         document.set(set)?;
         let controllers = [controller.to_owned()];
-        let around = Around { controllers: &controllers, spreads: &self.spreads, rate_hz: None };
+        let around =
+            MachineOptions { controllers: &controllers, spreads: &self.spreads, rate_hz: None };
         MachineEnsemble::around(&self.file, document, around, DURATION_S)
     }
 
@@ -363,7 +368,7 @@ impl Request {
         let succeeds = |factor: f64| -> Result<bool, Error> {
             let alone = Self { spreads: around(factor), ..self.clone() };
             let rows = alone.ensemble(controller, set, 1)?.run(self.seed, 1)?;
-            let figures = Figures::of(&rows);
+            let figures = TuningFigures::of(&rows);
             Ok(figures.at_encoder.successes == figures.cases)
         };
         let mut margins = [1.0; 2];
@@ -384,9 +389,9 @@ impl Request {
     fn worst(
         &self,
         controller: &str,
-        rows: Vec<Row>,
-    ) -> Result<Option<(Vec<String>, u8, Row)>, Error> {
-        let late = |row: &Row| {
+        rows: Vec<CaseResult>,
+    ) -> Result<Option<(Vec<String>, u8, CaseResult)>, Error> {
+        let late = |row: &CaseResult| {
             let settled_s = row.settled_at_encoder_s.filter(|_| row.faults().next().is_none());
             settled_s.unwrap_or(f64::INFINITY)
         };
@@ -412,7 +417,7 @@ fn set(controller: &str, knobs: &[Knob], factors: &[f64]) -> Vec<String> {
         .collect()
 }
 
-/// To four digits: more of them say nothing, and nobody likes to read them.
+/// Rounds to four digits: more are not known.
 fn rounded(value: f64) -> f64 {
     format!("{value:.3e}").parse().unwrap_or(value)
 }
@@ -426,7 +431,7 @@ pub fn spreads(document: &Document) -> Result<Vec<String>, Error> {
     Ok(if written.is_empty() { assumed(document) } else { written })
 }
 
-/// The spread of a file that nobody has said anything about: inertia of 20 % and viscous friction
+/// Returns the spread of a file without `[spread]`: inertia of 20 % and viscous friction
 /// of 50 % to either side; slip friction from 25 % below to the middle between slip and stick, and
 /// stick friction from there to 25 % above. So friction is off as far as methods of identification
 /// leave it at worst, and no joint slips with more than it sticks with.

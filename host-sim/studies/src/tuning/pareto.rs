@@ -4,7 +4,7 @@
 //! All points of a panel are figures on the joints of the search, at the encoder. An axis has the
 //! decades of what is on it; a chart of a figure that is zero for all gains is left out.
 
-use super::{Figures, Tuned};
+use super::{TuningFigures, TuningResult};
 use crate::figure::chart::{Chart, ChartContent, Layer, LayeredPanel, LogAxis, Mark, Point};
 use crate::goal::PositionGoal;
 
@@ -12,14 +12,19 @@ use crate::goal::PositionGoal;
 const WITHIN_S: f64 = 5.0;
 
 /// One axis: label, bound, value. A bound of zero is none.
-type Quantity = (&'static str, f64, fn(&Figures) -> f64);
+type Quantity = (&'static str, f64, fn(&TuningFigures) -> f64);
 
 /// Quantities of a chart, across and up, and its stem.
 type Plane = (&'static str, [Quantity; 2]);
 
 /// Charts what was tried in three planes: what a step needs, what a motion needs, what both cost.
 /// One count of the encoder is `count_deg`, deg.
-pub fn charts(file: &str, tuned: &[Tuned], goal: &PositionGoal, count_deg: f64) -> Vec<Chart> {
+pub fn charts(
+    file: &str,
+    tuned: &[TuningResult],
+    goal: &PositionGoal,
+    count_deg: f64,
+) -> Vec<Chart> {
     let within_s = goal.settle_s.unwrap_or(WITHIN_S);
     let tolerance = goal.tolerance_counts(count_deg);
     let settling: Quantity = ("settling (s)", within_s, |of| of.at_encoder.settling_s);
@@ -36,9 +41,9 @@ pub fn charts(file: &str, tuned: &[Tuned], goal: &PositionGoal, count_deg: f64) 
     planes.iter().filter_map(|plane| chart(file, tuned, plane)).collect()
 }
 
-fn chart(file: &str, tuned: &[Tuned], (stem, quantities): &Plane) -> Option<Chart> {
+fn chart(file: &str, tuned: &[TuningResult], (stem, quantities): &Plane) -> Option<Chart> {
     let [across, up] = quantities.map(|(.., of)| of);
-    let point = |figures: &Figures| [across(figures), up(figures)];
+    let point = |figures: &TuningFigures| [across(figures), up(figures)];
     let panels: Vec<LayeredPanel> = tuned.iter().filter_map(|one| panel(one, point)).collect();
     let all: Vec<Point> = panels
         .iter()
@@ -68,7 +73,7 @@ fn chart(file: &str, tuned: &[Tuned], (stem, quantities): &Plane) -> Option<Char
 }
 
 /// The panel of a law; none if a value is zero or missing for all gains.
-fn panel(one: &Tuned, point: impl Fn(&Figures) -> Point) -> Option<LayeredPanel> {
+fn panel(one: &TuningResult, point: impl Fn(&TuningFigures) -> Point) -> Option<LayeredPanel> {
     let tried: Vec<Point> = one.tried.iter().map(point).collect();
     let is_shown = |place: usize| tried.iter().any(|point| point[place] > 0.0);
     if !(is_shown(0) && is_shown(1)) {
@@ -131,14 +136,14 @@ mod tests {
         assert_eq!(front(&points), [[1.0, 4.0], [4.0, 1.0]]);
     }
 
-    fn figures(settling_s: f64, rest_counts: f64, held_v: f64) -> Figures {
+    fn figures(settling_s: f64, rest_counts: f64, held_v: f64) -> TuningFigures {
         let side = SideFigures { successes: 1, settling_s, tracking_counts: None, rest_counts };
-        Figures { cases: 1, at_encoder: side, at_load: side, chatter_v_per_s: 2.0, held_v }
+        TuningFigures { cases: 1, at_encoder: side, at_load: side, chatter_v_per_s: 2.0, held_v }
     }
 
-    fn law(controller: &str, held_v: f64) -> Tuned {
+    fn law(controller: &str, held_v: f64) -> TuningResult {
         let [file, other] = [figures(1.0, 4.0, held_v), figures(0.5, 2.0, held_v)];
-        Tuned {
+        TuningResult {
             controller: controller.into(),
             gains: vec![],
             better: true,
@@ -180,7 +185,7 @@ mod tests {
     #[test]
     fn the_bound_of_a_rest_error_is_the_goal_in_counts_and_refused_gains_are_not_kept() {
         let goal = PositionGoal { tolerance_deg: Some(0.5), ..PositionGoal::default() };
-        let mut refused = Tuned { better: false, kept: 0, ..law("srnf", 0.1) };
+        let mut refused = TuningResult { better: false, kept: 0, ..law("srnf", 0.1) };
         refused.before.at_load.successes = 0;
         let drawn = charts("a.toml", &[refused], &goal, 0.01);
         let (axes, panels) = layered(&drawn[1]);
@@ -192,7 +197,7 @@ mod tests {
 
     #[test]
     fn the_file_s_gains_are_the_kept_ones_if_no_others_are_better() {
-        let mut kept = Tuned { better: false, kept: 0, ..law("srnf", 0.1) };
+        let mut kept = TuningResult { better: false, kept: 0, ..law("srnf", 0.1) };
         kept.before.at_load.successes = 1;
         let drawn = charts("a.toml", &[kept], &PositionGoal::default(), 0.01);
         let (_, panels) = layered(&drawn[0]);

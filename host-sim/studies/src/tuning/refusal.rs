@@ -6,9 +6,9 @@
 
 use std::collections::BTreeMap;
 
-use super::Figures;
+use super::TuningFigures;
 use crate::data_sheet::UnseenSlack;
-use crate::ensemble::Row;
+use crate::ensemble::CaseResult;
 use crate::error::rounded;
 use crate::goal::PositionGoal;
 
@@ -18,9 +18,9 @@ pub(super) struct Evidence<'a> {
     /// Name of the controller.
     pub controller: &'a str,
     /// Figures of the file's gains, and of the best ones of the judgement.
-    pub figures: [&'a Figures; 2],
+    pub figures: [&'a TuningFigures; 2],
     /// Rows of the best gains.
-    pub rows: &'a [Row],
+    pub rows: &'a [CaseResult],
     /// Whether they are better than the file's.
     pub is_better: bool,
     /// Sets of gains that were tried.
@@ -104,7 +104,7 @@ fn unseen(slack: &UnseenSlack) -> String {
 }
 
 /// The fault that ended most runs, with their number.
-fn most_frequent_fault(rows: &[Row]) -> Option<(&str, usize)> {
+fn most_frequent_fault(rows: &[CaseResult]) -> Option<(&str, usize)> {
     let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
     for fault in rows.iter().filter_map(|row| row.faults().next()) {
         *counts.entry(fault).or_default() += 1;
@@ -120,14 +120,14 @@ mod tests {
     const SLACK: UnseenSlack =
         UnseenSlack { backlash_deg: 0.6, backlash_counts: 170.67, wind_up_deg: 0.15 };
 
-    fn figures(at_encoder: usize, at_load: usize) -> Figures {
+    fn figures(at_encoder: usize, at_load: usize) -> TuningFigures {
         let side = |successes, rest_counts| SideFigures {
             successes,
             settling_s: 1.0,
             tracking_counts: None,
             rest_counts,
         };
-        Figures {
+        TuningFigures {
             cases: 48,
             at_encoder: side(at_encoder, 30.0),
             at_load: side(at_load, 105.0),
@@ -141,7 +141,7 @@ mod tests {
         after: [usize; 2],
         is_better: bool,
         slack: Option<UnseenSlack>,
-        rows: &[Row],
+        rows: &[CaseResult],
     ) -> Option<String> {
         let [before, after] = [before, after].map(|[encoder, load]| figures(encoder, load));
         let goal = PositionGoal::default();
@@ -172,8 +172,8 @@ mod tests {
         // Slack is no reason if not even the encoder's side succeeds.
         let off = said([0, 0], [0, 0], true, Some(SLACK), &[]).unwrap();
         assert!(off.contains("up to 30 counts off"), "{off}");
-        let stall = Row { step_fault: Some("stall".into()), ..Row::default() };
-        let rows = [stall.clone(), stall, Row::default()];
+        let stall = CaseResult { step_fault: Some("stall".into()), ..CaseResult::default() };
+        let rows = [stall.clone(), stall, CaseResult::default()];
         let trips = said([0, 0], [0, 0], false, None, &rows).unwrap();
         assert!(trips.contains("trips in 2 of 3 runs (stall)"), "{trips}");
     }

@@ -3,7 +3,7 @@
 use serde_json::{Map, Value, json};
 use toml_edit::{DocumentMut, value};
 
-use super::{Figures, SideFigures, Tuned};
+use super::{SideFigures, TuningFigures, TuningResult};
 use crate::error::{Error, rounded};
 use crate::output::table;
 
@@ -11,10 +11,10 @@ use crate::output::table;
 ///
 /// # Errors
 /// If the text is no TOML.
-pub fn rewritten(text: &str, tuned: &[Tuned]) -> Result<String, Error> {
+pub fn rewritten(text: &str, tuned: &[TuningResult]) -> Result<String, Error> {
     let mut document: DocumentMut =
         text.parse().map_err(|error| Error::Input(format!("the file: {error}")))?;
-    for Tuned { controller, gains, better, .. } in tuned {
+    for TuningResult { controller, gains, better, .. } in tuned {
         for gain in gains.iter().filter(|_| *better) {
             let item = &mut document["controller"][controller.as_str()][gain.key];
             let decor = item.as_value().map(|value| value.decor().clone());
@@ -28,10 +28,12 @@ pub fn rewritten(text: &str, tuned: &[Tuned]) -> Result<String, Error> {
 }
 
 /// Renders what was found for people, within 80 columns.
-pub fn render(tuned: &[Tuned]) -> String {
+pub fn render(tuned: &[TuningResult]) -> String {
     let mut text = String::new();
     for one in tuned {
-        let Tuned { controller, gains, better, before, after, tried, margins, worst, .. } = one;
+        let TuningResult {
+            controller, gains, better, before, after, tried, margins, worst, ..
+        } = one;
         let verdict = match &one.refusal {
             None => format!("tuned ({} sets of gains)", tried.len()),
             Some(why) => {
@@ -95,7 +97,7 @@ fn wrapped(sentence: &str) -> String {
 }
 
 /// Figures before and after as a table; both sides of the gear where they differ.
-fn figures(before: &Figures, after: Option<&Figures>) -> String {
+fn figures(before: &TuningFigures, after: Option<&TuningFigures>) -> String {
     let mut table = table::new(&[
         "",
         "success\n%",
@@ -105,8 +107,8 @@ fn figures(before: &Figures, after: Option<&Figures>) -> String {
         "chatter\nV/s",
         "held\nV",
     ]);
-    let is_two_sided = before.is_two_sided() || after.is_some_and(Figures::is_two_sided);
-    let mut add = |name: String, of: &Figures, side: &SideFigures| {
+    let is_two_sided = before.is_two_sided() || after.is_some_and(TuningFigures::is_two_sided);
+    let mut add = |name: String, of: &TuningFigures, side: &SideFigures| {
         let success = 100.0 * side.successes as f64 / of.cases.max(1) as f64;
         table.add_row([
             name,
@@ -131,7 +133,7 @@ fn figures(before: &Figures, after: Option<&Figures>) -> String {
 }
 
 /// Figures as JSON. The keys without a side are the load's.
-fn figures_object(of: &Figures) -> Value {
+fn figures_object(of: &TuningFigures) -> Value {
     let mut object = Map::new();
     let mut put = |key: String, value: Value| object.insert(key, value);
     let share = |successes: usize| successes as f64 / of.cases.max(1) as f64;
@@ -155,8 +157,8 @@ fn figures_object(of: &Figures) -> Value {
 }
 
 /// What was found, as one JSON object.
-pub fn object(file: &str, tuned: &[Tuned]) -> Value {
-    let one = |tuned: &Tuned| {
+pub fn object(file: &str, tuned: &[TuningResult]) -> Value {
+    let one = |tuned: &TuningResult| {
         let gains: Map<String, Value> = tuned
             .gains
             .iter()
@@ -199,7 +201,7 @@ pub fn object(file: &str, tuned: &[Tuned]) -> Value {
 }
 
 /// Returns the best that came out for some controllers.
-fn outcome(tuned: &[Tuned]) -> &'static str {
+fn outcome(tuned: &[TuningResult]) -> &'static str {
     if tuned.iter().any(|one| one.better) {
         "tuned"
     } else if is_refused(tuned) {
@@ -210,12 +212,12 @@ fn outcome(tuned: &[Tuned]) -> &'static str {
 }
 
 /// Returns whether no joint succeeds under any controller, with the file's gains or with others.
-pub fn is_refused(tuned: &[Tuned]) -> bool {
-    tuned.iter().all(Tuned::is_refused)
+pub fn is_refused(tuned: &[TuningResult]) -> bool {
+    tuned.iter().all(TuningResult::is_refused)
 }
 
 /// Returns why the file's gains stay for every controller; none if others were found for one.
-pub fn reason(tuned: &[Tuned]) -> Option<String> {
+pub fn reason(tuned: &[TuningResult]) -> Option<String> {
     let all: Option<Vec<String>> = tuned
         .iter()
         .map(|one| Some(format!("{}: {}", one.controller, one.refusal.as_ref()?)))
@@ -225,7 +227,7 @@ pub fn reason(tuned: &[Tuned]) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::Turned;
+    use super::super::TunedGain;
     use super::*;
 
     #[test]
@@ -242,12 +244,13 @@ mod tests {
         let side =
             SideFigures { successes: 1, settling_s: 1.0, tracking_counts: None, rest_counts: 1.0 };
         let (at_encoder, at_load) = (side, SideFigures { rest_counts: 80.0, ..side });
-        let figures = Figures { cases: 1, at_encoder, at_load, chatter_v_per_s: 0.0, held_v: 0.0 };
-        let tuned = Tuned {
+        let figures =
+            TuningFigures { cases: 1, at_encoder, at_load, chatter_v_per_s: 0.0, held_v: 0.0 };
+        let tuned = TuningResult {
             controller: "pd".into(),
             gains: vec![
-                Turned { key: "kp_v_per_deg", from: 1.0, to: 2.5 },
-                Turned { key: "bandwidth_rad_per_s", from: 50.0, to: 60.0 },
+                TunedGain { key: "kp_v_per_deg", from: 1.0, to: 2.5 },
+                TunedGain { key: "bandwidth_rad_per_s", from: 50.0, to: 60.0 },
             ],
             better: true,
             refusal: None,
@@ -271,7 +274,7 @@ mod tests {
         let found = object("a.toml", std::slice::from_ref(&tuned));
         assert_eq!((&found["outcome"], &found["reason"]), (&json!("tuned"), &Value::Null));
         let refusal = Some("no gains can rest it".to_owned());
-        let kept = Tuned { better: false, refusal, ..tuned.clone() };
+        let kept = TuningResult { better: false, refusal, ..tuned.clone() };
         assert_eq!(rewritten(text, std::slice::from_ref(&kept)).unwrap(), text);
         let whole = render(std::slice::from_ref(&kept));
         assert!(whole.contains("the file's gains stay") && whole.contains("rest it"), "{whole}");
@@ -296,7 +299,7 @@ mod tests {
             (&json!(80.0), &json!(80.0))
         );
         // One of two is found: the file is written with it.
-        let found = object("a.toml", &[kept, Tuned { controller: "srnf".into(), ..tuned }]);
+        let found = object("a.toml", &[kept, TuningResult { controller: "srnf".into(), ..tuned }]);
         assert_eq!((&found["outcome"], &found["reason"]), (&json!("tuned"), &Value::Null));
     }
 }

@@ -10,19 +10,21 @@
 
 use stiction::control::laws::{Gains, ResetOffsetIntegralGains};
 
-use super::{Rule, around_pd};
+use super::{GainRule, PdLoop, four_digits_single};
 
 /// The rule.
-pub const RULE: Rule = Rule {
+pub const RULE: GainRule = GainRule {
     law: "roi",
+    knows: "inertia, viscous friction and the lowest breakaway effort",
     text: "PD's; T_roi = 0.73/w, V_roi = F_lo/(Kd + B)",
     constant: 0.73,
     tried: &[0.73, 1.5, 3.0, 6.0, 12.0],
-    tune: |told, c| {
+    gains_with: |joint, c| {
+        let pd = PdLoop::of(joint);
         let gains = ResetOffsetIntegralGains {
-            t_roi: (c / told.natural_frequency()) as f32,
-            v_roi: (told.breakaway[0] / (told.kd() + told.viscous)) as f32,
+            t_roi: four_digits_single(c / pd.natural_frequency),
+            v_roi: four_digits_single(joint.breakaway[0] / (pd.kd + joint.viscous)),
         };
-        around_pd(told, Some(Gains::ResetOffsetIntegral(gains)))
+        pd.with_laws(vec![Gains::ResetOffsetIntegral(gains)])
     },
 };

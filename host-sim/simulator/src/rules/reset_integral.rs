@@ -11,20 +11,21 @@
 
 use stiction::control::laws::{Gains, ResetIntegralGains};
 
-use super::{Rule, around_pd};
+use super::{GainRule, PdLoop, four_digits_single};
 
 /// The rule.
-pub const RULE: Rule = Rule {
+pub const RULE: GainRule = GainRule {
     law: "ri",
+    knows: "inertia, viscous friction and the highest breakaway effort",
     text: "PD's; Ki = 0.25 Kp w, theta_ri = 1.25 F_hi/Kp",
     constant: 0.25,
     tried: &[0.1, 0.25, 0.5, 0.77, 1.0],
-    tune: |told, c| {
-        let kp = told.kp();
+    gains_with: |joint, c| {
+        let pd = PdLoop::of(joint);
         let gains = ResetIntegralGains {
-            ki: (c * kp * told.natural_frequency()) as f32,
-            theta_ri: (1.25 * told.breakaway[1] / kp) as f32,
+            ki: four_digits_single(c * pd.kp * pd.natural_frequency),
+            theta_ri: four_digits_single(1.25 * joint.breakaway[1] / pd.kp),
         };
-        around_pd(told, Some(Gains::ResetIntegral(gains)))
+        pd.with_laws(vec![Gains::ResetIntegral(gains)])
     },
 };

@@ -11,20 +11,23 @@
 
 use stiction::control::laws::{Gains, RateVariableIntegralGains};
 
-use super::{Rule, around_pd};
+use super::{GainRule, PdLoop, four_digits_single};
 
 /// The rule.
-pub const RULE: Rule = Rule {
+pub const RULE: GainRule = GainRule {
     law: "rvi",
+    knows: "inertia and viscous friction",
     text: "PD's; Ki = Kp w, gamma = (1.85 q/h)^2 h/20 ms",
     constant: 1.0,
     tried: &[0.5, 1.0, 3.0, 10.0, 29.0],
-    tune: |told, c| {
-        let gamma_h = (1.85 * told.count / told.sample_time).powi(2);
+    gains_with: |joint, c| {
+        let pd = PdLoop::of(joint);
+        let (count, sample_time) = (joint.sampled.count, joint.sampled.sample_time);
+        let gamma_h = (1.85 * count / sample_time).powi(2);
         let gains = RateVariableIntegralGains {
-            ki: (c * told.kp() * told.natural_frequency()) as f32,
-            gamma: (gamma_h * told.sample_time / 0.02) as f32,
+            ki: four_digits_single(c * pd.kp * pd.natural_frequency),
+            gamma: four_digits_single(gamma_h * sample_time / 0.02),
         };
-        around_pd(told, Some(Gains::RateVariableIntegral(gains)))
+        pd.with_laws(vec![Gains::RateVariableIntegral(gains)])
     },
 };

@@ -1,0 +1,134 @@
+//! Joint and loop as a rule sees them.
+//!
+//! | figure | from a data sheet |
+//! |---|---|
+//! | J, B | inertia and viscous friction with the back-EMF, both nominal |
+//! | F_lo | half of the lowest slip friction, less a load that this friction holds |
+//! | F_hi | twice the highest stick friction with that load |
+//! | u_L | constant load and unbalance, if the lowest slip friction does not hold them; else 0 |
+//! | u_m, u_q | full scale times largest duty, and the volts of a code |
+//!
+//! A data sheet has no friction over place, direction and temperature, and an identification has
+//! that of one day: hence the factors of two. A load that the friction holds is a friction that
+//! depends on the direction (constant load) and on the place (unbalance).
+
+use stiction::ControllerConfig;
+
+use crate::data_sheet::tables::EncoderPlace;
+use crate::data_sheet::{DataSheet, Mapping};
+
+/// Margin of the bounds around the lowest and the highest friction that are known.
+const MARGIN: f64 = 2.0;
+
+/// Joint and loop as a rule sees them, in the core's units: volts, degrees, seconds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct JointBounds {
+    /// Nominal inertia J, V s^2/deg.
+    pub inertia: f64,
+    /// Nominal viscous friction B, V s/deg.
+    pub viscous: f64,
+    /// Bounds of the breakaway effort F_lo and F_hi, V.
+    pub breakaway: [f64; 2],
+    /// Largest load that drives the joint u_L, V; 0: none does.
+    pub load: f64,
+    /// Effort that holds the load where the joint is armed, within 20 %, V; 0: none is needed.
+    pub hold_effort: f64,
+    /// Whether the encoder sits on the load, behind an elastic gear.
+    pub encoder_at_load: bool,
+    /// Counts by which the encoder changes at rest.
+    pub jitter: f64,
+    /// The loop around the joint.
+    pub sampled: SampledLoop,
+}
+
+/// Sampled loop around a joint: what its drive and its encoder resolve.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SampledLoop {
+    /// Largest effort u_m, V.
+    pub largest_effort: f64,
+    /// Step of the effort u_q, V.
+    pub lsb: f64,
+    /// Angle of a count q, deg.
+    pub count: f64,
+    /// Time between samples h, s.
+    pub sample_time: f64,
+}
+
+impl SampledLoop {
+    /// Returns the loop of a controller's configuration.
+    pub fn of(controller: &ControllerConfig) -> Self {
+        let ControllerConfig { sample_time, encoder, drive, .. } = controller;
+        Self {
+            largest_effort: f64::from(drive.full_scale) * f64::from(drive.duty_max),
+            lsb: drive.lsb.into(),
+            count: encoder.resolution.into(),
+            sample_time: (*sample_time).into(),
+        }
+    }
+}
+
+/// Joint as a data sheet or an identification has it, in volts, degrees and seconds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct JointEstimate {
+    /// Inertia, V s^2/deg.
+    pub inertia: f64,
+    /// Viscous friction, V s/deg.
+    pub viscous: f64,
+    /// Lowest friction in motion and highest friction at rest, over both directions, V.
+    pub friction: [f64; 2],
+    /// Largest load, V.
+    pub load: f64,
+    /// Largest load that the friction holds, V.
+    pub holds: f64,
+}
+
+impl JointEstimate {
+    /// Returns the joint of a data sheet.
+    pub fn of_sheet(sheet: &DataSheet, mapping: &Mapping) -> Self {
+        let load = sheet.load.constant_nm.abs() + sheet.load.unbalance_nm.abs();
+        let slip = sheet.slip()[0].min(sheet.slip()[1]);
+        let stick = sheet.stick()[0].max(sheet.stick()[1]);
+        let held = if load < slip { load } else { 0.0 };
+        Self {
+            inertia: mapping.units.per_degree(mapping.inertia),
+            viscous: mapping.viscous_v(),
+            friction: [slip - held, stick + held].map(|level| mapping.volts(level)),
+            load: mapping.volts(load),
+            holds: mapping.volts(slip),
+        }
+    }
+}
+
+impl JointBounds {
+    /// Returns the bounds of a joint in a loop, with the encoder on the motor.
+    pub const fn of(joint: &JointEstimate, sampled: SampledLoop) -> Self {
+        let [lowest, highest] = joint.friction;
+        Self {
+            inertia: joint.inertia,
+            viscous: joint.viscous,
+            breakaway: [lowest / MARGIN, MARGIN * highest],
+            load: if joint.load > joint.holds { joint.load } else { 0.0 },
+            hold_effort: 0.0,
+            encoder_at_load: false,
+            jitter: 0.0,
+            sampled,
+        }
+    }
+
+    /// Adds where the encoder of a data sheet sits, and its noise.
+    #[must_use]
+    pub fn with_encoder_of(self, sheet: &DataSheet) -> Self {
+        Self {
+            encoder_at_load: sheet.stiffness().is_some()
+                && sheet.encoder.at == Some(EncoderPlace::Load),
+            // A reading that is a count off either way changes by two.
+            jitter: 2.0 * f64::from(sheet.encoder.noise_counts),
+            ..self
+        }
+    }
+
+    /// Returns the geometric middle of both bounds of the breakaway effort, V.
+    pub fn middle_breakaway(&self) -> f64 {
+        (self.breakaway[0] * self.breakaway[1]).sqrt()
+    }
+}

@@ -1,0 +1,57 @@
+//! Robust: the joint as it is known, and nothing else; the law has its own rules for the rest
+//! (`src/control/laws/robust/parameters.rs`).
+//!
+//! ```text
+//! J, B, F_lo, F_hi, side and jitter of the encoder, u_L, hold effort
+//! ```
+//!
+//! It replaces PD, whose gains are zero. Where the joint has more friction than F_hi or less than
+//! F_lo, nothing is guaranteed.
+
+use stiction::control::laws::robust::EncoderSide;
+use stiction::control::laws::{Gains, RobustGains};
+use stiction::control::pd::PdGains;
+use stiction::units::value::Table as _;
+
+use super::pd_loop::VELOCITY_WINDOW;
+use super::{ControllerGains, GainRule, JointBounds, four_digits_single};
+
+/// The rule.
+pub const RULE: GainRule = GainRule {
+    law: "robust",
+    knows: "inertia, viscous friction, both bounds of the breakaway effort, side and jitter of the \
+            encoder; where a load drives the joint, also its bound and, within 20 %, the effort \
+            that holds it",
+    text: "J, B, F_lo, F_hi, side and jitter of the encoder, the largest load that drives the joint \
+           and the effort that holds it as known",
+    constant: 1.0,
+    tried: &[],
+    gains_with: |joint, _| ControllerGains {
+        pd: PdGains { kp: 0.0, kd: 0.0 },
+        velocity_window: VELOCITY_WINDOW,
+        laws: vec![Gains::Robust(gains(joint))],
+    },
+};
+
+fn gains(joint: &JointBounds) -> RobustGains {
+    let mut gains = RobustGains {
+        encoder_side: if joint.encoder_at_load { EncoderSide::Load } else { EncoderSide::Motor },
+        jitter: joint.jitter as f32,
+        load: four_digits_single(joint.load),
+        hold_effort: four_digits_single(joint.hold_effort),
+        ..RobustGains::EXAMPLE
+    };
+    set_joint(&mut gains, joint);
+    gains
+}
+
+/// Sets inertia, viscous friction, bounds of the breakaway effort, and a load that drives the joint.
+/// All else stays, as the law on a device has it.
+pub fn set_joint(gains: &mut RobustGains, joint: &JointBounds) {
+    gains.inertia = four_digits_single(joint.inertia);
+    gains.viscous = four_digits_single(joint.viscous);
+    [gains.breakaway_low, gains.breakaway_high] = joint.breakaway.map(four_digits_single);
+    if joint.load > 0.0 {
+        gains.load = four_digits_single(joint.load);
+    }
+}
