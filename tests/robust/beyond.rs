@@ -68,7 +68,7 @@ fn in_closed_loops(all: &mut String) {
     let loaded = Joint { load: 10.0, ..Joint::new(4.0, 3.0) };
     let walled = Joint { wall: 4.982, ..Joint::new(4.0, 2.5) };
     let cases = [
-        ("a load of 2.5 times the static friction, told, which then grows", loaded, held),
+        ("a load of 2.5 times the static friction, configured, which then grows", loaded, held),
         ("a wall five counts before the target", walled, configured()),
         ("the encoder on the load of a stiff joint", Joint::new(4.0, 2.5), on_load),
     ];

@@ -193,9 +193,9 @@ fn stop_band_hold_step_and_least_gain_change_what_the_law_does() {
         });
         before != after
     };
-    assert!(changed("LuGre, J told / 3", |gains| gains.stop_band = 2.25));
-    assert!(changed("LuGre, J told / 3", |gains| gains.hold_step = 0.2));
-    let swings = "flexible hard joint at 5 ms, [F] told x 3";
+    assert!(changed("LuGre, J configured / 3", |gains| gains.stop_band = 2.25));
+    assert!(changed("LuGre, J configured / 3", |gains| gains.hold_step = 0.2));
+    let swings = "flexible hard joint at 5 ms, [F] configured x 3";
     assert!(changed(swings, |gains| gains.least_gain = 0.3));
 }
 

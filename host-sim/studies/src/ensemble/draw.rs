@@ -215,7 +215,7 @@ fn in_si(draws: &mut Draws, family: Family, number: u64, kind: DrawOptions) -> C
         }
         Family::Rigid
         | Family::Noisy
-        | Family::NoisyTold
+        | Family::NoisyDeclared
         | Family::EndStop
         | Family::ThesisAxis
         | Family::EndStopThesis
@@ -234,7 +234,7 @@ fn in_si(draws: &mut Draws, family: Family, number: u64, kind: DrawOptions) -> C
     let known = if is_braked { draws.uniform(0.8, 1.2) } else { 0.0 };
     let bounds = JointBounds {
         encoder_at_load: side == DiscSide::Load,
-        jitter: if family == Family::NoisyTold { 2.0 } else { 0.0 },
+        jitter: if family == Family::NoisyDeclared { 2.0 } else { 0.0 },
         hold_effort: -known * load.at(start) / scale.effort,
         ..bounds
     };

@@ -51,7 +51,7 @@ pub enum Family {
     /// A rigid joint whose encoder is a count off in two readings of three, which no law knows.
     Noisy,
     /// The same joints, and `robust` knows the encoder's jitter.
-    NoisyTold,
+    NoisyDeclared,
 }
 
 impl Family {
@@ -83,7 +83,7 @@ impl Family {
         Self::Dwell,
         Self::Drifting,
         Self::Noisy,
-        Self::NoisyTold,
+        Self::NoisyDeclared,
     ];
 
     /// Every family.
@@ -116,7 +116,7 @@ impl Family {
             Self::Dwell => "dwell",
             Self::Drifting => "drifting",
             Self::Noisy => "noisy",
-            Self::NoisyTold => "noisy-told",
+            Self::NoisyDeclared => "noisy-declared",
         }
     }
 
@@ -143,7 +143,7 @@ impl Family {
             Self::EndStopThesis => 17,
             Self::Dwell => 18,
             Self::Drifting => 19,
-            Self::Noisy | Self::NoisyTold => 20,
+            Self::Noisy | Self::NoisyDeclared => 20,
             Self::GearBacklash => 21,
         }
     }
@@ -153,6 +153,8 @@ impl Family {
     /// # Errors
     /// Names the nearest one.
     pub fn named(name: &str) -> Result<Self, Error> {
+        // The name of this family before `noisy-declared`; scripts may use it.
+        let name = if name == "noisy-told" { "noisy-declared" } else { name };
         Self::all().find(|family| family.name() == name).ok_or_else(|| {
             let near = suggestion(name, Self::all().map(Self::name));
             Error::Input(format!("--plant {name}: there is no family of that name{near}"))
@@ -207,7 +209,7 @@ impl Family {
 
     /// Returns whether the encoder is a count off in two readings of three.
     pub const fn has_noise(self) -> bool {
-        matches!(self, Self::Noisy | Self::NoisyTold)
+        matches!(self, Self::Noisy | Self::NoisyDeclared)
     }
 
     /// Returns whether it is an arm of two joints.
@@ -262,6 +264,7 @@ mod tests {
             let is_other = |other: &Family| other.number() != family.number();
             assert!(all[..i].iter().all(|other| is_other(other) || is_same(other)));
         }
+        assert_eq!(Family::named("noisy-told").unwrap(), Family::NoisyDeclared);
         let message = Family::named("flexible-moter").unwrap_err().to_string();
         assert!(message.contains("did you mean `flexible-motor`?"), "{message}");
     }

@@ -19,7 +19,7 @@ const CONTROLLERS: [(&str, &str); 4] =
 
 /// Returns the part of a joint's bounds that a data sheet describes. The effort that holds a load is
 /// measured where the joint is armed (`overhauling` and its kind), and `new` does not ask for the
-/// noise of the encoder (`noisy-told`).
+/// noise of the encoder (`noisy-declared`).
 fn described(bounds: &JointBounds) -> JointBounds {
     JointBounds { hold_effort: 0.0, jitter: 0.0, ..*bounds }
 }
