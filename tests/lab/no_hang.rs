@@ -2,7 +2,7 @@
 
 use dynamics::friction::{Coulomb, Dahl, ResetIntegrator, Stribeck, Tanh};
 use dynamics::mechanism::{Mechanism, Pull, SpringMass, Terms};
-use dynamics::solver::dynamics::{Dynamics, SingleValuedDynamics, StateRates, direction};
+use dynamics::solver::dynamics::{Dynamics, SingleValuedDynamics, StateRates, direction, floor};
 use dynamics::solver::state::{BodyEvent, BodyState};
 use dynamics::solver::step_doubling::{self, Accuracy};
 use dynamics::solver::{SolverFailure, event_driven, fixed_step, nonsmooth, piecewise_smooth};
@@ -101,7 +101,7 @@ impl Dynamics<1, 0> for Swinging {
     }
 
     fn scale(&self) -> BodyState<1, 0> {
-        step_doubling::floor()
+        floor()
     }
 }
 

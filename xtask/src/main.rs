@@ -14,6 +14,7 @@ mod ranking;
 mod reliability;
 mod simulator;
 mod studio;
+mod studio_page;
 mod test;
 mod toolchain;
 mod words;

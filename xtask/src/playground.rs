@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use crate::job::{Job, target_dir};
-use crate::studio::{self, BROWSERS};
+use crate::studio_page::{self, BROWSERS};
 use crate::toolchain::{PAGE, Toolchain};
 
 /// The profile of the program in the page.
@@ -14,7 +14,7 @@ const PROFILE: &str = "wasm";
 /// Builds the files, and prints their directory.
 pub fn build() -> Result<PathBuf, String> {
     Toolchain::agree(&PAGE)?;
-    studio::page()?;
+    studio_page::page()?;
     let toolchain = Toolchain::ready(&PAGE)?;
     println!("   compiler: {}", toolchain.describe());
     let arguments =
@@ -23,7 +23,10 @@ pub fn build() -> Result<PathBuf, String> {
     let simulator = target_dir().join(PAGE.name).join(PROFILE).join("playground.wasm");
     let directory = target_dir().join("playground");
     let mut build = Command::new("node");
-    build.arg("playground.mjs").args([&simulator, &directory]).current_dir(studio::directory());
+    build
+        .arg("playground.mjs")
+        .args([&simulator, &directory])
+        .current_dir(studio_page::directory());
     Job::new("Building the playground").run(&mut build)?;
     println!("\n{}: {} KB", directory.display(), kilobytes(&directory)?);
     println!(
@@ -46,10 +49,10 @@ fn kilobytes(directory: &Path) -> Result<u64, String> {
 
 /// Tests the files in a browser, beside the program.
 pub fn test(directory: &Path) -> Result<(), String> {
-    let Some(browser) = studio::browser() else {
+    let Some(browser) = studio_page::browser() else {
         return Err(format!("the test needs one of {}", BROWSERS.join(", ")));
     };
-    studio::build(false)?;
+    studio_page::build(false)?;
     let job = Job::new("Test of the playground in a browser");
-    job.run(studio::script("playground.mjs", browser).arg(directory))
+    job.run(studio_page::script("playground.mjs", browser).arg(directory))
 }

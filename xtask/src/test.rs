@@ -3,7 +3,7 @@
 use crate::job::{Job, cargo};
 use crate::simulator::{EMULATOR, EVERYTHING};
 use crate::toolchain::{MICROCONTROLLER, Toolchain};
-use crate::{cost, firmware, gates, studio, words};
+use crate::{cost, firmware, gates, studio_page, words};
 
 const STRICT: [&str; 3] = ["--", "--deny", "warnings"];
 
@@ -36,7 +36,7 @@ pub fn test() -> Result<(), String> {
     Job::new("Format").run(&mut cargo(&["fmt", "--all", "--check"]))?;
     words::check(&words::WordsJobArguments::default())?;
     // The page must exist before the program that includes it.
-    let browser = studio::ready()?;
+    let browser = studio_page::ready()?;
     // This build has every feature. The replacements of missing features are compiled with
     // `bad_input` below.
     Job::new("Lints")
@@ -62,7 +62,7 @@ pub fn test() -> Result<(), String> {
             "bad_input",
         ]),
     )?;
-    studio::test(browser)?;
+    studio_page::test(browser)?;
     gates::pass(EVERYTHING)?;
     cost::measure(&cost::CostJobArguments::default(), EVERYTHING)?;
     Job::new("Documentation").run(

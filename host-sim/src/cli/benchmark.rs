@@ -12,8 +12,8 @@ use crate::experiment::{Document, Experiment};
 use crate::figure::{figure_directory, figures, write_figures};
 use crate::goal::GoalInBothUnits;
 use crate::output::OverwriteGuard;
+use crate::output::grid::{self, number};
 use crate::output::sides::{self, REST, SETTLED, ShownSides};
-use crate::output::table::{self, number};
 use crate::rules::TUNING_SEEDS;
 use crate::tuning::{GainSearch, TuningGoal, TuningResult, spreads};
 
@@ -202,7 +202,7 @@ fn render(ranked: &Benchmark) -> String {
     ];
     let is_kept = |title: &str| !shown.replaces().contains(&title);
     let kept: Vec<&str> = header.into_iter().filter(|title| is_kept(title)).collect();
-    let mut table = table::new(&kept);
+    let mut table = grid::new(&kept);
     for score in scores {
         let named = header.into_iter().zip(cells(score));
         table.add_row(named.filter_map(|(title, cell)| is_kept(title).then_some(cell)));

@@ -18,7 +18,7 @@ use crate::ensemble::{
 };
 use crate::error::Error;
 use crate::figure::{figure_directory, write_charts, write_figures};
-use crate::output::{OutputDirectory, OutputFile, OverwriteGuard, table};
+use crate::output::{OutputDirectory, OutputFile, OverwriteGuard, grid};
 use crate::rules::{TUNING_SEEDS, rules};
 use crate::typed_number;
 
@@ -409,14 +409,8 @@ impl EnsembleTuneArguments {
             families: families(&self.plant)?,
             rules: rules(&self.controller)?,
         };
-        let mut table = table::new(&[
-            "law",
-            "c",
-            "family",
-            "success\n%",
-            "settled\np95, s",
-            "rest p90\ncounts",
-        ]);
+        let mut table =
+            grid::new(&["law", "c", "family", "success\n%", "settled\np95, s", "rest p90\ncounts"]);
         for ConstantTrial { law, constant, families } in tune(&ensemble)? {
             for (family, summary) in families {
                 let share = 100.0 * summary.success as f64 / summary.cases as f64;
@@ -425,9 +419,9 @@ impl EnsembleTuneArguments {
                     law.to_owned(),
                     constant.to_string(),
                     family,
-                    table::number(Some(share), 1),
-                    table::number(finite(summary.settling_s.quantile(0.95)), 2),
-                    table::number(finite(summary.rest_counts.quantile(0.9)), 1),
+                    grid::number(Some(share), 1),
+                    grid::number(finite(summary.settling_s.quantile(0.95)), 2),
+                    grid::number(finite(summary.rest_counts.quantile(0.9)), 1),
                 ]);
             }
         }

@@ -3,8 +3,29 @@
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
-use super::figures::Quantity;
 use crate::error::Error;
+
+/// Quantity of a body in a curve.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Quantity {
+    /// Position.
+    Position,
+    /// Position of the spring's far end, which moves at constant speed.
+    FarEnd,
+    /// Velocity.
+    Velocity,
+    /// Acceleration.
+    Acceleration,
+    /// Force that friction and inertia balance.
+    Input,
+    /// Friction.
+    Friction,
+    /// p of the Reset Integrator, µm.
+    Deflection,
+    /// Rate of p, mm/s: that of the body while it sticks, else zero (eq. 2).
+    DeflectionRate,
+}
 
 /// Captions and drawings of the figures.
 #[derive(Debug, Deserialize)]

@@ -17,10 +17,10 @@
 //! (eqs. 22-25). The last as printed: the joint's own acceleration is among them, so that the last
 //! acceleration is kept up and not cancelled.
 
+use super::dynamics::floor;
 use super::dynamics::{Dynamics, StateRates, direction};
 use super::linear::solve;
 use super::state::BodyState;
-use super::step_doubling::floor;
 use crate::friction::Coulomb;
 use crate::mechanism::{Mechanism, Terms};
 

@@ -4,6 +4,15 @@ use super::state::BodyState;
 use crate::friction::SingleValued;
 use crate::mechanism::Mechanism;
 
+/// What positions and velocities are measured by near zero, in SI: the size of the thesis's own D_v
+/// and p_o.
+pub const FLOOR: f64 = 1e-5;
+
+/// The floor of coordinates and velocities.
+pub fn floor<const N: usize, const Z: usize>() -> BodyState<N, Z> {
+    BodyState { q: [FLOOR; N], v: [FLOOR; N], z: [[FLOOR; Z]; N] }
+}
+
 /// Rates of a state, with its frictions.
 #[derive(Clone, Copy, Debug)]
 pub struct StateRates<const N: usize, const Z: usize> {
@@ -72,10 +81,7 @@ where
     }
 
     fn scale(&self) -> BodyState<N, Z> {
-        BodyState {
-            z: std::array::from_fn(|i| self.friction[i].state_scale()),
-            ..super::step_doubling::floor()
-        }
+        BodyState { z: std::array::from_fn(|i| self.friction[i].state_scale()), ..floor() }
     }
 
     fn accepted(&mut self, state: &mut BodyState<N, Z>, _: &StateRates<N, Z>) {

@@ -15,7 +15,7 @@
 use super::SolverFailure;
 use super::dynamics::Dynamics;
 use super::explicit::{Progress, classical};
-use super::state::{BodyState, Finish, Observer};
+use super::state::{Finish, Observer};
 
 /// Accuracy and floor of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,18 +26,9 @@ pub struct Accuracy {
     pub max_evaluations: u64,
 }
 
-/// What positions and velocities are measured by near zero, in SI: the size of the thesis's own D_v
-/// and p_o.
-pub const FLOOR: f64 = 1e-5;
-
 /// A step that was not kept becomes no shorter than this part of it at once: far from a switch, the
 /// error of a step over it says little about the one that is right.
 const LEAST_SHRINK: f64 = 0.1;
-
-/// The floor of coordinates and velocities.
-pub fn floor<const N: usize, const Z: usize>() -> BodyState<N, Z> {
-    BodyState { q: [FLOOR; N], v: [FLOOR; N], z: [[FLOOR; Z]; N] }
-}
 
 /// Runs a differential equation for `duration_s`.
 ///

@@ -5,6 +5,7 @@ mod cell;
 pub mod columns;
 pub mod csv;
 mod file;
+pub mod grid;
 mod guard;
 pub mod json;
 pub mod series;

@@ -1,6 +1,6 @@
 //! Rest, settling and success at the encoder and at the load, side by side.
 
-use super::table::{self, number};
+use super::grid::{self, number};
 use crate::both_sides::BothSides;
 use crate::data_sheet::UnseenSlack;
 use crate::goal::PositionGoal;
@@ -61,7 +61,7 @@ impl ShownSides {
                 "goal\nmet at",
             ],
         });
-        let mut table = table::new(&header);
+        let mut table = grid::new(&header);
         for (name, sides) in rows {
             let settled = [
                 (sides.settled_at_encoder_s, sides.success_at_encoder),

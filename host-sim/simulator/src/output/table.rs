@@ -1,33 +1,9 @@
 //! Text tables within 80 columns.
 
-use comfy_table::{Cell, CellAlignment, ColumnConstraint, ContentArrangement, Table, presets};
-
+use super::grid::{new, number};
 use super::sides::{self, ShownSides};
 use crate::experiment::Task;
 use crate::run::{RunResult, ServoTrip};
-
-/// Least width of a terminal, columns.
-const WIDTH: u16 = 80;
-
-/// Creates a table with a header; the first column is left-aligned, all others right-aligned.
-pub fn new(header: &[&str]) -> Table {
-    let mut table = Table::new();
-    table
-        .load_style(presets::NOTHING)
-        .set_content_arrangement(ContentArrangement::Dynamic)
-        .set_width(WIDTH)
-        .set_header(
-            header.iter().map(|title| Cell::new(title).set_alignment(CellAlignment::Right)),
-        );
-    for column in table.column_iter_mut().skip(1) {
-        column.set_cell_alignment(CellAlignment::Right);
-    }
-    if let Some(first) = table.column_mut(0) {
-        first.set_constraint(ColumnConstraint::ContentWidth);
-        first.set_cell_alignment(CellAlignment::Left);
-    }
-    table
-}
 
 /// Returns the results of an experiment: a table for each kind of motion and each variant, and a
 /// line for each failed run. If the encoder cannot see slack, rest and settling are in a table of
@@ -83,27 +59,6 @@ pub fn render(results: &[RunResult]) -> String {
 fn row_name(result: &RunResult) -> String {
     let driven_by = result.plan.controller.as_deref().unwrap_or("ramp");
     format!("{driven_by}/{}", result.plan.task.slug())
-}
-
-/// Formats a number with the given number of decimals; a dash for `None`.
-pub fn number(value: Option<f64>, digits: usize) -> String {
-    value.map_or_else(
-        || "-".into(),
-        |value| {
-            // Columns have no room for more digits; a value that is not finite has a line of its
-            // own.
-            if !value.is_finite() || value.abs() >= 1e6 {
-                return if value.is_finite() { format!("{value:.1e}") } else { "-".into() };
-            }
-            let text = format!("{value:.digits$}");
-            // No minus in front of a zero.
-            if text.trim_start_matches('-').chars().all(|c| c == '0' || c == '.') {
-                text.trim_start_matches('-').into()
-            } else {
-                text
-            }
-        },
-    )
 }
 
 const STEP_COLUMNS: &[&str] = &[

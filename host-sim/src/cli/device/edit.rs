@@ -11,7 +11,7 @@ use stiction::motion::jog::JogBounds;
 use stiction::units::value::Table;
 use stiction::{Limits, Parameters};
 
-use super::params::{keep, pulled};
+use super::pulled_file::{keep, pulled};
 use crate::device::client::Client;
 use crate::device::machine_file;
 use crate::device::wire::Wire;

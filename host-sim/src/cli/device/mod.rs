@@ -5,6 +5,7 @@ mod identify;
 mod jog;
 mod moves;
 mod params;
+mod pulled_file;
 mod selftest;
 #[cfg(feature = "watch")]
 mod watch;

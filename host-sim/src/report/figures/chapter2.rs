@@ -1,34 +1,10 @@
 //! Figs. 5 to 20, 61 and 62: runs of the friction lab, with curves that are declared as data.
 
-use serde::Deserialize;
-
 use crate::error::Error;
 use crate::figure::{Figure, NamedFigure, Panel, PlotCurve, Style};
 use crate::lab::{LabResult, LabSample};
-use crate::report::content::{LabDrawing, PanelText, drawings};
+use crate::report::content::{LabDrawing, PanelText, Quantity, drawings};
 use crate::report::evidence::ReportEvidence;
-
-/// Quantity of a body in a curve.
-#[derive(Clone, Copy, Debug, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Quantity {
-    /// Position.
-    Position,
-    /// Position of the spring's far end, which moves at constant speed.
-    FarEnd,
-    /// Velocity.
-    Velocity,
-    /// Acceleration.
-    Acceleration,
-    /// Force that friction and inertia balance.
-    Input,
-    /// Friction.
-    Friction,
-    /// p of the Reset Integrator, µm.
-    Deflection,
-    /// Rate of p, mm/s: that of the body while it sticks, else zero (eq. 2).
-    DeflectionRate,
-}
 
 const STYLES: [Style; 3] = [Style::Primary, Style::Second, Style::Third];
 

@@ -4,7 +4,6 @@ mod chapter2;
 
 use std::collections::BTreeMap;
 
-pub use self::chapter2::Quantity;
 use super::content::FigureText;
 use super::evidence::ReportEvidence;
 use crate::error::Error;

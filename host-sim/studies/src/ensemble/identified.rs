@@ -15,7 +15,7 @@ use crate::device::identified::breakaway_deviation;
 use crate::error::{Error, suggestion};
 use crate::hardware::STM32F405;
 use crate::joint::{Body, CountNoise, Joint as _, Ripple, Train};
-use crate::output::table;
+use crate::output::grid;
 use crate::plant::DelayLine;
 use crate::rules::RULES;
 
@@ -334,7 +334,7 @@ pub fn rates_table(all: &[Rates]) -> String {
         };
         let heads: Vec<&str> =
             columns.iter().filter_map(|column| heads.get(*column)).map(String::as_str).collect();
-        let mut table = table::new(&heads);
+        let mut table = grid::new(&heads);
         all.iter().for_each(|rates| {
             table.add_row(of(&rates.cells()));
         });

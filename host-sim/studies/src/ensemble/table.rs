@@ -6,7 +6,7 @@ use super::motions::Approach;
 use super::rows::{EnsembleHeader, Group};
 use super::statistics::Sorted;
 use super::summary::{LawSummary, MovesSummary, SideSummary};
-use crate::output::table::{self, number};
+use crate::output::grid::{self, number};
 use crate::rules::{GainRule, RULES, TUNING_SEEDS};
 
 /// Trips of a law that the text names.
@@ -82,7 +82,7 @@ const fn judged_side(group: &Group) -> &'static str {
 
 /// Both sides of the gear, side by side.
 fn sides(ranked: &[&LawSummary]) -> String {
-    let mut table = table::new(&[
+    let mut table = grid::new(&[
         "law",
         "at the\nencoder\n%",
         "95 %\nfrom\n-to",
@@ -111,7 +111,7 @@ fn sides(ranked: &[&LawSummary]) -> String {
 }
 
 fn precision(ranked: &[&LawSummary]) -> String {
-    let mut table = table::new(&[
+    let mut table = grid::new(&[
         "law",
         "suc-\ncess\n%",
         "95 %\nfrom\n-to",
@@ -153,7 +153,7 @@ fn motion(ranked: &[&LawSummary], unit: &str, effort_unit: &str) -> String {
     ];
     let [p50, p90, moving, resting, held, held_p90] = &headers;
     let mut table =
-        table::new(&["law", p50, p90, "sticks\np50-max", moving, resting, held, held_p90]);
+        grid::new(&["law", p50, p90, "sticks\np50-max", moving, resting, held, held_p90]);
     for summary in ranked {
         let tracking = |share| short(summary.tracking_rms.quantile(share).map(|rms| scale * rms));
         let sticks = |share| number(summary.sticks_in_motion.quantile(share), 0);

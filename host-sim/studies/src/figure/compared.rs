@@ -1,7 +1,7 @@
 //! Two or three controllers on the same joints: their errors over each other, a panel for each
 //! joint.
 
-use super::results::{COMPARED, NamedFigure, in_words, shown_until, sides_differ};
+use super::of_runs::{COMPARED, NamedFigure, in_words, shown_until, sides_differ};
 use super::{Figure, Panel, PlotCurve, Style};
 use crate::closed_loop::LoopSample;
 use crate::error::shown;

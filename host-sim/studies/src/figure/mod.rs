@@ -15,6 +15,7 @@ mod layers;
 pub mod logged;
 #[cfg(feature = "figures")]
 mod marks;
+mod of_runs;
 #[cfg(feature = "figures")]
 mod raster;
 mod results;
@@ -28,7 +29,8 @@ mod thin;
 use std::fmt;
 
 pub use files::{figure_directory, write_charts, write_figures};
-pub use results::{NamedFigure, figures, set_title};
+pub use of_runs::NamedFigure;
+pub use results::{figures, set_title};
 
 /// Role of a curve; it determines colour, weight and dashes.
 ///

@@ -4,7 +4,7 @@ use serde_json::{Map, Value, json};
 
 use super::IdentifiedMachine;
 use crate::error::rounded;
-use crate::output::table;
+use crate::output::grid;
 
 /// Version of the JSON object; raised when a key changes its meaning or is removed.
 const SCHEMA: u32 = 1;
@@ -53,7 +53,7 @@ pub fn object(log: &str, identified: &IdentifiedMachine) -> Value {
 
 /// Returns the table of the parameters, with the verdict.
 pub fn text(identified: &IdentifiedMachine) -> String {
-    let mut rows = table::new(&["parameter", "value", "+-", "%", "unit"]);
+    let mut rows = grid::new(&["parameter", "value", "+-", "%", "unit"]);
     for (name, parameter) in &identified.parameters {
         let percent = 100.0 * parameter.sd / parameter.value.abs();
         rows.add_row([

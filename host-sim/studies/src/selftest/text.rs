@@ -9,8 +9,8 @@ use crate::data_sheet::UnseenSlack;
 use crate::ensemble::Sorted;
 use crate::goal::PositionGoal;
 use crate::lines::wrapped;
+use crate::output::grid::{self, number};
 use crate::output::sides;
-use crate::output::table::{self, number};
 
 /// Result of a self-test.
 #[derive(Clone, Debug)]
@@ -136,7 +136,7 @@ pub fn words(tested: &SelfTestResult) -> String {
     if tested.unseen_slack.is_some() {
         text += "At the encoder:\n";
     }
-    let mut moves = table::new(&[
+    let mut moves = grid::new(&[
         "move to\ndeg",
         "set-\ntled\ns",
         "pre-\ndicted\ns",
@@ -173,7 +173,7 @@ pub fn words(tested: &SelfTestResult) -> String {
             Some(_) => "all moves, at the encoder",
             None => "all moves",
         };
-        let mut figures = table::new(&[all, "measured", "predicted", "allowed", ""]);
+        let mut figures = grid::new(&[all, "measured", "predicted", "allowed", ""]);
         for check in &tested.checks {
             let digits = check.digits();
             let [low, _, high] = check.predicted;
@@ -206,7 +206,7 @@ pub fn words(tested: &SelfTestResult) -> String {
 /// Returns the table of settling and rest at the load: predicted, and measured if the device
 /// reports its load.
 fn table_at_load(tested: &SelfTestResult) -> String {
-    let mut moves = table::new(&[
+    let mut moves = grid::new(&[
         "move to\ndeg",
         "settled\ns",
         "predicted\ns",

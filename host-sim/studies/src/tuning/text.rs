@@ -5,7 +5,7 @@ use toml_edit::{DocumentMut, value};
 
 use super::{SideFigures, TuningFigures, TuningResult};
 use crate::error::{Error, rounded};
-use crate::output::table;
+use crate::output::grid;
 
 /// Writes the gains into the text of a file, of which everything else stays, comments included.
 ///
@@ -98,7 +98,7 @@ fn wrapped(sentence: &str) -> String {
 
 /// Figures before and after as a table; both sides of the gear where they differ.
 fn figures(before: &TuningFigures, after: Option<&TuningFigures>) -> String {
-    let mut table = table::new(&[
+    let mut table = grid::new(&[
         "",
         "success\n%",
         "settled\ns",
@@ -112,12 +112,12 @@ fn figures(before: &TuningFigures, after: Option<&TuningFigures>) -> String {
         let success = 100.0 * side.successes as f64 / of.cases.max(1) as f64;
         table.add_row([
             name,
-            table::number(Some(success), 1),
-            table::number(Some(side.settling_s), 3),
-            table::number(side.tracking_counts.filter(|counts| counts.is_finite()), 2),
-            table::number(Some(side.rest_counts), 2),
-            table::number(Some(of.chatter_v_per_s), 2),
-            table::number(Some(of.held_v), 3),
+            grid::number(Some(success), 1),
+            grid::number(Some(side.settling_s), 3),
+            grid::number(side.tracking_counts.filter(|counts| counts.is_finite()), 2),
+            grid::number(Some(side.rest_counts), 2),
+            grid::number(Some(of.chatter_v_per_s), 2),
+            grid::number(Some(of.held_v), 3),
         ]);
     };
     for (name, of) in [("before", Some(before)), ("after", after)] {
