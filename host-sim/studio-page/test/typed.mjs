@@ -38,7 +38,7 @@ export const typed = ({ state, text, said }) => ({
     const way = await page.locator('#trapezoid-way').inputValue();
     await page.locator('#trapezoid-way').fill('99999');
     await page.locator('#trapezoid button').click();
-    await said(page, 'trajectory to 99999: the target is not taken');
+    await said(page, 'trajectory to 99999: the target is rejected');
     await page.locator('#trapezoid-way').fill(way);
     await page.locator('summary', { hasText: 'Trajectory' }).click();
     await page.locator('#deg').fill('1,234');

@@ -173,7 +173,7 @@ mod tests {
         assert!(said.contains("`limits.position_max_deg` to go further"), "{said}");
         // So is one that no counter of the device holds.
         let said = travel.check("trajectory to", 1e300).unwrap_err().to_string();
-        let begin = "trajectory to 1e300: the target is not taken: it must be -360 to 360 deg";
+        let begin = "trajectory to 1e300: the target is rejected: it must be -360 to 360 deg";
         assert!(said.contains(begin), "{said}");
         // The device itself has no such bound.
         assert!(client.move_to(400.0).is_ok());
