@@ -67,10 +67,7 @@ export async function isFound(page) {
   await step(page, 'Verify');
   await page.locator('#selftest-joint').selectOption('found');
   await predict(page, 2);
-  assert.match(
-    await text(page, '#selftest-result'),
-    new RegExp(`joints around that of ${name},`),
-  );
+  assert.match(await text(page, '#selftest-result'), new RegExp(`joints around that of ${name},`));
   await page.locator('#selftest-go').click();
   await page.locator('#selftest-said:is(.passed, .doubted)').waitFor();
   await state(page, 'stopped');
