@@ -55,7 +55,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn routines_of_floating_point_are_told_from_those_of_integers_and_memory() {
+    fn routines_of_floating_point_are_distinguished_from_those_of_integers_and_memory() {
         for name in [
             "__aeabi_dadd",
             "__aeabi_fmul",

@@ -452,16 +452,19 @@ mod tests {
     }
 
     #[test]
-    fn a_limit_that_is_near_is_told_as_such_and_a_given_range_leaves_room_too() {
+    fn a_near_position_limit_is_named_and_a_given_range_must_leave_room() {
         let bounded = found(20.0, [-5.0, 5.0]);
-        // No option was given, so none is blamed.
+        // No option was given, so the message names none.
         let why = said(judged_by_default(None, &bounded, 4.99, 20));
-        assert!(why.contains("0.01 deg from a limit") && !why.contains("--range"), "{why}");
+        assert!(
+            why.contains("0.01 deg from a position limit") && !why.contains("--range"),
+            "{why}"
+        );
         let count_deg = MoveRange::derived(&bounded, 0.0).count_deg;
         let least = format!("at least {} deg from both", rounded(40.0 * count_deg / 0.9));
         assert!(why.contains(&least), "{why}: {least}");
         assert_eq!(judged_by_default(Some(4.5), &bounded, 0.0, 20).unwrap().deg, 4.5);
         let why = said(judged_by_default(Some(4.6), &bounded, 0.0, 20));
-        assert!(why.contains("--range 4.6") && why.contains("up to 4.5 deg"), "{why}");
+        assert!(why.contains("--range 4.6") && why.contains(": 4.5 deg"), "{why}");
     }
 }

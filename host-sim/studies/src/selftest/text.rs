@@ -407,7 +407,7 @@ mod tests {
     }
 
     #[test]
-    fn a_range_with_one_end_is_told_once_and_no_row_of_the_moves_is_broken() {
+    fn a_range_with_equal_ends_is_printed_once_and_no_row_of_the_moves_is_broken() {
         assert_eq!(ends([0.101, 0.104], 2, "-"), "0.10");
         assert_eq!(ends([0.1, f64::INFINITY], 2, " to "), "0.10 to never");
         let text = words(&tested([None; 3]));

@@ -115,7 +115,7 @@ fn doubts(set: &[(&str, &str)]) -> String {
 }
 
 #[test]
-fn a_plausible_sheet_has_no_doubts_and_an_implausible_one_is_told() {
+fn a_plausible_sheet_has_no_doubts_and_an_implausible_one_is_reported() {
     // 24 V / 0.05 V s/rad are 4584 1/min; a fifth less or more is what sheets differ by.
     for rpm in ["4584", "3800", "5400"] {
         assert_eq!(doubts(&[("motor.no_load_rpm", rpm)]), "", "{rpm}");

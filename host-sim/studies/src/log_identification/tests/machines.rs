@@ -81,7 +81,7 @@ fn random_machines_come_back_and_the_error_bars_hold_the_truth() {
 }
 
 #[test]
-fn machines_that_break_the_model_are_told() {
+fn machines_that_break_the_model_are_detected() {
     let mut random = SplitMix(41);
     let (mut uneven, mut backlash, mut heavy) = (Vec::new(), Vec::new(), Vec::new());
     for _ in 0..15 {
