@@ -117,7 +117,8 @@ fn a_circle_is_found_whichever_way_it_is_written() {
 #[test]
 fn methods_for_a_type_of_another_room_are_found() {
     let of = |text: &str| {
-        let files = [("lib.rs", "mod a;\nmod b;"), ("a.rs", "pub struct A;"), ("b.rs", text)];
+        let text = format!("\n{text}");
+        let files = [("lib.rs", "mod a;\nmod b;"), ("a.rs", "pub struct A;"), ("b.rs", &text)];
         foreign_methods(&[files.map(|(path, text)| (module(path), text.to_owned())).into()])
     };
     assert_eq!(of("impl A {"), ["A in b"]);
@@ -299,11 +300,10 @@ fn foreign_methods(crates: &[Sources]) -> Vec<String> {
     }
     let mut foreign = Vec::new();
     for (module, text) in crates.iter().flatten() {
-        let is_inherent = |line: &&str| {
-            (line.starts_with("impl ") || line.starts_with("impl<")) && !line.contains(" for ")
-        };
-        for line in text.lines().filter(is_inherent) {
-            let name = word(after_generics(line.trim_start_matches("impl")).trim_start());
+        let headers = text.split("\nimpl").skip(1).map(|rest| rest.split('{').next().unwrap_or(""));
+        let is_impl = |header: &&str| header.starts_with([' ', '<']);
+        for header in headers.filter(is_impl).filter(|header| !header.contains(" for ")) {
+            let name = word(after_generics(header).trim_start());
             if !types.contains(&(room(module), name.to_owned())) {
                 foreign.push(format!("{name} in {}", module.join("::")));
             }

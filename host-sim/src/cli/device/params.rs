@@ -2,8 +2,6 @@
 
 use std::path::{Path, PathBuf};
 
-use stiction::Parameters;
-
 use super::edit;
 use super::first_run;
 use super::pulled_file::{keep, pulled};
@@ -12,7 +10,6 @@ use crate::device::machine_file;
 use crate::device::parameters;
 use crate::device::wire::Wire;
 use crate::error::Error;
-use crate::experiment::Document;
 use crate::output::OutputFile;
 
 #[derive(Debug, clap::Subcommand)]
