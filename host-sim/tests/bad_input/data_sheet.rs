@@ -101,7 +101,7 @@ fn a_derived_number_out_of_its_range_is_blamed_on_what_was_written() {
     for (set, follows) in [
         ("motor.kt_nm_per_a=1e-4", "the motor's stall torque at the joint is"),
         ("motor.current_limit_a=1e-3", "the static friction (`friction.stick_nm`) is 4.9 N m"),
-        ("motor.resistance_ohm=5e3", "and nothing could move"),
+        ("motor.resistance_ohm=5e3", "the joint cannot move"),
         ("motor.kt_nm_per_a=1000", "it makes `limits.stop_gain_deg_per_s2_per_v`"),
     ] {
         let said = last_line(&["params", &file, "-o", "-", "--set", set]);

@@ -199,9 +199,9 @@ fn an_impossible_position_unit_is_reported_and_a_possible_one_is_not() {
     // A stroke of 7 um is within the bristles; a gain in the wrong power of ten, too light.
     let crept = log(|t| axis(t).map(|one| 3e-5 * one), None).replace("q_rad", "q");
     let (said, _) = accepted(&crept, &newtons("1", "m"));
-    assert!(said.contains("the travel comes out as"), "{said}");
+    assert!(said.contains("the travel is"), "{said}");
     let (said, _) = accepted(&metres, &newtons("1e-9", "m"));
-    assert!(said.contains("the inertia comes out as") && said.contains("kg"), "{said}");
+    assert!(said.contains("the inertia is") && said.contains("kg"), "{said}");
 }
 
 #[test]
@@ -221,7 +221,7 @@ fn a_name_that_contradicts_the_unit_and_an_effort_of_no_unit_are_told_to_people_
     // A line without a gain: kg and N are a guess.
     let line = ["--position", "q", "--position-unit", "m"];
     let (said, found) = accepted(&bare, &line);
-    assert!(said.contains("taken as 1 N") && said.contains("--effort-gain"), "{said}");
+    assert!(said.contains("assumed to be 1 N") && said.contains("--effort-gain"), "{said}");
     assert_eq!(
         (&found["effort_unit_is_assumed"], &found["effort_gain"], &found["units"]["inertia"]),
         (&true.into(), &serde_json::Value::Null, &"kg".into())

@@ -48,8 +48,8 @@ impl DataSheet {
         let found = if key == "friction.stick_nm" { self.stick()[0] } else { self.stick()[1] };
         let of_the_stall = |suspect: &Suspect| STALL_TORQUE.contains(&suspect.key);
         let follows = format!(
-            "the motor's stall torque at the joint is {} N m, the static friction (`{key}`) is {} \
-             N m, and nothing could move",
+            "the joint cannot move, since the motor's stall torque at the joint is {} N m and the \
+             static friction (`{key}`) is {} N m",
             rounded(stall),
             shown(found),
         );
@@ -57,8 +57,8 @@ impl DataSheet {
             return Err(SheetRefusal::of(suspect.key, format!("{suspect}: {follows}")));
         }
         let allowed = format!(
-            "a number below {}, since the motor's stall torque at the joint is {} N m and nothing \
-             could move; it follows from {}",
+            "a number below {}, since the motor's stall torque at the joint is {} N m and the \
+             joint could not move; it follows from {}",
             rounded(found - needed + stall),
             rounded(stall),
             self.listed(&STALL_TORQUE),
