@@ -362,7 +362,7 @@ fn every_picture_of_the_pages_is_shown() {
 }
 
 #[test]
-fn a_shell_is_told_every_command() {
+fn a_shell_completes_every_command() {
     let printed = |arguments: &[&str]| {
         let output = Command::new(STICTION).args(arguments).output().unwrap();
         assert!(output.status.success());

@@ -61,7 +61,7 @@ fn a_soft_start_is_seen_in_what_is_applied_and_not_in_what_is_asked_for() {
 }
 
 #[test]
-fn a_fault_turns_the_output_off_and_is_told_with_its_time() {
+fn a_fault_turns_the_output_off_and_is_reported_with_its_time() {
     let set = ["limits.overspeed_deg_per_s=5", "reference.steps_deg=[5.0]"];
     let result = run_driven(&plan("step-response", "srnf", &set), RunDriver::ByServo).unwrap();
     let fault = result.fault.unwrap();

@@ -105,7 +105,7 @@ pub fn run(arguments: &MutationsJobArguments) -> Result<(), String> {
     let (path, commit) = (root().join(PAGE), commit()?);
     let before = fs::read_to_string(&path).unwrap_or_default();
     let mut outcomes: Vec<Outcome> =
-        MUTATIONS.iter().map(|mutation| told_before(&before, mutation)).collect();
+        MUTATIONS.iter().map(|mutation| earlier_outcome(&before, mutation)).collect();
     let mut survived = 0;
     for ((mutation, asked), outcome) in MUTATIONS.iter().zip(asked).zip(0..) {
         if !asked {
@@ -243,7 +243,7 @@ fn row(mutation: &Mutation) -> String {
 }
 
 /// Returns the end of a fault's row on the page.
-fn told_before(page: &str, mutation: &Mutation) -> Outcome {
+fn earlier_outcome(page: &str, mutation: &Mutation) -> Outcome {
     let begin = row(mutation);
     let outcome = page.lines().find_map(|line| line.strip_prefix(&*begin)).and_then(|rest| {
         let (fate, commit) = rest.trim().strip_suffix('|')?.split_once('|')?;
@@ -293,12 +293,12 @@ mod tests {
             })
             .collect();
         let page = page(&outcomes);
-        let again: Vec<Outcome> = MUTATIONS.iter().map(|m| told_before(&page, m)).collect();
+        let again: Vec<Outcome> = MUTATIONS.iter().map(|m| earlier_outcome(&page, m)).collect();
         assert_eq!(again, outcomes);
         // A new fault was not run, nor was any fault without a page.
         let new = Mutation { why: "a fault that is not on the page", ..MUTATIONS[1] };
-        assert_eq!(told_before(&page, &new).fate, Fate::NotRun);
-        assert_eq!(told_before("", &MUTATIONS[1]).fate, Fate::NotRun);
+        assert_eq!(earlier_outcome(&page, &new).fate, Fate::NotRun);
+        assert_eq!(earlier_outcome("", &MUTATIONS[1]).fate, Fate::NotRun);
     }
 
     #[test]

@@ -45,20 +45,24 @@ pub struct EncoderModel {
     pub direction: Direction,
 }
 
+/// The largest number below one half. Added away from zero before truncation, it rounds half away
+/// from zero, exactly: a half would also round up the number below 0.5, and odd whole numbers from
+/// 2^52 on.
+const BELOW_HALF: f64 = 0.499_999_999_999_999_94;
+
 impl EncoderModel {
     /// Returns the number of counts at a joint position (deg), not wrapped.
     #[inline]
     pub fn counts(&self, position: f64) -> i64 {
         let counts = position / self.resolution + self.phase;
         // Conversion truncates: without SSE 4.1 `round` and `floor` are calls, and this is the
-        // simulator's inner loop.
-        let whole = counts as i64;
-        let rest = counts - whole as f64;
+        // simulator's inner loop, each step of which waits for the one before.
         match self.rounding {
-            Rounding::Nearest => {
-                whole.saturating_add(i64::from(rest >= 0.5)).saturating_sub(i64::from(rest <= -0.5))
+            Rounding::Nearest => (counts + BELOW_HALF.copysign(counts)) as i64,
+            Rounding::Floor => {
+                let whole = counts as i64;
+                whole.saturating_sub(i64::from(counts < whole as f64))
             }
-            Rounding::Floor => whole.saturating_sub(i64::from(rest < 0.0)),
         }
     }
 

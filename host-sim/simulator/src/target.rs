@@ -43,7 +43,7 @@ impl<'a> BareLoop<'a> {
     }
 
     /// Runs one tick; also returns whether a ramp has already ended.
-    #[inline]
+    #[inline(always)]
     pub fn follow(&mut self, counter: u32) -> (Tick, bool) {
         self.controller.encoder().update(&mut self.encoder, counter);
         let reading = Reading::position(self.encoder.counts());
@@ -54,7 +54,7 @@ impl<'a> BareLoop<'a> {
 }
 
 impl Target for BareLoop<'_> {
-    #[inline]
+    #[inline(always)]
     fn tick(&mut self, counter: u32) -> Option<Tick> {
         let (tick, is_over) = self.follow(counter);
         (!is_over).then_some(tick)

@@ -45,7 +45,7 @@ fn refusal(text: &str, options: &[&str]) -> String {
 }
 
 #[test]
-fn a_log_that_tells_no_machine_is_refused_with_its_column_or_row() {
+fn a_log_that_identifies_no_machine_is_refused_with_its_column_or_row() {
     let good = log(machine, None);
     let row = |line| log(machine, Some((1000, line)));
     let again = row("0.5,0,0");
@@ -135,7 +135,7 @@ const NUMBERS: [&str; 6] = ["--time", "1", "--position", "2", "--effort", "3"];
 
 /// Implausible data that can be handled is reported beside the result.
 #[test]
-fn implausible_units_are_told() {
+fn implausible_units_are_reported() {
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("log.csv");
     fs::write(&path, log(machine, None)).unwrap();
@@ -205,7 +205,7 @@ fn an_impossible_position_unit_is_reported_and_a_possible_one_is_not() {
 }
 
 #[test]
-fn a_name_that_contradicts_the_unit_and_an_effort_of_no_unit_are_told_to_people_and_scripts() {
+fn a_name_that_contradicts_the_unit_and_an_effort_without_a_unit_are_reported_as_text_and_json() {
     let text = log(machine, None);
     let degrees = text.replace("q_rad", "q_deg");
     let (said, found) = accepted(&degrees, &["--position", "q_deg", "--position-unit", "rad"]);

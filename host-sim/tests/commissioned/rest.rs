@@ -101,8 +101,9 @@ fn a_joint_with_slack_and_unbalance_is_at_rest_before_it_is_armed_and_holds_unde
     }
 }
 
-/// A step that is far for a law without a profile trips the overspeed, whatever the load is. Load and
-/// gravity trip nothing.
+/// A step that is far for a law without a profile trips the overspeed, whatever the load is. SRNF
+/// swings about its target on some joints that their load drives, until the motor overheats: the law
+/// fails there, and no limit. Load and gravity trip nothing else.
 #[test]
 fn no_joint_of_the_families_with_load_and_gravity_stalls_with_derived_limits() {
     let ensemble = Ensemble {
@@ -125,10 +126,10 @@ fn no_joint_of_the_families_with_load_and_gravity_stalls_with_derived_limits() {
     for row in &rows {
         let faults: Vec<&str> = row.faults().collect();
         let (family, case, law) = (&row.family, row.case, &row.law);
-        assert!(
-            faults.iter().all(|fault| *fault == "overspeed"),
-            "{family} {case} {law}: {faults:?}"
-        );
+        let swings = law.contains("srnf") && family.starts_with("overhauling");
+        let is_known =
+            |fault: &&str| *fault == "overspeed" || swings && *fault == Fault::Overheat.text();
+        assert!(faults.iter().all(is_known), "{family} {case} {law}: {faults:?}");
         assert!(faults.is_empty() || law != "robust", "{family} {case} {law}: {faults:?}");
     }
 }

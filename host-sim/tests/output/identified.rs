@@ -193,7 +193,7 @@ fn a_load_that_was_found_is_in_the_file_as_a_data_sheet_has_it() {
 
 /// Joints of the ensemble are in degrees and volts, for which a machine's file has no load.
 #[test]
-fn a_load_that_no_key_can_say_is_in_a_comment_and_told() {
+fn a_load_without_a_key_is_in_a_comment_and_reported() {
     let document = Document::open("step-response").unwrap();
     let plan = Experiment::without_variants(&document, &["pd".into()]).unwrap().remove(0);
     let parameters = device::parameters(&plan).unwrap();

@@ -243,7 +243,7 @@ fn counts_against_a_counter_come_back_in_the_effort_s_own_unit() {
 /// An effort that is cut in the log, and a standstill in which friction holds whatever the effort
 /// is. Taken for what moves the machine, the cut effort would make it lighter.
 #[test]
-fn a_cut_effort_and_a_standstill_are_left_out_and_told() {
+fn a_cut_effort_and_a_standstill_are_left_out_and_reported() {
     let machine = [0.5, 0.8, 0.8, 1.5, 1.5];
     // Where the machine turns, it can as well stand still.
     let turns = (4000..).find(|i| {
@@ -277,7 +277,7 @@ fn a_cut_effort_and_a_standstill_are_left_out_and_told() {
 /// Rows without a number, a gap, jitter and rounded times are reported, and the machine is
 /// identified.
 #[test]
-fn holes_gaps_and_uneven_times_are_handled_and_told() {
+fn holes_gaps_and_uneven_times_are_handled_and_reported() {
     let machine = [0.5, 0.8, 0.8, 1.5, 1.5];
     let log = log("holes.csv", "time,q_rad,tau\n", 16_000, |i, text| {
         if (6000..6500).contains(&i) {

@@ -171,7 +171,7 @@ fn the_profile_of_a_slow_loop_with_a_fine_encoder_is_one_that_a_device_takes() {
 }
 
 #[test]
-fn the_two_systems_of_units_are_told_side_by_side() {
+fn the_two_systems_of_units_are_printed_side_by_side() {
     let directory = tempfile::tempdir().unwrap();
     let path = file(&directory, "joint.toml");
     stiction(&["new", &path, "--typical", "harmonic"]);

@@ -36,7 +36,7 @@ fn a_move_that_cannot_be_leaves_the_drive_stopped() {
 }
 
 #[test]
-fn what_is_no_device_of_ours_is_told_apart() {
+fn other_devices_on_a_port_are_distinguished() {
     let later = format!("firmware 9.8.7 with version {} of the link", PROTOCOL + 1);
     let ours = format!("version {PROTOCOL}");
     for (manner, fragments) in [
@@ -54,7 +54,7 @@ fn what_is_no_device_of_ours_is_told_apart() {
 }
 
 #[test]
-fn a_port_that_is_missing_busy_or_none_is_told() {
+fn a_port_that_is_missing_busy_or_none_is_reported() {
     let said = complaint(&device(&["--port", "/dev/does-not-exist", "status"]));
     assert!(said.contains("there is no such port; available ports:"), "{said}");
     let said = complaint(&device(&["--port", "/dev/null", "status"]));
@@ -67,7 +67,7 @@ fn a_port_that_is_missing_busy_or_none_is_told() {
 }
 
 #[test]
-fn what_the_device_or_the_file_refuses_is_told() {
+fn a_refusal_of_the_device_or_of_the_file_is_reported() {
     let board = Board::new(Manner::Sound);
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("joint.toml");

@@ -27,7 +27,7 @@ fn a_device_behind_a_port_is_asked_armed_moved_logged_and_configured() {
 }
 
 #[test]
-fn a_cable_that_is_pulled_while_armed_is_told_with_what_the_board_does() {
+fn a_cable_that_is_pulled_while_armed_is_reported_with_the_reaction_of_the_board() {
     let board = Board::new(Manner::PulledWhileArmed(20));
     let said = complaint(&board.device(&["move", "2.5", "--for", "60"]));
     assert!(

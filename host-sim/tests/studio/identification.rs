@@ -69,7 +69,7 @@ fn an_identification_begins_only_if_it_is_expected_once_it_was_checked_and_can_f
 }
 
 #[test]
-fn what_was_identified_is_told_although_the_machine_s_file_is_gone() {
+fn an_identification_is_reported_although_the_machine_s_file_is_gone() {
     let name = format!("stiction-studio-gone-{}.toml", std::process::id());
     let file = std::env::temp_dir().join(name);
     let text = std::fs::read_to_string("experiments/step-response.toml").unwrap();

@@ -13,7 +13,7 @@ use super::page::{Page, Visit, arm, run};
 use super::{LINK_TIMEOUT_S, SLACK_S};
 
 #[test]
-fn a_device_that_was_out_of_reach_while_armed_from_here_is_told_to_stop_first() {
+fn a_device_that_was_out_of_reach_while_armed_from_here_is_stopped_first() {
     run(async {
         let line = Line::new(&["limits.link_timeout_s=30"]);
         let server = line.serve();
@@ -37,7 +37,7 @@ fn a_device_that_was_out_of_reach_while_armed_from_here_is_told_to_stop_first() 
 }
 
 #[test]
-fn a_page_that_opens_while_the_device_is_gone_is_told_no_status_until_it_is_back() {
+fn a_page_that_opens_while_the_device_is_gone_receives_no_status_until_it_is_back() {
     run(async {
         let line = Line::new(&["limits.link_timeout_s=30"]);
         let server = line.serve();

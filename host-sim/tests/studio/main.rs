@@ -207,7 +207,7 @@ fn without_limits_of_travel_a_target_beyond_one_turn_is_refused() {
 }
 
 #[test]
-fn a_jog_tells_what_it_has_found() {
+fn a_jog_reports_its_result() {
     run(async {
         let server = studio(&[]);
         let mut page = Page::open(&server).await;
@@ -227,7 +227,7 @@ async fn turned_away(visit: Visit<'_>) -> u16 {
 }
 
 #[test]
-fn nobody_is_let_in_without_the_token_or_from_another_origin_or_by_another_name() {
+fn a_connection_without_the_token_from_another_origin_or_by_another_name_is_refused() {
     run(async {
         let server = studio(&[]);
         let proper = || Visit::proper(&server);
@@ -249,7 +249,7 @@ fn nobody_is_let_in_without_the_token_or_from_another_origin_or_by_another_name(
 }
 
 #[test]
-fn what_is_no_request_is_told_and_ends_the_connection_if_it_goes_on() {
+fn invalid_messages_are_refused_and_end_the_connection_if_they_go_on() {
     run(async {
         let server = studio(&[]);
         let mut page = Page::open(&server).await;
@@ -312,7 +312,7 @@ fn a_thousand_connections_are_closed_and_the_page_goes_on() {
 }
 
 #[test]
-fn a_page_that_does_not_read_delays_nobody() {
+fn a_page_that_does_not_read_delays_no_other_page() {
     run(async {
         let server = studio(&["loop.sample_time_s=0.001"]);
         // It takes nothing from its connection.

@@ -21,7 +21,7 @@ async fn reported(all: &Mutex<Vec<String>>, count: usize) -> Vec<String> {
 }
 
 #[test]
-fn a_wrong_token_and_a_foreign_origin_are_told_and_a_proper_page_is_not() {
+fn a_wrong_token_and_a_foreign_origin_are_reported_and_a_proper_page_is_not() {
     run(async {
         let (server, all) = studio_with_reports();
         Page::open(&server).await;
@@ -38,7 +38,7 @@ fn a_wrong_token_and_a_foreign_origin_are_told_and_a_proper_page_is_not() {
 }
 
 #[test]
-fn a_message_that_is_too_large_is_told_with_the_number_of_its_page() {
+fn a_message_that_is_too_large_is_reported_with_the_number_of_its_page() {
     run(async {
         let (server, all) = studio_with_reports();
         let mut page = Page::open(&server).await;
@@ -53,7 +53,7 @@ fn a_message_that_is_too_large_is_told_with_the_number_of_its_page() {
 }
 
 #[test]
-fn connections_beyond_the_most_are_told_and_then_counted_as_other_refusals_are() {
+fn connections_beyond_the_limit_are_reported_and_then_counted_like_other_refusals() {
     run(async {
         let (server, all) = studio_with_reports();
         let mut idle = Vec::new();

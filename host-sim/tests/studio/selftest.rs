@@ -170,7 +170,7 @@ fn a_self_test_is_refused_where_it_could_not_be_judged_or_is_not_expected() {
 }
 
 #[test]
-fn a_self_test_whose_page_is_closed_ends_by_the_link_timeout_whoever_commands_then() {
+fn a_self_test_whose_page_is_closed_ends_by_the_link_timeout_also_if_another_page_commands() {
     run(async {
         let server = studio(&[]);
         let mut page = Page::open(&server).await;
@@ -199,7 +199,7 @@ fn a_self_test_whose_page_is_closed_ends_by_the_link_timeout_whoever_commands_th
 }
 
 #[test]
-fn a_prediction_tells_how_far_it_is_and_ends_when_it_is_cancelled_or_the_motor_is_stopped() {
+fn a_prediction_reports_its_progress_and_ends_when_it_is_cancelled_or_the_motor_is_stopped() {
     run(async {
         let server = studio(&[]);
         let mut page = Page::open(&server).await;

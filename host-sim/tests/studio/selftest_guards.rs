@@ -17,7 +17,7 @@ async fn predicted(page: &mut Page, moves: usize) -> Value {
 }
 
 #[test]
-fn a_self_test_that_has_lost_its_device_says_so_and_the_device_is_told_to_stop_first() {
+fn a_self_test_that_has_lost_its_device_reports_it_and_the_device_is_stopped_first() {
     run(async {
         let line = Line::new(&[]);
         let server = line.serve();

@@ -146,7 +146,7 @@ fn one_tuning_runs_at_a_time_and_a_cancelled_one_ends_at_once() {
 }
 
 #[test]
-fn without_a_file_nothing_is_tuned_and_the_reason_is_told() {
+fn without_a_file_nothing_is_tuned_and_the_reason_is_reported() {
     run(async {
         let server = studio_without_a_file();
         let mut page = super::Visit::proper(&server).connect().await.unwrap();

@@ -209,7 +209,7 @@ fn the_cloud_is_drawn_from_the_spread_of_the_file_around_the_joint_that_is_turne
 }
 
 #[test]
-fn of_a_device_without_a_file_nothing_is_predicted_and_the_reason_is_told() {
+fn for_a_device_without_a_file_nothing_is_predicted_and_the_reason_is_reported() {
     run(async {
         let server = studio_without_a_file();
         let mut page = Page::open(&server).await;

@@ -61,7 +61,7 @@ fn a_joint_that_a_load_pulls_at_does_what_was_predicted_count_by_count() {
 }
 
 #[test]
-fn where_its_load_moves_a_joint_without_effort_nothing_is_predicted_and_the_reason_is_told() {
+fn if_its_load_moves_a_joint_without_effort_nothing_is_predicted_and_the_reason_is_reported() {
     // 400 N m at 90 deg, where 216 N m hold.
     let (_directory, machine) = sheet(&[("[load]\n", "[load]\nunbalance_nm = 400.0\n")], "");
     run(async {
@@ -151,7 +151,7 @@ fn a_slider_turns_what_is_elastic_or_pulled_at_as_another_data_sheet_would() {
 /// The spread of a data sheet is in its own keys, and all of them are drawn at once: a slip level
 /// alone may be above the stick level of the file, as in one of a log without a Stribeck curve.
 #[test]
-fn the_cloud_of_a_data_sheet_is_drawn_from_its_own_keys_and_told_as_it_is_simulated() {
+fn the_cloud_of_a_data_sheet_is_drawn_from_its_own_keys_and_reported_as_simulated() {
     let spread = "\n[spread]\n\"friction.slip_nm\" = [200.0, 220.0]\n\
                   \"friction.stick_nm\" = [220.0, 240.0]\n\"load.constant_nm\" = [-40.0, -20.0]\n";
     let (_directory, machine) = sheet(&[LOAD, ("slip_nm = 205.2 ", "slip_nm = 216.0 ")], spread);

@@ -51,6 +51,7 @@ pub enum Reference {
 
 impl Reference {
     /// Returns the set point `tick` ticks after the motion began.
+    #[cfg_attr(not(target_os = "none"), inline)]
     pub fn at(&self, tick: u32) -> Setpoint {
         match self {
             Self::Step(step) => step.at(tick),

@@ -58,6 +58,7 @@ impl AddedFriction {
     }
 
     /// The first change after `from_s` and before `to_s`.
+    #[inline]
     pub fn next_change(&self, from_s: f64, to_s: f64) -> Option<f64> {
         let windows = self.during_s.as_ref()?;
         windows.iter().flatten().copied().filter(|t| *t > from_s && *t < to_s).reduce(f64::min)

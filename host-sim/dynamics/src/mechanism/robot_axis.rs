@@ -36,6 +36,7 @@ impl RobotAxis {
     }
 
     /// The stick-slip friction at a time.
+    #[inline]
     pub fn friction_at(&self, time_s: f64) -> Coulomb {
         self.friction.raised(self.added.at(time_s))
     }

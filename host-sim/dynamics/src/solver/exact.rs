@@ -86,6 +86,7 @@ impl ExactAxis {
 }
 
 impl AxisSolver for ExactAxis {
+    #[inline]
     fn advance(&mut self, v: f64, duration_s: f64, friction: &Coulomb, on: &mut impl FnMut(Event)) {
         let mut remaining = duration_s;
         // Slip, halt, slip the other way: a constant effort allows no more than one halt and one
