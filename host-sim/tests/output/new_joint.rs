@@ -178,7 +178,7 @@ fn the_two_systems_of_units_are_printed_side_by_side() {
     let shown = stiction(&["show", "--units", &path]);
     let row = |name: &str| shown.lines().find(|line| line.starts_with(name)).unwrap().to_owned();
     // 50 x 0.0909 / 2.51 = 1.8108 N m/V; 4.9 / 1.8108 = 2.7061 V.
-    assert!(row("effort of a volt").contains("1.8108 N m") && row("stick").contains("2.7061 V"));
+    assert!(row("effort per volt").contains("1.8108 N m") && row("stick").contains("2.7061 V"));
     assert!(shown.contains("G = n eta K_t / R = 50 x 1 x 0.0909 / 2.51"), "{shown}");
     assert!(shown.lines().all(|line| line.len() <= 80), "{shown}");
 }
