@@ -260,7 +260,9 @@ fn invalid_messages_are_refused_and_end_the_connection_if_they_go_on() {
         }
         // Not even a number that is one, but no place.
         page.done(arm()).await;
-        assert!(page.refused(json!({ "do": "move", "deg": 1e300 })).await.contains("-360 to 360 deg"));
+        assert!(
+            page.refused(json!({ "do": "move", "deg": 1e300 })).await.contains("-360 to 360 deg")
+        );
         page.done(json!({ "do": "stop" })).await;
         for _ in 0..10 {
             let _ = page.socket.send(Message::Text("?".into())).await;
