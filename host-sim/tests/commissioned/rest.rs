@@ -128,7 +128,7 @@ fn no_joint_of_the_families_with_load_and_gravity_stalls_with_derived_limits() {
         let (family, case, law) = (&row.family, row.case, &row.law);
         let swings = law.contains("srnf") && family.starts_with("overhauling");
         let is_known =
-            |fault: &&str| *fault == "overspeed" || swings && *fault == Fault::Overheat.text();
+            |fault: &&str| *fault == "overspeed" || swings && *fault == Fault::Overheat.describe();
         assert!(faults.iter().all(is_known), "{family} {case} {law}: {faults:?}");
         assert!(faults.is_empty() || law != "robust", "{family} {case} {law}: {faults:?}");
     }
