@@ -13,6 +13,7 @@ mod playground;
 mod ranking;
 mod reliability;
 mod simulator;
+mod speed;
 mod studio;
 mod studio_page;
 mod test;
@@ -64,6 +65,8 @@ enum Work {
     /// Put one fault after another into a copy of the sources, and check which of them the tests
     /// find; writes docs/mutations.md
     Mutations(mutations::MutationsJobArguments),
+    /// Check that the closed loop is not slower than it was: ratios inside one run, some seconds
+    Speed,
     /// Count the words to avoid in sources and pages; no count may rise
     Words(words::WordsJobArguments),
     /// Build the page of `stiction studio` by npm and the program around it, and start it
@@ -89,6 +92,7 @@ fn main() -> ExitCode {
         Work::Ranking => ranking::rank(),
         Work::Reliability(arguments) => reliability::measure(&arguments),
         Work::Mutations(arguments) => mutations::run(&arguments),
+        Work::Speed => speed::check(),
         Work::Words(arguments) => words::check(&arguments),
         Work::Studio(arguments) => studio::studio(&arguments),
         Work::Params(arguments) => firmware::params(&arguments),

@@ -1,7 +1,7 @@
 //! Keys of a machine's file: a schema for editors, a list for the terminal, a page for docs/.
 //!
-//! All are generated from declarations: those of the core (`stiction::units::value`) and those of the
-//! simulator's own tables ([`crate::machine`]).
+//! All are generated from declarations: those of the core (`stiction::units::value`) and those of
+//! the simulator's own tables ([`crate::machine`]).
 
 use serde_json::Value;
 use stiction::Fault;

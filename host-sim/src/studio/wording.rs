@@ -81,8 +81,8 @@ mod tests {
         let shown = |error| of_a_page(error).to_string();
         assert_eq!(shown(Error::Input("--limit a=1: no".into())), "limit a=1: no");
         assert_eq!(shown(Error::Refused("give --range 3 a try".into())), "give range 3 a try");
-        let refused = Error::Refused("give it --speed 0.12 or more".into());
-        assert_eq!(shown(refused), "give it a speed of 0.12 or more");
+        let refused = Error::Refused("use --speed 0.12 or more".into());
+        assert_eq!(shown(refused), "use a speed of 0.12 or more");
         let of_test = of_a_page(Error::Device("selftest: a smaller --range may help".into()));
         assert!(matches!(of_test, Error::Refused(_)) && !of_test.to_string().contains("--"));
         assert!(matches!(of_a_page(Error::Device("it is gone".into())), Error::Device(_)));

@@ -165,8 +165,8 @@ impl<W: Wire> Client<W> {
 
     /// Returns the bounds with which an identification fits between the limits of travel: without a
     /// distance of its own, it goes no farther than the nearer limit. Nothing moves.
-    /// [`identify_joint`](Self::identify_joint) does not check this: it takes several exchanges, and
-    /// the caller may have other checks between these and the arming.
+    /// [`identify_joint`](Self::identify_joint) does not check this: the check takes several
+    /// exchanges, and the caller can do other checks before arming.
     ///
     /// # Errors
     /// Returns why it does not fit, the speed limit that the encoder needs, or that the device does
@@ -285,7 +285,7 @@ fn fits(
     );
     Err(if is_possible {
         let at_most = 0.01 * (100.0 * room_deg).floor();
-        format!("{stands}; give it --travel {} or less. Nothing has moved", deg(at_most))
+        format!("{stands}; use --travel {} or less. Nothing has moved", deg(at_most))
     } else {
         format!(
             "{stands}, and the identification needs {} deg either way, which are {} counts of this \
