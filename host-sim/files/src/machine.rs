@@ -1,7 +1,8 @@
-//! A machine's TOML: the joint, its encoder, its drive, its controllers, and what is asked of them.
+//! Tables of a machine's file: joint, encoder, drive, controllers, references.
 //!
-//! Every key carries its unit. A key that is not known is refused, and so is a value out of its
-//! range; only keys that have an obvious neutral value may be left out.
+//! The name of every key has its unit. Unknown keys and values out of range are refused; only keys
+//! with an obvious neutral value have a default. `schemars(rename)` keeps the names of the tables in
+//! the JSON schema (`stiction keys --schema`), which editors read.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -25,6 +26,7 @@ use crate::written::{AllGains, Extras, ParameterTable};
 /// A whole file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(rename = "Machine")]
 pub struct MachineFile {
     /// One line for `stiction list`.
     #[serde(default)]
@@ -102,6 +104,7 @@ pub struct MachineFile {
 /// Which figures of the thesis a controller's result answers to.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(rename = "FigureSource")]
 pub struct ThesisFigures {
     // One line of the schema.
     #[doc = "A controller, a controller and its variant (`srnf/test-1`), or all variants in one \
@@ -117,6 +120,7 @@ pub struct ThesisFigures {
 /// `[joint]`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(rename = "Joint")]
 pub struct JointTable {
     /// Acceleration of the joint for each volt of effort (kappa), deg/s^2 per V.
     pub gain_deg_per_s2_per_v: f64,
@@ -129,6 +133,7 @@ pub struct JointTable {
 /// `[joint.friction]`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(rename = "Friction")]
 pub struct JointFrictionLevels {
     /// Static friction: the effort at which the joint breaks away (T_s), V.
     pub stick_v: f64,
@@ -346,6 +351,7 @@ impl Serialize for LawName {
 /// `[identified]`, as an identification has written it. Nothing is computed from it.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(rename = "Identified")]
 pub struct IdentifiedTable {
     /// Its verdict in a word, such as "good".
     pub verdict: String,
@@ -359,6 +365,7 @@ pub struct IdentifiedTable {
 /// `[reference]`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(rename = "Reference")]
 pub struct ReferenceTable {
     /// Sizes of steps, deg; each is a run.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -371,6 +378,7 @@ pub struct ReferenceTable {
 /// `[[reference.trajectories]]`: straight lines between corners, with parabolic blends.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(rename = "Trajectory")]
 pub struct TrajectoryTable {
     /// Times of the corners, s, taken to the nearest sample.
     pub corner_times_s: Vec<f64>,
@@ -401,6 +409,7 @@ impl TrajectoryTable {
 /// `[identification]`: ramps that find the two friction levels.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(rename = "Identification")]
 pub struct RampTable {
     /// Rates at which the effort rises and falls, V/s; each is a run.
     pub ramp_rates_v_per_s: Vec<f64>,
@@ -411,6 +420,7 @@ pub struct RampTable {
 /// `[run]`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
+#[schemars(rename = "Run")]
 pub struct RunSettings {
     // One line of the schema.
     #[doc = "Time that a run lasts, s. Left out: 10 s for a step, 3 s past the last corner for a \
@@ -448,6 +458,7 @@ fn zero_or_one<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u8, D::Erro
 /// How the axis is solved between samples.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
+#[schemars(rename = "Solver")]
 pub enum AxisSolverName {
     /// Closed form with located switching; Karnopp's friction with velocity zero while stuck.
     #[default]

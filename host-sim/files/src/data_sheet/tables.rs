@@ -104,6 +104,7 @@ impl Default for Gear {
 /// `[load]`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(rename = "Load")]
 pub struct LoadTable {
     /// Inertia at the joint without the rotor's, kg m^2.
     pub inertia_kg_m2: f64,
@@ -182,6 +183,7 @@ pub struct JointFriction {
 /// `[supply]`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(rename = "Supply")]
 pub struct SupplyTable {
     /// Voltage without load, V.
     pub voltage_v: f64,
@@ -202,6 +204,7 @@ const fn yes() -> bool {
     Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema, clap::ValueEnum,
 )]
 #[serde(rename_all = "lowercase")]
+#[schemars(rename = "Side")]
 pub enum EncoderPlace {
     /// On the motor's shaft: the gear divides its counts.
     Motor,
