@@ -1,5 +1,5 @@
-//! Built-in experiments for the tests of the loop, under every law of the core's list, and the flash
-//! image.
+//! Built-in experiments for the tests of the loop, under every law of the core's list, and the
+//! flash image.
 // What fails here fails the test that asked for it.
 #![allow(clippy::unwrap_used, clippy::panic)]
 

@@ -226,8 +226,8 @@ fn every_command_that_a_page_shows_works() {
     assert!(count > 60, "only {count} commands were found");
 }
 
-/// Pages name the program `stiction`, which `cargo install` puts on the path. One sentence names the
-/// alias that developers use instead.
+/// Pages name the program `stiction`, which `cargo install` puts on the path. One sentence names
+/// the alias that developers use instead.
 #[test]
 fn pages_name_the_program_by_one_name() {
     let sum =

@@ -287,7 +287,8 @@ fn circle_from<T: Clone + Ord>(
     found
 }
 
-/// Returns the types, and the modules, of inherent methods that are in another room than their type.
+/// Returns the types, and the modules, of inherent methods that are in another room than their
+/// type.
 fn foreign_methods(crates: &[Sources]) -> Vec<String> {
     let room = |module: &Module| module.first().cloned().unwrap_or_default();
     let mut types = BTreeSet::new();

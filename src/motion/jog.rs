@@ -14,9 +14,9 @@
 //! tuned or known: no gain, no friction, no direction. No law runs.
 //!
 //! An effort without a count ends at the effort's bound, and the other way is tried. Everything
-//! else that [`crate::safety::open_loop`] bounds ends the jog. So do a stop, a silent link and a fault. The
-//! monitors that take the direction for known (reversal, following error) are off in a jog. All
-//! others watch.
+//! else that [`crate::safety::open_loop`] bounds ends the jog. So do a stop, a silent link and a
+//! fault. The monitors that take the direction for known (reversal, following error) are off in a
+//! jog. All others watch.
 //!
 //! Guarantees: with an encoder that counts, the joint goes no farther from its start than
 //! `travel + v^2 / (2 a) + v h`. Here `v` is the speed at the bound: `speed + sqrt(16 q A)`, since

@@ -9,8 +9,8 @@ use crate::units::key::Key;
 /// A configured value that is not allowed.
 ///
 /// A device reports the number of the value. A host has the names as well:
-/// [`parameters::names::NamedError`](crate::parameters::names::NamedError) prints the error with the path of
-/// the value in a machine's file.
+/// [`parameters::names::NamedError`](crate::parameters::names::NamedError) prints the error with
+/// the path of the value in a machine's file.
 ///
 /// ```
 /// use stiction::{control::pd::PdGains, units::value::Values};

@@ -1,7 +1,8 @@
 //! Values with their units, and what everything else counts in.
 //!
 //! [`value`] declares a configured value: its number ([`key`]), name, unit and bounds. [`error`]
-//! reports a value that is out of bounds. [`position`] counts in whole encoder counts and a fraction.
+//! reports a value that is out of bounds. [`position`] counts in whole encoder counts and a
+//! fraction.
 
 pub mod error;
 pub mod key;

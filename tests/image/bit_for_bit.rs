@@ -6,9 +6,9 @@ use simulator::run::{RunResult, RunTrace, run_all};
 
 use crate::common::{emulation, plans};
 
-/// A tenth of the usual frequency, Hz, costs the emulator half of the time. What a law computes does
-/// not depend on it. The laws of the thesis have the usual one in two tests, and those beyond it on
-/// the trajectories.
+/// A tenth of the usual frequency, Hz, costs the emulator half of the time. What a law computes
+/// does not depend on it. The laws of the thesis have the usual one in two tests, and those beyond
+/// it on the trajectories.
 const SLOW_PWM: &str = "drive.pwm_hz=2000";
 
 fn assert_same(host: &RunResult, image: &RunResult) {

@@ -37,8 +37,8 @@ fn a_task_that_hogs_the_processor_above_the_control_task_is_ended_by_the_watchdo
 
 #[test]
 fn a_tick_that_comes_too_early_is_no_overrun() {
-    // Nothing looks for it: a tick is late or it is not (`src/safety/deadline.rs`), and a timer is not
-    // early by itself.
+    // Nothing looks for it: a tick is late or it is not (`src/safety/deadline.rs`), and a timer is
+    // not early by itself.
     let plan = plans("step-response", &["srnf"], &["drive.pwm_hz=2000"]).remove(0);
     let mut client = Client::connect(EmulatedWire::with(&firmware(), &plan).unwrap()).unwrap();
     client.arm().unwrap();

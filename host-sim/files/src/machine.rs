@@ -1,8 +1,8 @@
 //! Tables of a machine's file: joint, encoder, drive, controllers, references.
 //!
 //! The name of every key has its unit. Unknown keys and values out of range are refused; only keys
-//! with an obvious neutral value have a default. `schemars(rename)` keeps the names of the tables in
-//! the JSON schema (`stiction keys --schema`), which editors read.
+//! with an obvious neutral value have a default. `schemars(rename)` keeps the names of the tables
+//! in the JSON schema (`stiction keys --schema`), which editors read.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;

@@ -126,8 +126,8 @@ impl WatchedServo {
         self.servo.follow(reference)
     }
 
-    /// Goes to the target of a profile from the next tick on, in counts from where it was armed, as a
-    /// link asks for it that is never silent.
+    /// Goes to the target of a profile from the next tick on, in counts from where it was armed, as
+    /// a link asks for it that is never silent.
     ///
     /// # Errors
     /// If the servo refuses it; a servo that has tripped does.

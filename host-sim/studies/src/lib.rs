@@ -2,8 +2,8 @@
 //!
 //! Laws are ranked on the [`ensemble`] of drawn joints, gains are looked for on joints around one
 //! ([`tuning`]), a drive is held against its prediction ([`selftest`]), and a joint is read from a
-//! log ([`log_identification`]). The friction [`lab`] knows nothing of the control core: mechanisms,
-//! frictions and solvers. A [`figure`] shows what came out.
+//! log ([`log_identification`]). The friction [`lab`] knows nothing of the control core:
+//! mechanisms, frictions and solvers. A [`figure`] shows what came out.
 // What a terminal asks for, nothing asks for in a page.
 #![cfg_attr(target_family = "wasm", allow(dead_code, unused_mut))]
 

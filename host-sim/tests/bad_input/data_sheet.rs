@@ -96,8 +96,8 @@ fn a_derived_number_out_of_its_range_is_blamed_on_what_was_written() {
         let both = said.find(blamed).zip(said.find(derived));
         assert!(both.is_some_and(|(blamed, derived)| blamed < derived), "{set}: {said}");
     }
-    // A key that is usual, but was set by hand, is blamed for what follows from it; without one, all
-    // from which it follows are listed.
+    // A key that is usual, but was set by hand, is blamed for what follows from it; without one,
+    // all from which it follows are listed.
     for (set, follows) in [
         ("motor.kt_nm_per_a=1e-4", "the motor's stall torque at the joint is"),
         ("motor.current_limit_a=1e-3", "the static friction (`friction.stick_nm`) is 4.9 N m"),

@@ -1,5 +1,5 @@
-//! A joint that rests against its load trips nothing: limits that are derived from its file know the
-//! torque of the load, and a simulated joint lies on a flank of its gear before it is armed.
+//! A joint that rests against its load trips nothing: limits that are derived from its file know
+//! the torque of the load, and a simulated joint lies on a flank of its gear before it is armed.
 
 use std::sync::Mutex;
 use std::time::Duration;
@@ -139,8 +139,8 @@ fn no_joint_of_the_families_with_load_and_gravity_trips_in_a_profiled_move() {
 }
 
 /// A step that is far for a law without a profile trips the overspeed, whatever the load is. SRNF
-/// can chatter on a joint that its load drives until the model of the motor is too hot; that fault is
-/// the law's and not one of a wrong limit. Load and gravity trip nothing else.
+/// can chatter on a joint that its load drives until the model of the motor is too hot; that fault
+/// is the law's and not one of a wrong limit. Load and gravity trip nothing else.
 #[test]
 fn no_joint_of_the_families_with_load_and_gravity_stalls_with_derived_limits() {
     let families = [Family::Gravity, Family::Loaded, Family::OverhaulingGravity];

@@ -26,7 +26,8 @@ fn each_typical_joint_runs_at_once_and_settles() {
         assert_eq!(["robust/", "srnf/", "both/", "pd/"].map(|law| of(law).len()), [3; 4]);
         let rest = |run: &Value| number(&run["metrics"]["rest_error_counts"]).abs();
         for run in of("srnf/step").into_iter().chain(of("both/step")) {
-            // Six counts are what SRNF's rule leaves it: tanh(alpha e) with alpha q = 0.242 at most.
+            // Six counts are what SRNF's rule leaves it: tanh(alpha e) with alpha q = 0.242 at
+            // most.
             assert!(rest(run) < 6.0, "{name}, {}: {} counts", run["label"], rest(run));
             assert_eq!(run["metrics"]["hunting_peak_to_peak_deg"], Value::Null, "{name}");
             assert!(number(&run["metrics"]["overshoot_deg"]) < 0.1, "{name}, {}", run["label"]);
@@ -270,9 +271,9 @@ fn a_simulated_device_has_the_load_of_its_data_sheet() {
         line.split_whitespace().nth(1).unwrap().parse::<f64>().unwrap()
     };
     let (pulled, free) = (reached("-3.0"), reached("0.0"));
-    // Kp's share no longer overcomes the slip friction and the load nearer than at
-    // (4.1 + 3) N m / 1.8108 N m/V / 10.64 V/deg; a count is 0.0036 deg. Its own momentum carries the
-    // joint on from there, but not as far as without a load.
+    // Kp's share no longer overcomes the slip friction and the load nearer than at (4.1 + 3) N m /
+    // 1.8108 N m/V / 10.64 V/deg; a count is 0.0036 deg. Its own momentum carries the joint on from
+    // there, but not as far as without a load.
     let balance = |load: f64| 2.0 - (4.1 + load) / 1.8108 / 10.64;
     assert!((balance(3.0) - 0.0036..balance(0.0)).contains(&pulled), "{pulled} deg");
     assert!((balance(0.0) - 0.0036..2.0).contains(&free), "{free} deg");

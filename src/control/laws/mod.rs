@@ -134,8 +134,8 @@ macro_rules! gains {
                 }
             }
 
-            /// Returns the size of what the law keeps from tick to tick, bytes. Its fields are numbers
-            /// of 32 bits and smaller, so that a host's size is the part's.
+            /// Returns the size of what the law keeps from tick to tick, bytes. Its fields are
+            /// numbers of 32 bits and smaller, so that a host's size is the part's.
             pub const fn state_bytes(&self) -> usize {
                 match self {
                     $($(#[cfg($feature)])? Self::$Law(_) => size_of::<<$Law as Law>::State>(),)+

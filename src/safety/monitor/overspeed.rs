@@ -1,8 +1,8 @@
 //! Speed beyond what the loop was made for: an overhauling load, or a loop that runs away.
 //!
 //! The speed is the regression's of each tick. A law that watches over its own swings says for how
-//! long it does so ([`Law::swing_time`](crate::control::laws::Law::swing_time)). Where the window of
-//! the regression is shorter than that, the speed is the mean of the last time T:
+//! long it does so ([`Law::swing_time`](crate::control::laws::Law::swing_time)). Where the window
+//! of the regression is shorter than that, the speed is the mean of the last time T:
 //!
 //! ```text
 //! v = (n_1 + n_2) count / T       n_1, n_2: travel in the last two pieces of T / 2, counts

@@ -11,11 +11,11 @@
 //! ramps of force only like its root.
 //!
 //! With several bodies the force that friction must balance depends on what the others do. Three
-//! ways ([`BandCoupling`]): decide all bodies in their bands at once; or as if each other body in its
-//! band did not accelerate (eqs. 18-21, with the limit on the required value and `D_1`, `D_2` for
-//! the `D_11`, `D_22` that eq. 20 has in brackets); or with all accelerations of the step before
-//! (eqs. 22-25). The last as printed: the joint's own acceleration is among them, so that the last
-//! acceleration is kept up and not cancelled.
+//! ways ([`BandCoupling`]): decide all bodies in their bands at once; or as if each other body in
+//! its band did not accelerate (eqs. 18-21, with the limit on the required value and `D_1`, `D_2`
+//! for the `D_11`, `D_22` that eq. 20 has in brackets); or with all accelerations of the step
+//! before (eqs. 22-25). The last as printed: the joint's own acceleration is among them, so that
+//! the last acceleration is kept up and not cancelled.
 
 use super::dynamics::floor;
 use super::dynamics::{Dynamics, StateRates, direction};

@@ -7,10 +7,10 @@
 //! | highest breakaway | twice the largest of: top of the stick friction's range, each breakaway |
 //! | load | constant load and gravity, if they exceed the slip friction less its error bar |
 //!
-//! The factors of two are those of the rule book ([`JointBounds`]): an identification measures the joint on
-//! one day, at one temperature. If the identification has doubts, the ranges of `[spread]` are
-//! wider, and so is the range of the breakaway. All other gains of the law, such as its bandwidth,
-//! stay, and the file lists them.
+//! The factors of two are those of the rule book ([`JointBounds`]): an identification measures the
+//! joint on one day, at one temperature. If the identification has doubts, the ranges of `[spread]`
+//! are wider, and so is the range of the breakaway. All other gains of the law, such as its
+//! bandwidth, stay, and the file lists them.
 //!
 //! The thresholds of the device stay, unless the identified joint would trip one of them while it
 //! rests against its load. Then `breakaway_v` is raised to the identified stick friction plus load,

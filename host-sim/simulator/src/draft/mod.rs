@@ -5,8 +5,9 @@
 //! ```
 //!
 //! [`questions`] lists the questions, [`answers`] holds the answers, [`trial`] checks each of them,
-//! [`typical`] answers all for three joints, [`range`] reads ranges, [`text`](text()) writes the file
-//! with the gains of the [rule book](crate::rules), and [`spread`] is how far its joint may be off.
+//! [`typical`] answers all for three joints, [`range`] reads ranges, [`text`](text()) writes the
+//! file with the gains of the [rule book](crate::rules), and [`spread`] is how far its joint may be
+//! off.
 
 pub mod answers;
 pub mod questions;

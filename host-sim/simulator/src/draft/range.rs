@@ -2,8 +2,8 @@
 //!
 //! The number that stands for a range, its nominal, is the geometric mean of its ends. So it is off
 //! by the same factor at either end: friction between 0.15 and 0.4 N m is 0.2449 N m, within a
-//! factor of 1.63. Where the lower end is not above zero there is no such factor, and the nominal is
-//! the middle. It has four digits.
+//! factor of 1.63. Where the lower end is not above zero there is no such factor, and the nominal
+//! is the middle. It has four digits.
 
 use crate::typed_number;
 

@@ -94,9 +94,9 @@ const RANGED: [&str; 7] = [
 const OF_STALL: f64 = 0.99;
 
 /// Returns the `[spread]` of a joint, if the answer to any question was a range. A single number
-/// beside it has the range that `tune` assumes: an inertia of 20 % and a viscous friction of 50 % to
-/// either side, a dynamic friction from 25 % below to the middle between both levels, and a static
-/// friction from there to 25 % above.
+/// beside it has the range that `tune` assumes: an inertia of 20 % and a viscous friction of 50 %
+/// to either side, a dynamic friction from 25 % below to the middle between both levels, and a
+/// static friction from there to 25 % above.
 pub fn answered(answers: &Answers) -> Option<Vec<Ranged>> {
     if !RANGED.iter().any(|key| answers.only_range(key).is_some()) {
         return None;

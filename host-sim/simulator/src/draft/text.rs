@@ -202,9 +202,9 @@ fn of_the_gear(answers: &Answers) -> Option<Line> {
     Some(("gear", "damping_nm_s_per_rad", damping, "assumed: 5 % of critical, of the load"))
 }
 
-/// Returns the limits that follow from the answers: travel, and the breakaway effort of a joint that
-/// is known within ranges. The effort that is derived without it is that of the
-/// nominal friction, under which a joint at the upper end would count as stalled.
+/// Returns the limits that follow from the answers: travel, and the breakaway effort of a joint
+/// that is known within ranges. The effort that is derived without it is that of the nominal
+/// friction, under which a joint at the upper end would count as stalled.
 fn of_the_limits(answers: &Answers, breakaway: f64) -> Vec<Line> {
     let mut lines = Vec::new();
     if let Some([low, high]) = answers.range("limits.travel_deg") {
@@ -279,7 +279,8 @@ fn at_the_ends(sheet: &DataSheet, answers: &Answers) -> DataSheet {
     sheet
 }
 
-/// Returns the largest effort that starts a joint against its load, V: of the joints that are drawn.
+/// Returns the largest effort that starts a joint against its load, V: of the joints that are
+/// drawn.
 fn breakaway(mut sheet: DataSheet, mapping: &Mapping, answers: &Answers) -> f64 {
     let drawn = spread::highest_stick(answers).unwrap_or(0.0);
     sheet.friction.stick_nm = sheet.friction.stick_nm.max(drawn);

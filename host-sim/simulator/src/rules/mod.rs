@@ -5,11 +5,11 @@
 //!                                                         -> MoveProfile
 //! ```
 //!
-//! `new`, `identify --into`, `tune`, `benchmark`, `ensemble`, the self-test and the studio have their
-//! gains from here. A rule sees [`JointBounds`]: the nominal joint and bounds of its friction, never
-//! the joint that is simulated. Beside them it has at most one constant without a unit, picked among
-//! those that are listed as tried, on joints of the [tuning seeds](TUNING_SEEDS), which do not score:
-//! `stiction ensemble tune` runs that again.
+//! `new`, `identify --into`, `tune`, `benchmark`, `ensemble`, the self-test and the studio have
+//! their gains from here. A rule sees [`JointBounds`]: the nominal joint and bounds of its
+//! friction, never the joint that is simulated. Beside them it has at most one constant without a
+//! unit, picked among those that are listed as tried, on joints of the [tuning
+//! seeds](TUNING_SEEDS), which do not score: `stiction ensemble tune` runs that again.
 //!
 //! Gains have four significant digits, because more are not known. They are rounded here, so a file
 //! and a computation have the same ones to the last bit.

@@ -7,9 +7,9 @@
 //! ```
 //!
 //! `robust` makes its own profile of 0.15 u_m / B, no more than 3 rad/s, and 0.25 u_m / J. A move
-//! from outside has no more than half of both, so that the inner profile does nothing but land. With
-//! 1.25 u_m / Kd its velocity is also no more than half of the speed at which the default monitor of
-//! the other laws trips. Then all three are made those that the core's generator can keep, with
+//! from outside has no more than half of both, so that the inner profile does nothing but land. The
+//! limit 1.25 u_m / Kd also keeps its velocity below half of the speed at which the default monitor
+//! of the other laws trips. Then all three are made those that the core's generator can keep, with
 //! four digits.
 
 use stiction::ProfileLimits;

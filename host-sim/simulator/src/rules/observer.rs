@@ -12,8 +12,8 @@
 //!
 //! The loop is slower than PD's own at long sample times: the observer takes away the friction that
 //! damps it. A ramp of 0.012 F_lo a sample exceeds the friction by some hundredths of it when the
-//! breakaway is seen, three or four samples late. The feedforward's inertia is less than the joint's,
-//! since the observer and a sample of delay add to it.
+//! breakaway is seen, three or four samples late. The feedforward's inertia is less than the
+//! joint's, since the observer and a sample of delay add to it.
 
 use stiction::control::laws::{
     DisturbanceObserverGains, FeedforwardGains, Gains, SmoothRobustNonlinearGains,

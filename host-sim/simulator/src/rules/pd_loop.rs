@@ -12,9 +12,9 @@
 //! quarter of the nominal inertia as much phase at 1 kHz. 2 Hz is below the load behind a
 //! transmission.
 //!
-//! 0.14/h was the other choice. On 100 joints each of four families at 200 Hz, seed 1000001, profiled
-//! moves, six laws succeed in 40 % with 0.1/h and in 42 % with 0.14/h, and trip a monitor in 98 and
-//! in 221 of 2400 runs: nothing is wrong with those joints, so 0.1/h it is.
+//! 0.14/h was the other choice. On 100 joints each of four families at 200 Hz, seed 1000001,
+//! profiled moves, six laws succeed in 40 % with 0.1/h and in 42 % with 0.14/h, and trip a monitor
+//! in 98 and in 221 of 2400 runs: nothing is wrong with those joints, so 0.1/h it is.
 
 use std::f64::consts::TAU;
 

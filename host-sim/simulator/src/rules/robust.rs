@@ -45,8 +45,8 @@ fn gains(joint: &JointBounds) -> RobustGains {
     gains
 }
 
-/// Sets inertia, viscous friction, bounds of the breakaway effort, and a load that drives the joint.
-/// All else stays, as the law on a device has it.
+/// Sets inertia, viscous friction, bounds of the breakaway effort, and a load that drives the
+/// joint. All else stays, as the law on a device has it.
 pub fn set_joint(gains: &mut RobustGains, joint: &JointBounds) {
     gains.inertia = four_digits_single(joint.inertia);
     gains.viscous = four_digits_single(joint.viscous);

@@ -23,8 +23,8 @@
 //!
 //! Without u_L an overhauling joint succeeds in 19 % instead of 47 % of the cases. c = 100 has more
 //! false trips than c = 30 where the encoder is on the load (47 instead of 37 of 100 joints) and
-//! where a load drives the joint (34 instead of 8): there the law can chatter until the model of the
-//! motor is too hot.
+//! where a load drives the joint (34 instead of 8): there the law can chatter until the model of
+//! the motor is too hot.
 
 use stiction::control::laws::{Gains, SmoothRobustNonlinearGains};
 

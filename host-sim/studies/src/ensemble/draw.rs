@@ -305,8 +305,8 @@ fn flexible(
 
 impl UnitScale {
     /// Returns the bounds of a joint, in the core's units: inertia and viscous friction, breakaway,
-    /// largest load, effort limit and its step, count (all in the unit of the joint) and sample time
-    /// (s).
+    /// largest load, effort limit and its step, count (all in the unit of the joint) and sample
+    /// time (s).
     pub(super) fn bounds(
         self,
         [inertia, viscous]: [f64; 2],

@@ -121,7 +121,8 @@ impl Family {
     }
 
     /// Returns the number that its draws begin with. A number that was given never means another
-    /// family. An arm is the same with its coupling and without, and a joint whatever is known of it.
+    /// family. An arm is the same with its coupling and without, and a joint whatever is known of
+    /// it.
     pub const fn number(self) -> u8 {
         match self {
             Self::Rigid => 1,

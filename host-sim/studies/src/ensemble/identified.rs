@@ -1,8 +1,9 @@
 //! The identification of the ensemble's joints: the servo's own, on joints whose parameters are
 //! known.
 //!
-//! It runs the core's sequence as a device does, with all monitors and the default bounds. The limits
-//! follow from the bounds of the breakaway effort and the nominal inertia, as those of a law do.
+//! It runs the core's sequence as a device does, with all monitors and the default bounds. The
+//! limits follow from the bounds of the breakaway effort and the nominal inertia, as those of a law
+//! do.
 
 use rayon::prelude::*;
 use stiction::identification::{IdentificationRequest, MapPoint, Outcome, SPEEDS, Summary};

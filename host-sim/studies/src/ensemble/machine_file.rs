@@ -179,7 +179,8 @@ impl MachineEnsemble {
         self.nominal.first().map_or(0.0, |plan| 1.0 / plan.machine.sampling.sample_time_s())
     }
 
-    /// Returns the text of the file and the keys that are set or vary: other ensembles differ in them.
+    /// Returns the text of the file and the keys that are set or vary: other ensembles differ in
+    /// them.
     pub fn written(&self) -> Vec<String> {
         self.written.clone()
     }

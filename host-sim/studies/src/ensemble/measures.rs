@@ -178,8 +178,8 @@ impl StepJudge {
         self.rests_from.map_or(0.0, |k| f64::from(k) * self.sample_time_s)
     }
 
-    /// Returns the measures of a set point that rested from a time on (s). A run that ended early is
-    /// not settled, and rests as far off as it was last.
+    /// Returns the measures of a set point that rested from a time on (s). A run that ended early
+    /// is not settled, and rests as far off as it was last.
     pub fn measures(&self, last: &CaseSample, rests_s: f64) -> StepMeasures {
         let is_whole = self.k > self.last;
         let sample_time_s = self.sample_time_s;

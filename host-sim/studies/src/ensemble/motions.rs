@@ -14,7 +14,8 @@ use crate::target::WatchedServo;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Approach {
-    /// Within the limits of velocity, acceleration and jerk of the rule book, as `device move` does.
+    /// Within the limits of velocity, acceleration and jerk of the rule book, as `device move`
+    /// does.
     #[default]
     Profiled,
     /// At once.

@@ -1,10 +1,10 @@
 //! Random moves in a row, with the state of the controller kept: a law that wears itself out shows
 //! in the last tenth of them.
 //!
-//! Each move is an [`Approach`](super::Approach) to a target or a trapezoid, by turns of a coin, of a
-//! random way. A trapezoid has the speed of the case's own, or takes as long as four half blends if
-//! it is short. A move is missed if the joint is not within 2 counts 2.5 s after its set point came
-//! to rest (thesis-axis: 4 s).
+//! Each move is an [`Approach`](super::Approach) to a target or a trapezoid, by turns of a coin, of
+//! a random way. A trapezoid has the speed of the case's own, or takes as long as four half blends
+//! if it is short. A move is missed if the joint is not within 2 counts 2.5 s after its set point
+//! came to rest (thesis-axis: 4 s).
 
 use stiction::control::reference::{Corner, Reference, Trajectory};
 use stiction::safety::fault::Fault;

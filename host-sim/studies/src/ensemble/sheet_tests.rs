@@ -17,9 +17,9 @@ const NM_PER_V: f64 = 12.0;
 const CONTROLLERS: [(&str, &str); 4] =
     [("robust", "robust"), ("srnf", "srnf"), ("both", "feedforward+srnf"), ("pd", "pd")];
 
-/// Returns the part of a joint's bounds that a data sheet describes. The effort that holds a load is
-/// measured where the joint is armed (`overhauling` and its kind), and `new` does not ask for the
-/// noise of the encoder (`noisy-declared`).
+/// Returns the part of a joint's bounds that a data sheet describes. The effort that holds a load
+/// is measured where the joint is armed (`overhauling` and its kind), and `new` does not ask for
+/// the noise of the encoder (`noisy-declared`).
 fn described(bounds: &JointBounds) -> JointBounds {
     JointBounds { hold_effort: 0.0, jitter: 0.0, ..*bounds }
 }

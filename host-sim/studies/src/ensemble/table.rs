@@ -52,9 +52,9 @@ the load can be off by the backlash and by the wind-up of the shaft.
 
 ";
 
-/// The laws by their success, then by their 95 % settling, then by their tracking. Where the encoder
-/// of a machine's file cannot see slack, success and settling are those at the encoder, as in the
-/// benchmark: no law corrects what its encoder cannot see.
+/// The laws by their success, then by their 95 % settling, then by their tracking. Where the
+/// encoder of a machine's file cannot see slack, success and settling are those at the encoder, as
+/// in the benchmark: no law corrects what its encoder cannot see.
 fn ranked<'a>(group: &Group, summaries: &'a [LawSummary]) -> Vec<&'a LawSummary> {
     let mut ranked: Vec<&LawSummary> = summaries.iter().collect();
     let p = |sorted: &Sorted, share| sorted.quantile(share).unwrap_or(f64::INFINITY);

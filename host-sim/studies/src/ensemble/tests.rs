@@ -93,8 +93,8 @@ fn a_monitor_that_trips_is_no_success_and_is_counted() {
     assert!((row.rest_counts - 0.02 / case.count()).abs() < 1.0, "{row:?}");
 }
 
-/// 0.5 rad at 60 N m and 0.34 kg m^2: a step comes to some 9 rad/s, and the monitor of PD's Kd (29.5
-/// N m s/rad) trips at 2.5 x 60/29.5 = 5.1 rad/s. A profile has half of 3 rad/s.
+/// 0.5 rad at 60 N m and 0.34 kg m^2: a step comes to some 9 rad/s, and the monitor of PD's Kd
+/// (29.5 N m s/rad) trips at 2.5 x 60/29.5 = 5.1 rad/s. A profile has half of 3 rad/s.
 #[test]
 fn a_profiled_move_stays_below_the_speed_at_which_a_step_trips() {
     let case = joint(1.0, 0.5);
@@ -129,7 +129,8 @@ fn no_overhauled_joint_spins_away_without_a_fault() {
 }
 
 /// With the encoder on the load, effort that an observer finds too quickly feeds a load that swings
-/// behind its transmission. So it is slower there while the joint moves, unless its bandwidth is set.
+/// behind its transmission. So it is slower there while the joint moves, unless its bandwidth is
+/// set.
 #[test]
 fn loads_swing_less_on_their_way_under_the_observer_of_their_side_than_under_the_motors() {
     let tracked = |observer: f32| {

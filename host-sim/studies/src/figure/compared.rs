@@ -16,7 +16,8 @@ const PANELS: usize = 4;
 const TRANSIENT_S: f64 = 1.0;
 
 /// Returns the time from which a curve decides the range of its panel, s: after the transient, but
-/// no later than the middle of what is shown. Else a short run would be beyond its panel as a whole.
+/// no later than the middle of what is shown. Else a short run would be beyond its panel as a
+/// whole.
 pub fn judged_from_s(end_s: f64) -> f64 {
     TRANSIENT_S.min(0.5 * end_s)
 }

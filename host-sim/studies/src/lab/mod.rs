@@ -2,8 +2,8 @@
 //! Chapter 2 and Appendix A.1). In SI throughout.
 //!
 //! [`Setup`] is the file, [`plan`] makes runs of it, [`run_all`] runs them; [`output`] and
-//! [`figures`] show them. A new mechanism for the command line is a variant of [`MechanismKind`] and a line
-//! in `build.rs`; a new model one of [`FrictionModel`] and a line in `models.rs`.
+//! [`figures`] show them. A new mechanism for the command line is a variant of [`MechanismKind`]
+//! and a line in `build.rs`; a new model one of [`FrictionModel`] and a line in `models.rs`.
 
 mod build;
 mod figure;

@@ -1,5 +1,6 @@
 //! Text of a log as UTF-8. UTF-16 with a byte order mark is decoded. A text that does not start as
-//! UTF-8 is decoded as Windows-1252, in which spreadsheets write `[°]`. Any other text is passed on.
+//! UTF-8 is decoded as Windows-1252, in which spreadsheets write `[°]`. Any other text is passed
+//! on.
 
 use std::io::{self, Read};
 

@@ -1,7 +1,7 @@
 //! What gains come to on a set of joints, and what that is worth for a goal.
 //!
-//! Gains are judged at the encoder: what it cannot see, no gain can correct. The same figures at the
-//! load are beside them.
+//! Gains are judged at the encoder: what it cannot see, no gain can correct. The same figures at
+//! the load are beside them.
 
 use clap::ValueEnum;
 use serde::Deserialize;
@@ -45,8 +45,8 @@ impl TuningGoal {
 /// Figures of a set of gains at one side of the gear.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SideFigures {
-    /// Joints that meet the file's `[goal]` (two counts within 5 s by default), and trip no monitor,
-    /// in step and trajectory.
+    /// Joints that meet the file's `[goal]` (two counts within 5 s by default), and trip no
+    /// monitor, in step and trajectory.
     pub successes: usize,
     /// Mean settling, s; of what does not settle, 10 s.
     pub settling_s: f64,

@@ -13,10 +13,10 @@
 //! many: a judgement is one to six sets of gains, the search some forty. Gains that are no better
 //! there than those of the file are dropped, and if the next best ones are no better either, or no
 //! joint succeeds, the tuning is refused and the file's stay. Gains are judged at the encoder, and
-//! the load's figures are beside. Guarantees: the same result for the same seed on any number of cores; no more
-//! failures on the joints of the judgement than the file's gains have. Does badly: it finds a
-//! valley near the file's gains, not the lowest one; it knows the joint of the file with its
-//! spread, and nothing that the file does not say.
+//! the load's figures are beside. Guarantees: the same result for the same seed on any number of
+//! cores; no more failures on the joints of the judgement than the file's gains have. Does badly:
+//! it finds a valley near the file's gains, not the lowest one; it knows the joint of the file with
+//! its spread, and nothing that the file does not say.
 
 mod figures;
 mod judgement;
@@ -153,9 +153,9 @@ impl GainSearch {
     }
 
     /// Tunes as [`tune`](Self::tune) does, and asks `goes_on` before each set of joints that is
-    /// run: those of the file's gains, of each set of gains, of the judgement, of each margin. Returns
-    /// nothing if that said no. So a tuning ends within the time of one set, which in the judgement
-    /// is that of three sets of the search.
+    /// run: those of the file's gains, of each set of gains, of the judgement, of each margin.
+    /// Returns nothing if that said no. So a tuning ends within the time of one set, which in the
+    /// judgement is that of three sets of the search.
     ///
     /// # Errors
     /// As [`tune`](Self::tune).

@@ -1,8 +1,9 @@
 //! The reason why a tuning keeps the file's gains, and what would help.
 //!
 //! A tuning is refused if no joint of the judgement succeeds at its load before and after it. If
-//! some succeed and no gains are better, the file's gains are kept. Slack between encoder and load is the reason where the encoder's
-//! side succeeds and the load does not: no gain can correct what the encoder cannot see.
+//! some succeed and no gains are better, the file's gains are kept. Slack between encoder and load
+//! is the reason where the encoder's side succeeds and the load does not: no gain can correct what
+//! the encoder cannot see.
 
 use std::collections::BTreeMap;
 

@@ -25,14 +25,13 @@
 //!
 //! `q` is one count. With a configured load, the joint is lost (*) beyond `|e_b| + 64 q` already.
 //! `p` is the profile within the set point `r`
-//! ([`BoundedAcceleration`](crate::control::profile::BoundedAcceleration)), `x2` and `x3` are the observer's
-//! ([`extended_state_observer`]), `R_i` the learned friction ([`sliding_friction`]), `A` and `N`
-//! planned ([`pulse_planner`], [`reverse_pulse`]), `u_b` the hold effort ([`hold_effort`],
+//! ([`BoundedAcceleration`](crate::control::profile::BoundedAcceleration)), `x2` and `x3` are the
+//! observer's ([`extended_state_observer`]), `R_i` the learned friction ([`sliding_friction`]), `A`
+//! and `N` planned ([`pulse_planner`], [`reverse_pulse`]), `u_b` the hold effort ([`hold_effort`],
 //! [`load_rule`]), `g` the guard's gain and `d` its factor on the damping, 1 or 1/2
-//! ([`oscillation_guard`]). The rest is that of
-//! [`rest_detector`], the end that of [`give_up`]. `e = r - y`, of the mean of a rest. Several
-//! transitions may happen in a tick, in the order MOVE, HOLD, STUCK, then PULSE or COAST: a pulse
-//! of one tick shows as COAST.
+//! ([`oscillation_guard`]). The rest is that of [`rest_detector`], the end that of [`give_up`]. `e
+//! = r - y`, of the mean of a rest. Several transitions may happen in a tick, in the order MOVE,
+//! HOLD, STUCK, then PULSE or COAST: a pulse of one tick shows as COAST.
 //!
 //! Why this form: a law that is a function of the error rests where its effort equals the friction,
 //! or swings about the target. An attempt decides only at rest, learns from what it did, and stops

@@ -125,8 +125,8 @@ fn a_hunting_controller_does_not_stop_the_time() {
     }
 }
 
-/// The gear carries the middle of what its friction lets it carry, on the flank that the load's torque
-/// presses: `|T|` from `|d| - F_l` to the least of `|d|` and `F_m`.
+/// The gear carries the middle of what its friction lets it carry, on the flank that the load's
+/// torque presses: `|T|` from `|d| - F_l` to the least of `|d|` and `F_m`.
 #[test]
 fn a_wound_up_joint_rests_with_its_load_on_a_flank_and_stays_there() {
     // F_m and F_l are 3 N m, half of the backlash is 10 counts.
