@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::sync::{Arc, LazyLock};
 
-use emulated::emulator::{Emulation, FirmwareImage};
+use emulator::{Emulation, FirmwareImage};
 
 /// Set by `cargo xtask test`.
 const IMAGE: &str = "STICTION_IMAGE";

@@ -14,9 +14,9 @@
 use std::hint::black_box;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use host_sim::closed_loop::ClosedLoop;
-use host_sim::experiment::{Document, Experiment};
-use host_sim::solver::{AxisSolver, ExactAxis, Rk4Axis};
+use dynamics::solver::{AxisSolver, ExactAxis, Rk4Axis};
+use simulator::closed_loop::ClosedLoop;
+use simulator::experiment::{Document, Experiment};
 
 /// 2 s of 20 ms.
 const SAMPLES: u32 = 100;

@@ -8,8 +8,8 @@
 use std::hint::black_box;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use host_sim::ensemble::{Case, DrawOptions, Family, Motions, run_and_show};
-use host_sim::rules::rules;
+use simulator::rules::rules;
+use studies::ensemble::{Case, DrawOptions, Family, Motions, run_and_show};
 
 const JOINTS: u64 = 8;
 

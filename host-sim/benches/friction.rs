@@ -20,12 +20,12 @@ use std::time::Instant;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use diffsol::{NalgebraMat, OdeBuilder, OdeSolverMethod, OdeSolverStopReason};
-use host_sim::figure::{Figure, Line, Panel, Style};
-use host_sim::friction::Coulomb;
-use host_sim::mechanism::{Mechanism, Pendulum, Pull, SpringMass, TwoLinkArm};
-use host_sim::solver::event_driven;
-use host_sim::solver::modes::{BodyMode, accelerations, decide};
-use host_sim::solver::state::BodyEvent;
+use dynamics::friction::Coulomb;
+use dynamics::mechanism::{Mechanism, Pendulum, Pull, SpringMass, TwoLinkArm};
+use dynamics::solver::event_driven;
+use dynamics::solver::modes::{BodyMode, accelerations, decide};
+use dynamics::solver::state::BodyEvent;
+use figure::{Figure, Line, Panel, Style};
 
 const DURATION_S: f64 = 5.0;
 

@@ -9,7 +9,7 @@ use std::f64::consts::TAU;
 use std::hint::black_box;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use host_sim::joint::{
+use dynamics::joint::{
     AnyJoint, ArmDescription, Body, Bristle, Description, Dwell, Gravity, Joint, LoadTorque,
     Ripple, SetValuedFriction, ShaftDescription, StribeckCurve, Train,
 };

@@ -7,8 +7,8 @@
 use std::hint::black_box;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use host_sim::experiment::{Document, Experiment};
-use host_sim::solver::ExactAxis;
+use dynamics::solver::ExactAxis;
+use simulator::experiment::{Document, Experiment};
 use stiction::control::encoder::EncoderState;
 use stiction::{CourseState, Reading};
 

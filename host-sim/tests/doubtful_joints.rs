@@ -2,11 +2,11 @@
 //! so that their truth is known, and identified by the core's own sequence.
 #![allow(missing_docs, clippy::unwrap_used)]
 
-use host_sim::device;
-use host_sim::ensemble::{TrueJoint, UNEVEN, drawn, identify};
-use host_sim::experiment::{Document, Experiment, parameters};
-use host_sim::joint::{Ripple, Train};
+use dynamics::joint::{Ripple, Train};
+use simulator::device;
+use simulator::experiment::{Document, Experiment, parameters};
 use stiction::identification::IdentificationRequest;
+use studies::ensemble::{TrueJoint, UNEVEN, drawn, identify};
 
 const KEYS: [&str; 4] = [
     "joint.gain_deg_per_s2_per_v",

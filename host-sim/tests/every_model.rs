@@ -4,8 +4,8 @@
 // The helpers of tests may panic like the tests themselves.
 #![allow(clippy::unwrap_used, clippy::panic)]
 
-use host_sim::experiment::Document;
-use host_sim::lab::{self, LabResult};
+use simulator::experiment::Document;
+use thesis::lab::{self, LabResult};
 
 const EXPERIMENTS: [&str; 7] = [
     "spring-mass",

@@ -5,8 +5,8 @@
 
 use std::process::{Command, Stdio};
 
-use host_sim::experiment::Document;
-use host_sim::lab;
+use simulator::experiment::Document;
+use thesis::lab;
 
 /// Says why an answer is not as it should be, if so.
 fn complaint(arguments: &[&str], fragments: &[&str]) -> Option<String> {

@@ -1,13 +1,13 @@
 //! Joints in the place of a machine's axis: in a run, under the servo, and in a simulated device.
 #![allow(clippy::unwrap_used)]
 
-use host_sim::device::simulated::SimulatedDevice;
-use host_sim::experiment::{Document, Experiment, RunPlan};
-use host_sim::joint::{
+use dynamics::joint::{
     Body, CoreUnits, Description, DiscSide, Gravity, LoadTorque, ShaftDescription, StribeckCurve,
     Substitute, Train, presets,
 };
-use host_sim::run::{RunDriver, RunTrace, run_driven};
+use simulator::device::simulated::SimulatedDevice;
+use simulator::experiment::{Document, Experiment, RunPlan};
+use simulator::run::{RunDriver, RunTrace, run_driven};
 
 /// One count of the thesis's encoder, rad.
 const COUNT: f64 = 0.00242 * std::f64::consts::PI / 180.0;

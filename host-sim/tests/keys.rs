@@ -5,8 +5,8 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 
-use host_sim::experiment::{Document, builtins};
-use host_sim::keys;
+use files::keys;
+use simulator::experiment::{Document, builtins};
 use stiction::units::value::About;
 use stiction::{Fault, parameters};
 

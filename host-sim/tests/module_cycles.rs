@@ -1,5 +1,5 @@
-//! The modules of the core and of the host's crates depend on each other one way, as
-//! ARCHITECTURE.md draws it.
+//! The modules of the core and of the host's crates depend on each other one way, as the page of
+//! the architecture draws it.
 //!
 //! A file depends on the files that it names by `crate::`, `super::` or `self::`, whatever features
 //! are on. A room is a module that a crate's `lib.rs` declares, with everything inside of it. Cargo
@@ -12,9 +12,11 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-/// The directories of the crates, from that of this package. The host's crates name the rooms of
-/// each other as their own, so that they are one graph of rooms.
-const HOST: [&str; 6] = [".", "dynamics", "files", "simulator", "emulated", "studies"];
+/// The directories of the crates, from that of this package.
+const HOST: [&str; 8] =
+    [".", "dynamics", "emulator", "figure", "files", "simulator", "studies", "thesis"];
+/// The crates that have rooms; `emulator` and `figure` are one room each.
+const WITH_ROOMS: [&str; 6] = [".", "dynamics", "files", "simulator", "studies", "thesis"];
 const CORE: &str = "..";
 const JOBS: &str = "../xtask";
 
@@ -30,11 +32,11 @@ type Graph<T> = BTreeMap<T, BTreeSet<T>>;
 /// The circles of files that are left, with their crate. One that is gone leaves this list.
 const LEFT: [(&str, &[&str]); 6] = [
     (".", &["studio::orders", "studio::selftest", "studio::worker"]),
-    ("emulated", &["emulator::board_under_test", "emulator::harness"]),
+    ("emulator", &["board_under_test", "harness"]),
     ("studies", &["ensemble::arm_case", "ensemble::case"]),
     ("studies", &["ensemble::arm_draw", "ensemble::draw", "ensemble::thesis_draw"]),
     ("studies", &["ensemble::machine_file", "ensemble::rows"]),
-    ("studies", &["figure::chart", "figure::layers", "figure::marks"]),
+    ("figure", &["chart", "layers", "marks"]),
 ];
 
 #[test]
@@ -64,23 +66,31 @@ fn no_file_depends_on_one_that_depends_on_it() {
 
 #[test]
 fn no_room_depends_on_one_that_depends_on_it() {
-    let core = rooms(&[sources(CORE)]);
+    let core = rooms(&sources(CORE));
     let known = [("control", "units"), ("safety", "control"), ("motion", "identification")];
     let known = known.into_iter().chain([("servo", "parameters"), ("link", "servo")]);
     assert!(known.clone().all(|(of, uses)| core[of].contains(uses)), "{core:?}");
     assert_eq!(circle(&core), None, "these rooms of the core depend on each other in a circle");
 
-    let host = rooms(&HOST.map(sources));
-    let known = [("device", "joint"), ("emulator", "device"), ("tuning", "ensemble")];
-    let known = known.into_iter().chain([("document", "machine"), ("cli", "studio")]);
-    assert!(known.clone().all(|(of, uses)| host[of].contains(uses)), "{host:?}");
-    assert_eq!(circle(&host), None, "these rooms of the host depend on each other in a circle");
+    let known = [(".", "cli", "studio"), ("studies", "tuning", "ensemble")];
+    let known = [("simulator", "device", "experiment"), ("files", "document", "machine")]
+        .into_iter()
+        .chain(known);
+    for krate in WITH_ROOMS {
+        let graph = rooms(&sources(krate));
+        for (_, of, uses) in known.clone().filter(|(of, ..)| *of == krate) {
+            assert!(graph[of].contains(uses), "{krate}: {graph:?}");
+        }
+        assert_eq!(circle(&graph), None, "these rooms of {krate} depend on each other in a circle");
+    }
 }
 
 #[test]
 fn no_room_has_methods_for_a_type_of_another() {
-    assert_eq!(foreign_methods(&[sources(CORE)]), [""; 0], "these belong into the type's room");
-    assert_eq!(foreign_methods(&HOST.map(sources)), [""; 0], "these belong into the type's room");
+    for krate in WITH_ROOMS.into_iter().chain([CORE]) {
+        let foreign = foreign_methods(&sources(krate));
+        assert_eq!(foreign, [""; 0], "{krate}: these belong into the type's room");
+    }
 }
 
 #[test]
@@ -104,13 +114,13 @@ fn a_circle_is_found_whichever_way_it_is_written() {
             ["a", "b", "c::inner"].iter().all(|file| names.contains(&(*file).into())),
             "{names:?}"
         );
-        let circle_of_rooms = circle(&rooms(&[of(inner)])).unwrap_or_default();
+        let circle_of_rooms = circle(&rooms(&of(inner))).unwrap_or_default();
         assert_eq!(circle_of_rooms.len(), 3, "{circle_of_rooms:?}");
     }
     let tests = "fn f() {}\n#[cfg(test)]\nmod tests {\n    use crate::a::A;\n}";
     for inner in ["// crate::a", "use super::a::A;", "use crate::c::a::A;", tests] {
         assert_eq!(circle(&files(&of(inner))), None, "{inner}");
-        assert_eq!(circle(&rooms(&[of(inner)])), None, "{inner}");
+        assert_eq!(circle(&rooms(&of(inner))), None, "{inner}");
     }
 }
 
@@ -119,7 +129,7 @@ fn methods_for_a_type_of_another_room_are_found() {
     let of = |text: &str| {
         let text = format!("\n{text}");
         let files = [("lib.rs", "mod a;\nmod b;"), ("a.rs", "pub struct A;"), ("b.rs", &text)];
-        foreign_methods(&[files.map(|(path, text)| (module(path), text.to_owned())).into()])
+        foreign_methods(&files.map(|(path, text)| (module(path), text.to_owned())).into())
     };
     assert_eq!(of("impl A {"), ["A in b"]);
     assert_eq!(of("impl<'a, T: Into<u8>> A<'a, T> {"), ["A in b"]);
@@ -243,19 +253,16 @@ fn files(sources: &Sources) -> Graph<Module> {
     sources.iter().map(|(module, text)| of(module, text)).collect()
 }
 
-/// Returns the graph of the rooms of crates that name the rooms of each other as their own.
-fn rooms(crates: &[Sources]) -> Graph<String> {
+/// Returns the graph of the rooms of a crate.
+fn rooms(krate: &Sources) -> Graph<String> {
     let declared = |line: &str| {
         let name = line.trim_start_matches("pub ").strip_prefix("mod ")?.strip_suffix(';')?;
         Some((name.to_owned(), BTreeSet::new()))
     };
-    let root = |krate: &Sources| krate.get(&vec![]).cloned().unwrap_or_default();
-    let mut graph: Graph<String> = crates
-        .iter()
-        .flat_map(|krate| root(krate).lines().filter_map(declared).collect::<Vec<_>>())
-        .collect();
+    let root = krate.get(&vec![]).cloned().unwrap_or_default();
+    let mut graph: Graph<String> = root.lines().filter_map(declared).collect();
     let names: BTreeSet<String> = graph.keys().cloned().collect();
-    for (module, text) in crates.iter().flatten().filter(|(module, _)| !module.is_empty()) {
+    for (module, text) in krate.iter().filter(|(module, _)| !module.is_empty()) {
         let Some(named) = graph.get_mut(&module[0]) else { continue };
         let others = paths(module, text).into_iter().filter_map(|path| path.into_iter().next());
         named.extend(others.filter(|name| names.contains(name) && *name != module[0]));
@@ -289,10 +296,10 @@ fn circle_from<T: Clone + Ord>(
 
 /// Returns the types, and the modules, of inherent methods that are in another room than their
 /// type.
-fn foreign_methods(crates: &[Sources]) -> Vec<String> {
+fn foreign_methods(krate: &Sources) -> Vec<String> {
     let room = |module: &Module| module.first().cloned().unwrap_or_default();
     let mut types = BTreeSet::new();
-    for (module, text) in crates.iter().flatten() {
+    for (module, text) in krate {
         for keyword in ["struct ", "enum ", "trait "] {
             types.extend(
                 text.split(keyword).skip(1).map(|rest| (room(module), word(rest).to_owned())),
@@ -300,7 +307,7 @@ fn foreign_methods(crates: &[Sources]) -> Vec<String> {
         }
     }
     let mut foreign = Vec::new();
-    for (module, text) in crates.iter().flatten() {
+    for (module, text) in krate {
         let headers = text.split("\nimpl").skip(1).map(|rest| rest.split('{').next().unwrap_or(""));
         let is_impl = |header: &&str| header.starts_with([' ', '<']);
         for header in headers.filter(is_impl).filter(|header| !header.contains(" for ")) {

@@ -4,9 +4,9 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use host_sim::experiment::{Document, Experiment};
-use host_sim::output::{csv, series};
-use host_sim::run::{RunTrace, run_all};
+use simulator::experiment::{Document, Experiment};
+use simulator::output::{csv, series};
+use simulator::run::{RunTrace, run_all};
 
 fn stiction(arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_stiction")).args(arguments).output().unwrap()

@@ -1,9 +1,9 @@
 //! `run --target servo` runs the servo around the loop, on the host.
 #![allow(missing_docs, clippy::unwrap_used, clippy::panic)]
 
-use host_sim::closed_loop::LoopSample;
-use host_sim::experiment::{Document, Experiment, RunPlan};
-use host_sim::run::{RunDriver, RunResult, RunTrace, run, run_driven};
+use simulator::closed_loop::LoopSample;
+use simulator::experiment::{Document, Experiment, RunPlan};
+use simulator::run::{RunDriver, RunResult, RunTrace, run, run_driven};
 
 fn plan(name: &str, controller: &str, set: &[&str]) -> RunPlan {
     let mut document = Document::open(name).unwrap();

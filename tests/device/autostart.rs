@@ -1,6 +1,6 @@
 //! Autostart after a reset that may have been a dip of the supply.
 
-use simulator::hardware::STM32F405;
+use files::hardware::STM32F405;
 use stiction::Servo;
 use stiction::servo::{Boot, Input, State};
 

@@ -9,7 +9,7 @@ use stiction::{Fault, Limits, Motion, Parameters, Servo};
 
 use crate::fixture::srnf;
 use crate::jog::{COUNT, H, Joint, KAPPA, SLIP, SOUND};
-use simulator::hardware::STM32F405;
+use files::hardware::STM32F405;
 
 const KP: f64 = 0.1;
 const LSB: f64 = 0.00488;

@@ -4,10 +4,10 @@
 //! V s/deg, 0.40 V to start it and 0.38 V to keep it moving, 20 ms, counts of 0.00242 deg. The
 //! simulator's joint, solved in closed form, is the second method for the sound one.
 
+use files::hardware::STM32F405;
 use simulator::device::client::Client;
 use simulator::device::simulated::{SimulatedDevice, Wires};
 use simulator::device::wire::SimulatedWire;
-use simulator::hardware::STM32F405;
 use stiction::link::StateCode;
 use stiction::motion::jog::{JogBounds, JogEnd, JogFindings, JogRequest, Verdict};
 use stiction::parameters;

@@ -1,11 +1,11 @@
 //! Parameters as a machine's file: a file that is pulled says what was pushed.
 
+use files::hardware::STM32F405;
 use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::sample::subsequence;
 use simulator::device::machine_file::{changes, read, render};
 use simulator::experiment::{Document, builtins, position};
-use simulator::hardware::STM32F405;
 use stiction::control::drive::{DriveConfig, PwmMode};
 use stiction::control::encoder::{CounterBits, Direction};
 use stiction::control::laws::Gains;

@@ -362,7 +362,7 @@ fn a_profiled_motion_of_the_parameters_begins_with_each_arming() {
     let record = parameters.encode(1, &mut room).unwrap();
     assert_eq!(stiction::Parameters::decode(record).unwrap().0, parameters);
     let mut control_loop = None;
-    let hardware = simulator::hardware::STM32F405;
+    let hardware = files::hardware::STM32F405;
     stiction::servo::ControlLoop::prepare(&mut control_loop, &parameters, &hardware).unwrap();
     simulated.device.servo().install(&mut control_loop).unwrap();
     let mut runs = Vec::new();

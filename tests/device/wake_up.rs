@@ -1,7 +1,7 @@
 //! The wake-up of the bridge's driver: the enable pin before the first duty, and low for long
 //! enough before it.
 
-use simulator::hardware::STM32F405;
+use files::hardware::STM32F405;
 use stiction::parameters::names::ValuePath;
 use stiction::servo::{Boot, ControlLoop, Input, Output, State};
 use stiction::{Fault, Parameters, Servo};

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 use std::sync::atomic::Ordering;
 
-use emulated::emulator::Emulation;
+use emulator::Emulation;
 
 use crate::common::{emulation, image, plans};
 

@@ -1,6 +1,6 @@
 //! Lockstep: every count and every duty of the image is that of the host.
 
-use emulated::emulator::first_difference;
+use emulator::first_difference;
 use simulator::experiment::RunPlan;
 use simulator::run::{RunResult, RunTrace, run_all};
 

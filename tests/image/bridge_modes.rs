@@ -6,9 +6,9 @@
 
 use std::time::Duration;
 
-use emulated::emulator::board_under_test::Halted;
-use emulated::emulator::fault_injection::Injection;
-use emulated::emulator::wire::EmulatedWire;
+use emulator::board_under_test::Halted;
+use emulator::fault_injection::Injection;
+use emulator::wire::EmulatedWire;
 use simulator::device::client::Client;
 use stiction::link::StateCode;
 

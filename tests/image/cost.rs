@@ -2,13 +2,13 @@
 
 use std::sync::Arc;
 
-use emulated::emulator::FirmwareImage;
-use emulated::emulator::counted::{EVERYTHING_ON, count};
-use emulated::emulator::probe::{Points, TickCost};
-use emulated::firmware::blocks::Blocks;
-use emulated::firmware::budgets::INTERRUPT_INSTRUCTIONS;
-use emulated::firmware::stack::StackBound;
-use emulated::firmware::{Code, routines};
+use emulator::FirmwareImage;
+use emulator::counted::{EVERYTHING_ON, count};
+use emulator::firmware::blocks::Blocks;
+use emulator::firmware::budgets::INTERRUPT_INSTRUCTIONS;
+use emulator::firmware::stack::StackBound;
+use emulator::firmware::{Code, routines};
+use emulator::probe::{Points, TickCost};
 
 use crate::common::{image, plans};
 
@@ -16,7 +16,7 @@ fn elf() -> Vec<u8> {
     std::fs::read(image()).unwrap()
 }
 
-fn code(elf: &[u8]) -> Result<Code, simulator::Error> {
+fn code(elf: &[u8]) -> Result<Code, files::Error> {
     Code::read(&image(), elf)
 }
 

@@ -6,9 +6,9 @@
 
 use std::sync::Arc;
 
-use emulated::emulator::FirmwareImage;
-use emulated::emulator::board::FittedParts;
-use emulated::emulator::fault_injection::{BoardObservation, Injection, converse, observe};
+use emulator::FirmwareImage;
+use emulator::board::FittedParts;
+use emulator::fault_injection::{BoardObservation, Injection, converse, observe};
 
 use crate::common::{firmware, image};
 use crate::fault_injection::{

@@ -3,8 +3,8 @@
 
 use std::time::Duration;
 
-use emulated::emulator::fault_injection::Injection;
-use emulated::emulator::wire::EmulatedWire;
+use emulator::fault_injection::Injection;
+use emulator::wire::EmulatedWire;
 use simulator::device;
 use simulator::device::client::Client;
 use simulator::device::log::SampleLog;

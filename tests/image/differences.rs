@@ -5,8 +5,8 @@
 
 use std::sync::atomic::AtomicU32;
 
-use emulated::emulator::parameters::blob;
-use emulated::emulator::{Difference, FirmwareImage, first_difference};
+use emulator::parameters::blob;
+use emulator::{Difference, FirmwareImage, first_difference};
 use simulator::experiment::RunPlan;
 use simulator::run::{RunResult, RunTrace, run_all};
 use stiction::Tick;

@@ -3,13 +3,13 @@
 
 use std::time::Duration;
 
-use emulated::emulator::board::FittedParts;
-use emulated::emulator::board_under_test::{BoardUnderTest, StopCondition};
-use emulated::emulator::fault_injection::Injection;
-use emulated::emulator::lockstep::Lockstep;
-use emulated::emulator::plant_interface::FreeDisc;
-use emulated::emulator::setup::BoardSetup;
-use emulated::emulator::wire::EmulatedWire;
+use emulator::board::FittedParts;
+use emulator::board_under_test::{BoardUnderTest, StopCondition};
+use emulator::fault_injection::Injection;
+use emulator::lockstep::Lockstep;
+use emulator::plant_interface::FreeDisc;
+use emulator::setup::BoardSetup;
+use emulator::wire::EmulatedWire;
 use simulator::device::client::Client;
 use stiction::Fault;
 use stiction::link::StateCode;

@@ -1,8 +1,8 @@
 //! A board with a blocked joint that drives its motor, until a fault is injected.
 
-use emulated::emulator::board::FittedParts;
-use emulated::emulator::fault_injection::{BoardObservation, Injection, observe};
-use emulated::emulator::parameters::blob;
+use emulator::board::FittedParts;
+use emulator::fault_injection::{BoardObservation, Injection, observe};
+use emulator::parameters::blob;
 
 use crate::common::{firmware, plans};
 

@@ -1,8 +1,8 @@
 //! Mishaps of the hardware: bridge off, the reason reported, and no motion after.
 
-use emulated::emulator::board::{CLOCK_HZ, FittedParts};
-use emulated::emulator::fault_injection::Injection;
-use emulated::firmware::budgets::INTERRUPT_INSTRUCTIONS;
+use emulator::board::{CLOCK_HZ, FittedParts};
+use emulator::fault_injection::Injection;
+use emulator::firmware::budgets::INTERRUPT_INSTRUCTIONS;
 
 use crate::common::firmware;
 use crate::fault_injection::{AT, MS, UNTIL, assert_off_after, inject, parameters};

@@ -3,7 +3,7 @@
 
 use std::time::Duration;
 
-use emulated::emulator::wire::EmulatedWire;
+use emulator::wire::EmulatedWire;
 use simulator::device::client::{Client, Map};
 use simulator::device::simulated::SimulatedDevice;
 use simulator::device::wire::{SimulatedWire, Wire};

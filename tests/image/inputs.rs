@@ -3,8 +3,8 @@
 //!
 //! Blind to the pins themselves: the emulator's have no spikes that a filter could take.
 
-use emulated::emulator::board_under_test::Halted;
-use emulated::emulator::wire::EmulatedWire;
+use emulator::board_under_test::Halted;
+use emulator::wire::EmulatedWire;
 use simulator::device::client::Client;
 
 use crate::common::{firmware, plans};

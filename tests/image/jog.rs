@@ -1,12 +1,12 @@
 //! The guarded jog in the image: it finds what a simulated device finds, ends by itself with the
 //! bridge off, and the guide of docs/wiring.md leads to a first move.
 
-use emulated::emulator::board_under_test::{BoardUnderTest, PlantInLockstep};
-use emulated::emulator::wire::EmulatedWire;
+use emulator::board_under_test::{BoardUnderTest, PlantInLockstep};
+use emulator::wire::EmulatedWire;
+use files::encoder::Wires;
 use simulator::device::client::Client;
 use simulator::device::simulated::SimulatedDevice;
 use simulator::device::wire::SimulatedWire;
-use simulator::encoder::Wires;
 use simulator::experiment::RunPlan;
 use stiction::Fault;
 use stiction::link::StateCode;

@@ -3,8 +3,8 @@
 //!
 //! The joint is blocked, so that PD's effort stays where the first error puts it: Kp = 1 V/deg.
 
-use emulated::emulator::board::FittedParts;
-use emulated::emulator::fault_injection::{BoardObservation, observe};
+use emulator::board::FittedParts;
+use emulator::fault_injection::{BoardObservation, observe};
 use stiction::Parameters;
 use stiction::parameters::ROOM;
 

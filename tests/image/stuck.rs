@@ -3,7 +3,7 @@
 
 use std::fs;
 
-use emulated::emulator::{Emulation, FirmwareImage};
+use emulator::{Emulation, FirmwareImage};
 
 use crate::common::{image, plans};
 

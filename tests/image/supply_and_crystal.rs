@@ -2,10 +2,10 @@
 
 use std::time::Duration;
 
-use emulated::emulator::board::FittedParts;
-use emulated::emulator::board_under_test::Halted;
-use emulated::emulator::fault_injection::Injection;
-use emulated::emulator::wire::EmulatedWire;
+use emulator::board::FittedParts;
+use emulator::board_under_test::Halted;
+use emulator::fault_injection::Injection;
+use emulator::wire::EmulatedWire;
 use simulator::device::client::Client;
 use stiction::Parameters;
 use stiction::parameters::ROOM;

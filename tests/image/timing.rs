@@ -3,10 +3,10 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use emulated::emulator::FirmwareImage;
-use emulated::emulator::board::FittedParts;
-use emulated::emulator::fault_injection::{Injection, observe};
-use emulated::emulator::wire::EmulatedWire;
+use emulator::FirmwareImage;
+use emulator::board::FittedParts;
+use emulator::fault_injection::{Injection, observe};
+use emulator::wire::EmulatedWire;
 use simulator::device::client::Client;
 use stiction::link::StateCode;
 

@@ -3,8 +3,8 @@
 
 use super::common::{moments, run};
 use dynamics::solver::EventKind;
+use files::encoder::{EncoderModel, Rounding};
 use simulator::closed_loop::LoopSample;
-use simulator::encoder::{EncoderModel, Rounding};
 use stiction::control::encoder::{CounterBits, Direction};
 
 fn positions(set: &[&str]) -> Vec<f64> {

@@ -1,8 +1,8 @@
 //! The metrics against signals whose values are known.
 
+use files::machine::TrajectoryTable;
 use simulator::closed_loop::LoopSample;
 use simulator::experiment::Task;
-use simulator::machine::TrajectoryTable;
 use simulator::metrics::{RunMetrics, is_unstable};
 use stiction::Tick;
 

@@ -14,9 +14,9 @@ pub mod hardware;
 pub mod keys;
 pub mod lines;
 pub mod machine;
+pub mod missing_part;
 pub mod setup;
 pub mod typed_number;
 pub mod written;
 
-pub use dynamics::{friction, joint, mechanism, solver};
 pub use error::Error;

@@ -3,8 +3,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::mechanism::Shape;
-use crate::solver::banded::BandCoupling;
+use dynamics::mechanism::Shape;
+use dynamics::solver::banded::BandCoupling;
 
 /// A whole file.
 #[derive(Clone, Debug, Deserialize)]

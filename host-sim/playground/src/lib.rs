@@ -15,10 +15,10 @@
 use std::cell::RefCell;
 use std::io::{BufRead as _, Write as _, stdin, stdout};
 
-use host_sim::Error;
-use host_sim::draft::{TYPICAL, text};
+use files::Error;
 use host_sim::studio::{Playground, StudioMessage};
 use serde_json::json;
+use simulator::draft::{TYPICAL, text};
 
 /// The controller that a built-in experiment starts with, as in `stiction studio`.
 const USUAL: &str = "srnf";

@@ -13,8 +13,8 @@ use serde::Serialize;
 
 use crate::closed_loop::LoopSample;
 use crate::experiment::Task;
-use crate::goal::PositionGoal;
 use crate::settling::Settling;
+use files::goal::PositionGoal;
 
 /// Largest time difference that counts as rounding, s.
 const SAME_TIME_S: f64 = 1e-9;
@@ -122,7 +122,7 @@ impl BothSides {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::machine::TrajectoryTable;
+    use files::machine::TrajectoryTable;
     use stiction::Tick;
 
     const COUNT_DEG: f64 = 0.01;

@@ -6,12 +6,12 @@
 
 use stiction::{Controller, Course, Tick};
 
-use crate::encoder::EncoderModel;
-use crate::mechanism::RobotAxis;
 pub use crate::plant::Delay;
 use crate::plant::Plant;
-use crate::solver::{AxisSolver, Event};
 use crate::target::{BareLoop, Target};
+use dynamics::mechanism::RobotAxis;
+use dynamics::solver::{AxisSolver, Event};
+use files::encoder::EncoderModel;
 
 /// A controller connected to a simulated axis.
 #[derive(Clone, Debug)]

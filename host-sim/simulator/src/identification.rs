@@ -21,9 +21,9 @@ use stiction::Course;
 use stiction::identification::RampFindings;
 
 use crate::closed_loop::{ClosedLoop, Delay, LoopSample};
-use crate::mechanism::RobotAxis;
-use crate::solver::{AxisSolver, Event};
 use crate::target::BareLoop;
+use dynamics::mechanism::RobotAxis;
+use dynamics::solver::{AxisSolver, Event};
 
 /// Number of time constants 1/(kappa b) at constant effort until the velocity is steady to 1 %.
 pub const SETTLED: f64 = 5.0;

@@ -1,8 +1,8 @@
 //! The control core of [`stiction`] in a loop with a simulated joint.
 //!
-//! A machine's file ([`document`], [`machine`]) is split into runs ([`experiment`]). Each run
-//! connects the core to an encoder, a D/A and an axis ([`closed_loop`]); a solver moves the axis
-//! between samples ([`solver`]). The results are judged ([`metrics`]) and written ([`output`]). A
+//! A machine's file (`files`) is split into runs ([`experiment`]). Each run connects the core to an
+//! encoder, a D/A and an axis ([`closed_loop`]); a solver of `dynamics` moves the axis between
+//! samples. The results are judged ([`metrics`]) and written ([`output`]). A
 //! [`device`] is the same core as on a board, behind its link.
 // Code for a terminal or a port is unused in a web page.
 #![cfg_attr(target_family = "wasm", allow(dead_code, unused_mut))]
@@ -22,9 +22,3 @@ pub mod rules;
 pub mod run;
 pub mod settling;
 pub mod target;
-
-pub use dynamics::{friction, joint, mechanism, solver};
-pub use files::{
-    Error, data_sheet, document, encoder, error, goal, hardware, lines, machine, setup,
-    typed_number, written,
-};

@@ -8,8 +8,8 @@ use serde::Serialize;
 use crate::both_sides::BothSides;
 use crate::closed_loop::LoopSample;
 use crate::experiment::Task;
-use crate::goal::PositionGoal;
-use crate::machine::TrajectoryTable;
+use files::goal::PositionGoal;
+use files::machine::TrajectoryTable;
 
 /// Largest error of a settled joint, deg.
 const SETTLED_DEG: f64 = 0.05;

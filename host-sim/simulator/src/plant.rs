@@ -5,10 +5,10 @@
 
 use stiction::control::encoder::Direction;
 
-use crate::encoder::EncoderModel;
-use crate::joint::RunJoint;
-use crate::mechanism::RobotAxis;
-use crate::solver::{AxisSolver, Event};
+use dynamics::joint::RunJoint;
+use dynamics::mechanism::RobotAxis;
+use dynamics::solver::{AxisSolver, Event};
+use files::encoder::EncoderModel;
 
 /// Computation delay of an output.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

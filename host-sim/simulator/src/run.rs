@@ -9,15 +9,15 @@ use stiction::identification::RampFindings;
 
 use crate::both_sides::BothSides;
 use crate::closed_loop::{ClosedLoop, LoopSample};
-use crate::data_sheet::UnseenSlack;
-use crate::error::Error;
 use crate::experiment::{RunPlan, Task, parameters};
 use crate::identification::RampFriction;
-use crate::machine::AxisSolverName;
 use crate::metrics::{RunMetrics, is_unstable};
 use crate::plant::{Delay, Plant};
-use crate::solver::{AxisSolver, Event, Rk4Axis};
 use crate::target::{BareLoop, Target, WatchedServo};
+use dynamics::solver::{AxisSolver, Event, Rk4Axis};
+use files::data_sheet::UnseenSlack;
+use files::error::Error;
+use files::machine::AxisSolverName;
 
 /// Result of a run.
 #[derive(Clone, Debug)]

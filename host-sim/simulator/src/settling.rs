@@ -4,7 +4,7 @@
 //! `run`, `benchmark`, `device move`, the self-test and the studio's prediction all use this
 //! verdict. Errors are in counts, of either side of the gear.
 
-use crate::goal::PositionGoal;
+use files::goal::PositionGoal;
 
 /// Largest time difference that counts as rounding, s: k h can differ from the written decimal.
 const SAME_TIME_S: f64 = 1e-9;

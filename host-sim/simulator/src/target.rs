@@ -15,8 +15,8 @@ use stiction::safety::fault::Latched;
 use stiction::servo::{Boot, Input, Refusal, State};
 use stiction::{Controller, Course, CourseState, Motion, Parameters, Reading, Servo, Tick};
 
-use crate::error::Error;
-use crate::hardware::STM32F405;
+use files::error::Error;
+use files::hardware::STM32F405;
 
 /// A driver of a plant: computes a duty from the encoder's counter in each sample.
 pub trait Target {

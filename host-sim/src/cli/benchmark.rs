@@ -6,16 +6,16 @@ use std::path::PathBuf;
 use super::outputs::drew;
 use super::tune::tune_each;
 use super::{print, warn};
-use crate::benchmark::{Benchmark, Score, Weights, benchmark, plain_runs};
-use crate::error::Error;
-use crate::experiment::{Document, Experiment};
-use crate::figure::{figure_directory, figures, write_figures};
-use crate::goal::GoalInBothUnits;
-use crate::output::OverwriteGuard;
-use crate::output::grid::{self, number};
-use crate::output::sides::{self, REST, SETTLED, ShownSides};
-use crate::rules::TUNING_SEEDS;
-use crate::tuning::{GainSearch, TuningGoal, TuningResult, spreads};
+use figure::{figure_directory, figures, write_figures};
+use files::error::Error;
+use files::goal::GoalInBothUnits;
+use simulator::experiment::{Document, Experiment};
+use simulator::output::OverwriteGuard;
+use simulator::output::grid::{self, number};
+use simulator::output::sides::{self, REST, SETTLED, ShownSides};
+use simulator::rules::TUNING_SEEDS;
+use studies::benchmark::{Benchmark, Score, Weights, benchmark, plain_runs};
+use studies::tuning::{GainSearch, TuningGoal, TuningResult, spreads};
 
 #[derive(Debug, clap::Args)]
 pub struct BenchmarkArguments {
@@ -150,7 +150,7 @@ pub fn rank(arguments: &BenchmarkArguments) -> Result<(), Error> {
             "controllers": ranked.scores,
         });
         if let (Some(first), false) = (documents.first(), tuned.is_empty()) {
-            object["tuned"] = crate::tuning::object(&first.origin.name, &tuned);
+            object["tuned"] = studies::tuning::object(&first.origin.name, &tuned);
         }
         return print(&format!("{object:#}\n"));
     }

@@ -4,7 +4,7 @@ use clap::CommandFactory;
 use clap_complete::Shell;
 
 use super::print;
-use crate::error::Error;
+use files::error::Error;
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\

@@ -9,18 +9,18 @@ use stiction::identification::IdentificationRequest;
 
 use super::outputs::{check_standard_output, print_beside};
 use super::{print, warn};
-use crate::document::Document;
-use crate::ensemble::{
+use figure::{figure_directory, write_charts, write_figures};
+use files::document::Document;
+use files::error::Error;
+use files::typed_number;
+use simulator::output::{OutputDirectory, OutputFile, OverwriteGuard, grid};
+use simulator::rules::{TUNING_SEEDS, rules};
+use studies::ensemble::{
     Approach, Case, CaseResult, ConstantTrial, DrawOptions, Ensemble, EnsembleHeader, Family,
     MachineEnsemble, MachineOptions, Rates, ResumeFile, Shard, charts, identified_names, markdown,
     merge, object, rates_markdown, rates_table, rates_within, read_rows, render, render_rows, run,
     sort_rows, summaries, traces, tune, written_spreads,
 };
-use crate::error::Error;
-use crate::figure::{figure_directory, write_charts, write_figures};
-use crate::output::{OutputDirectory, OutputFile, OverwriteGuard, grid};
-use crate::rules::{TUNING_SEEDS, rules};
-use crate::typed_number;
 
 /// Default sample rate, Hz.
 const RATE_HZ: f64 = 1000.0;

@@ -4,16 +4,16 @@ use std::path::{Path, PathBuf};
 
 use super::outputs::{check_standard_output, drew, print_beside, wrote};
 use super::{print, warn};
-use crate::document::Document;
-use crate::error::Error;
-use crate::experiment::Experiment;
-use crate::figure::{figure_directory, write_figures};
-use crate::log_identification::into_machine::MachineOfLog;
-use crate::log_identification::reading::{LogColumns, read};
-use crate::log_identification::units::{LogUnits, PositionUnit, seconds, unit_of_name};
-use crate::log_identification::{FitSettings, figures, identify, machine_file, output};
-use crate::output::OverwriteGuard;
-use crate::typed_number;
+use figure::{figure_directory, write_figures};
+use files::document::Document;
+use files::error::Error;
+use files::typed_number;
+use simulator::experiment::Experiment;
+use simulator::output::OverwriteGuard;
+use studies::log_identification::into_machine::MachineOfLog;
+use studies::log_identification::reading::{LogColumns, read};
+use studies::log_identification::units::{LogUnits, PositionUnit, seconds, unit_of_name};
+use studies::log_identification::{FitSettings, figures, identify, machine_file, output};
 
 #[derive(Debug, clap::Args)]
 pub struct IdentifyLogArguments {

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use crate::error::Error;
+use files::error::Error;
 
 /// Sets `interrupt` at the first Ctrl-C, and ends the program at the second one or if it is already
 /// set. Must be called once in a process.

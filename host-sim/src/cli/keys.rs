@@ -1,8 +1,8 @@
 //! `stiction keys`.
 
 use super::print;
-use crate::error::Error;
-use crate::keys;
+use files::error::Error;
+use files::keys;
 
 #[derive(Debug, clap::Args)]
 pub struct KeysArguments {

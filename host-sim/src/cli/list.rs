@@ -3,8 +3,8 @@
 use serde::Serialize;
 
 use super::print;
-use crate::error::Error;
-use crate::experiment::{Document, builtins};
+use files::error::Error;
+use simulator::experiment::{Document, builtins};
 
 #[derive(Debug, clap::Args)]
 pub struct ListArguments {

@@ -28,7 +28,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use crate::error::Error;
+use files::error::Error;
 
 /// Position a joint in spite of stick-slip friction: simulate controllers around the firmware's own
 /// control core. Nothing here has been run on a motor yet.

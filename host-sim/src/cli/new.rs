@@ -15,12 +15,12 @@ use self::dialogue::Dialogue;
 use self::terminal::Terminal;
 use super::outputs::print_beside;
 use super::warn;
-use crate::data_sheet::tables::{DrivenBy, EncoderPlace};
-use crate::draft::{Answers, QUESTIONS, Question, TYPICAL, Typical, text, trial};
-use crate::error::Error;
-use crate::experiment::{Document, Experiment, parameters};
-use crate::output::{OutputFile, OverwriteGuard};
-use crate::setup::name_of;
+use files::data_sheet::tables::{DrivenBy, EncoderPlace};
+use files::error::Error;
+use files::setup::name_of;
+use simulator::draft::{Answers, QUESTIONS, Question, TYPICAL, Typical, text, trial};
+use simulator::experiment::{Document, Experiment, parameters};
+use simulator::output::{OutputFile, OverwriteGuard};
 
 #[derive(Debug, clap::Args)]
 pub struct NewArguments {

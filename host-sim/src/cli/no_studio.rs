@@ -1,6 +1,6 @@
 //! Replaces `stiction studio` in a program that is built without it.
 
-use crate::error::Error;
+use files::error::Error;
 
 #[derive(Debug, clap::Args)]
 pub struct StudioArguments {

@@ -3,8 +3,8 @@
 use std::io::{Write, stderr};
 
 use super::print;
-use crate::error::Error;
-use crate::output::{OutputDirectory, OutputFile};
+use files::error::Error;
+use simulator::output::{OutputDirectory, OutputFile};
 
 /// Refuses two outputs that would mix on the standard output.
 pub fn check_standard_output(json: bool, file: Option<&OutputFile>) -> Result<(), Error> {

@@ -6,10 +6,10 @@ use stiction::parameters::DeviceConfig;
 
 use super::outputs::print_beside;
 use super::warn;
-use crate::device::sectors;
-use crate::error::Error;
-use crate::experiment::{Document, Experiment};
-use crate::output::OverwriteGuard;
+use files::error::Error;
+use simulator::device::sectors;
+use simulator::experiment::{Document, Experiment};
+use simulator::output::OverwriteGuard;
 
 /// Address of sector 10 of the flash; sector 11 follows it.
 const ADDRESS: u32 = 0x080C_0000;

@@ -3,9 +3,9 @@
 use std::path::PathBuf;
 
 use super::print;
-use crate::error::Error;
-use crate::figure::{NamedFigure, figure_directory, logged, write_figures};
-use crate::output::{OverwriteGuard, series};
+use figure::{NamedFigure, figure_directory, logged, write_figures};
+use files::error::Error;
+use simulator::output::{OverwriteGuard, series};
 
 #[derive(Debug, clap::Args)]
 pub struct PlotArguments {

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use super::benchmark::TuningArguments;
-use crate::error::Error;
+use files::error::Error;
 
 #[derive(Debug, clap::Args)]
 pub struct ReportArguments {
@@ -23,7 +23,7 @@ pub struct ReportArguments {
 pub fn report(arguments: &ReportArguments) -> Result<(), Error> {
     let ReportArguments { file: _, out, force: _, tuning: _ } = arguments;
     let option = format!("report in {}", out.display());
-    Err(crate::missing_part::not_built(&option, "the report is", "report"))
+    Err(files::missing_part::not_built(&option, "the report is", "report"))
 }
 
 #[cfg(feature = "report")]
@@ -39,9 +39,9 @@ pub fn report(arguments: &ReportArguments) -> Result<(), Error> {
 
 #[cfg(feature = "report")]
 fn of_a_joint(file: &str, arguments: &ReportArguments) -> Result<(), Error> {
-    use crate::document::Document;
-    use crate::output::OverwriteGuard;
-    use crate::report::joint::{JointPageRequest, make, page_name};
+    use crate::joint_page::{JointPageRequest, make, page_name};
+    use files::document::Document;
+    use simulator::output::OverwriteGuard;
 
     let guard = OverwriteGuard::new(arguments.force).opens(file);
     let out = guard.directory("--out", &arguments.out)?;
@@ -62,8 +62,8 @@ fn of_a_joint(file: &str, arguments: &ReportArguments) -> Result<(), Error> {
 
 #[cfg(feature = "report")]
 fn of_the_thesis(arguments: &ReportArguments) -> Result<(), Error> {
-    let guard = crate::output::OverwriteGuard::new(arguments.force);
-    let made = crate::report::make(&guard.directory("--out", &arguments.out)?)?;
+    let guard = simulator::output::OverwriteGuard::new(arguments.force);
+    let made = thesis::report::make(&guard.directory("--out", &arguments.out)?)?;
     let claims = made.claims;
     super::print(&format!(
         "{}\n{} figures beside it, as SVG and PNG. Of the thesis's claims {} hold, {} hold \

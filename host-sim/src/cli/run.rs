@@ -4,11 +4,11 @@ use std::path::PathBuf;
 
 use super::outputs::{check_standard_output, drew, print_beside, wrote};
 use super::{print, target, warn};
-use crate::error::Error;
-use crate::experiment::{Document, Experiment};
-use crate::figure::{figure_directory, figures, set_title, write_figures};
-use crate::lab::{self, LabResult};
-use crate::output::{OutputDirectory, OutputFile, OverwriteGuard, csv, json, table};
+use figure::{figure_directory, figures, set_title, write_figures};
+use files::error::Error;
+use simulator::experiment::{Document, Experiment};
+use simulator::output::{OutputDirectory, OutputFile, OverwriteGuard, csv, json, table};
+use thesis::lab::{self, LabResult};
 
 #[derive(Debug, clap::Args)]
 pub struct RunArguments {

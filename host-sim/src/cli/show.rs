@@ -1,9 +1,9 @@
 //! `stiction show`.
 
 use super::print;
-use crate::data_sheet::overview::{DerivedNumber, rows};
-use crate::error::Error;
-use crate::experiment::{Document, find};
+use files::data_sheet::overview::{DerivedNumber, rows};
+use files::error::Error;
+use simulator::experiment::{Document, find};
 
 #[derive(Debug, clap::Args)]
 pub struct ShowArguments {

@@ -5,12 +5,12 @@ use std::path::PathBuf;
 
 use super::device::planned;
 use super::print;
-use crate::device::port::SerialWire;
-use crate::device::simulated::SimulatedDevice;
-use crate::device::wire::{SIMULATED, SimulatedWire};
-use crate::error::Error;
-use crate::experiment::RunPlan;
 use crate::studio::{Server, StudioOptions};
+use files::error::Error;
+use simulator::device::port::SerialWire;
+use simulator::device::simulated::SimulatedDevice;
+use simulator::device::wire::{SIMULATED, SimulatedWire};
+use simulator::experiment::RunPlan;
 
 #[derive(Debug, clap::Args)]
 pub struct StudioArguments {
@@ -103,7 +103,7 @@ fn emulated(
     wanted: StudioOptions,
     arguments: &StudioArguments,
 ) -> Result<(Server, &'static str), Error> {
-    use crate::emulator::wire::{EMULATED, EmulatedWire};
+    use emulator::wire::{EMULATED, EmulatedWire};
 
     let plan = arguments.planned()?;
     let image = arguments.image.clone();

@@ -2,9 +2,9 @@
 
 use std::path::PathBuf;
 
-use crate::error::Error;
-use crate::experiment::RunPlan;
-use crate::run::{RunDriver, RunResult, run_all, run_all_driven};
+use files::error::Error;
+use simulator::experiment::RunPlan;
+use simulator::run::{RunDriver, RunResult, run_all, run_all_driven};
 
 /// Target of the control core.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
@@ -86,7 +86,7 @@ impl TargetArguments {
         use std::sync::Arc;
         use std::sync::atomic::Ordering;
 
-        use crate::emulator::Emulation;
+        use emulator::Emulation;
 
         // If the terminal cannot be written to, there is no other place to report to.
         let say = |text: String| drop(writeln!(stderr(), "{text}"));
@@ -120,5 +120,5 @@ impl TargetArguments {
 /// Returns the error of an option in a build without the emulator.
 #[cfg(not(feature = "emulator"))]
 pub fn not_built(option: &str) -> Error {
-    crate::missing_part::not_built(option, "the emulator is", "emulator")
+    files::missing_part::not_built(option, "the emulator is", "emulator")
 }

@@ -9,13 +9,13 @@ use serde_json::json;
 
 use super::outputs::{check_standard_output, drew, print_beside, wrote};
 use super::{print, warn};
-use crate::ensemble::goal_of_steps;
-use crate::error::{Error, suggestion};
-use crate::experiment::Document;
-use crate::figure::{figure_directory, write_charts};
-use crate::output::OverwriteGuard;
-use crate::rules::TUNING_SEEDS;
-use crate::tuning::{
+use figure::{figure_directory, write_charts};
+use files::error::{Error, suggestion};
+use simulator::experiment::Document;
+use simulator::output::OverwriteGuard;
+use simulator::rules::TUNING_SEEDS;
+use studies::ensemble::goal_of_steps;
+use studies::tuning::{
     self, CASES, CASES_ALLOWED, GainSearch, TuningGoal, TuningResult, is_refused, object, render,
     rewritten, spreads,
 };

@@ -1,6 +1,6 @@
 //! Predictions of a move on joints around the one in use (the cloud), and the worst of them.
 //!
-//! The joints are drawn as in [`crate::tuning`], with a sample of delay and without. Guarantee: the
+//! The joints are drawn as in [`studies::tuning`], with a sample of delay and without. Guarantee: the
 //! same request gives the same joints. Limits: the sliders scale slip and stick level separately;
 //! if a drawn slip level would exceed the stick level, the stick level replaces it. The reported
 //! spread of a data sheet is that of the file, without the sliders.
@@ -13,10 +13,10 @@ use super::knobs::{DELAY, GAIN};
 use super::machine_in_use::MachineInUse;
 use super::prediction::{PredictedMove, set};
 use super::request::PredictionRequest;
-use crate::ensemble::{KeySpread, drawn_keys, written_spreads};
-use crate::error::Error;
-use crate::experiment::{Document, for_a_device};
-use crate::tuning::{assumed, spreads};
+use files::error::Error;
+use simulator::experiment::{Document, for_a_device};
+use studies::ensemble::{KeySpread, drawn_keys, written_spreads};
+use studies::tuning::{assumed, spreads};
 
 /// Largest number of points of a curve; there are many curves.
 const POINTS: usize = 240;

@@ -11,7 +11,7 @@ use stiction::Parameters;
 use super::control::PageControl;
 use super::news::Broadcaster;
 use super::request::StudioAction;
-use crate::error::Error;
+use files::error::Error;
 
 /// Largest number of waiting stops.
 const STOPS: usize = 256;

@@ -19,10 +19,10 @@ use super::knobs::knobs;
 use super::machine_in_use::{MachineInUse, first_trajectory, no_joint};
 use super::prediction;
 use super::request::{JointSource, PredictionRequest, StudioAction};
-use crate::device::machine_file;
-use crate::error::Error;
-use crate::experiment::{Document, Experiment, for_a_device};
-use crate::machine::{PD, TrajectoryTable};
+use files::error::Error;
+use files::machine::{PD, TrajectoryTable};
+use simulator::device::machine_file;
+use simulator::experiment::{Document, Experiment, for_a_device};
 
 /// Interval at which the thread checks whether any connection is left.
 const LOOKS: Duration = Duration::from_millis(500);

@@ -1,7 +1,7 @@
 //! The parameters in use as a form: name, range and value of each.
 //!
-//! The names, bounds and sentences are those of the declarations ([`crate::keys`]), and the values
-//! those of a machine's file ([`crate::device::machine_file`]), so the form has no list of its own.
+//! The names, bounds and sentences are those of the declarations ([`files::keys`]), and the values
+//! those of a machine's file ([`simulator::device::machine_file`]), so the form has no list of its own.
 
 use std::collections::BTreeMap;
 
@@ -11,11 +11,11 @@ use stiction::control::pd::PdGains;
 use stiction::units::value::Table as _;
 use toml::Table;
 
-use crate::device::machine_file;
-use crate::error::{Error, suggestion};
-use crate::experiment::{Document, about_law};
-use crate::keys::{self, KeyRow};
-use crate::typed_number;
+use files::error::{Error, suggestion};
+use files::keys::{self, KeyRow};
+use files::typed_number;
+use simulator::device::machine_file;
+use simulator::experiment::{Document, about_law};
 
 /// Values of the parameters, by their paths in a machine's file.
 type Values = Vec<(String, String)>;
@@ -158,12 +158,12 @@ pub fn about<'a>(rows: &'a [KeyRow], table: &str, name: &str) -> Option<&'a KeyR
 #[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
-    use crate::experiment::Experiment;
+    use simulator::experiment::Experiment;
 
     fn parameters() -> Parameters {
         let document = Document::open("step-response").unwrap();
         let plan = Experiment::plan(&document, &["srnf".into()], &[]).unwrap().runs.remove(0);
-        crate::device::parameters(&plan).unwrap()
+        simulator::device::parameters(&plan).unwrap()
     }
 
     fn set(path: &str, value: &str) -> Result<Parameters, Error> {

@@ -8,7 +8,7 @@
 use std::fmt::Write;
 use std::net::{IpAddr, SocketAddr};
 
-use crate::error::Error;
+use files::error::Error;
 
 /// Length of a token, bytes: 128 bits cannot be guessed.
 const BYTES: usize = 16;

@@ -8,7 +8,7 @@ use toml::Table;
 
 use super::form::about;
 use super::machine_in_use::MachineInUse;
-use crate::keys;
+use files::keys;
 
 /// The joint's gain in a file: the inverse of its inertia.
 pub const GAIN: &str = "joint.gain_deg_per_s2_per_v";

@@ -15,11 +15,11 @@ use stiction::{Motion, Parameters};
 use toml::{Table, Value};
 
 use super::request::RequestedMotion;
-use crate::data_sheet::{SheetFactors, UnseenSlack};
-use crate::device::machine_file;
-use crate::error::Error;
-use crate::experiment::{Document, Experiment, RunPlan, Task};
-use crate::machine::{JointTable, TrajectoryTable};
+use files::data_sheet::{SheetFactors, UnseenSlack};
+use files::error::Error;
+use files::machine::{JointTable, TrajectoryTable};
+use simulator::device::machine_file;
+use simulator::experiment::{Document, Experiment, RunPlan, Task};
 
 /// Returns the error of an operation that needs a joint that is not known; `so` names the effect.
 pub fn no_joint(so: &str) -> Error {

@@ -14,14 +14,14 @@ use super::machine_in_use::{self, MachineInUse};
 use super::request::{RequestedMotion, StudioAction};
 use super::wording::{of_a_page, without_bounds};
 use super::worker::{RunningMotion, Worker};
-use crate::device::client::Map;
-use crate::device::identified::{IdentifiedJoint, doubts};
-use crate::device::wire::Wire;
-use crate::device::{into, jogged, machine_file, words};
-use crate::error::Error;
-use crate::experiment::Document;
-use crate::joint::CoreUnits;
-use crate::machine::TrajectoryTable;
+use dynamics::joint::CoreUnits;
+use files::error::Error;
+use files::machine::TrajectoryTable;
+use simulator::device::client::Map;
+use simulator::device::identified::{IdentifiedJoint, doubts};
+use simulator::device::wire::Wire;
+use simulator::device::{into, jogged, machine_file, words};
+use simulator::experiment::Document;
 
 /// Largest number of parameter changes that can be undone.
 const UNDONE: usize = 32;

@@ -25,11 +25,11 @@ use super::forecaster::{Forecaster, PredictionQueue};
 use super::news::StudioMessage;
 use super::request::{StudioAction, StudioRequest};
 use super::worker::{DeviceContext, Worker};
-use crate::device::client::Client;
-use crate::device::simulated::SimulatedDevice;
-use crate::device::wire::SimulatedWire;
-use crate::error::Error;
-use crate::experiment::{Document, Experiment};
+use files::error::Error;
+use simulator::device::client::Client;
+use simulator::device::simulated::SimulatedDevice;
+use simulator::device::wire::SimulatedWire;
+use simulator::experiment::{Document, Experiment};
 
 /// Number of the only page.
 const PAGE: u64 = 0;

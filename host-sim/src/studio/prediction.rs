@@ -18,14 +18,14 @@ use stiction::{Course, Motion, Parameters};
 
 use super::machine_in_use::{MachineInUse, motion};
 use super::request::{PredictionRequest, RequestedMotion};
-use crate::device::moved::longest_s;
-use crate::device::simulated::SimulatedDevice;
-use crate::device::words;
-use crate::error::Error;
-use crate::experiment::{RunPlan, for_a_device};
-use crate::goal::PositionGoal;
-use crate::joint::{DiscSide, Train};
-use crate::settling::Settling;
+use dynamics::joint::{DiscSide, Train};
+use files::error::Error;
+use files::goal::PositionGoal;
+use simulator::device::moved::longest_s;
+use simulator::device::simulated::SimulatedDevice;
+use simulator::device::words;
+use simulator::experiment::{RunPlan, for_a_device};
+use simulator::settling::Settling;
 
 /// Longest predicted move, s, and largest number of its ticks.
 const LONGEST: [f64; 2] = [60.0, 100_000.0];

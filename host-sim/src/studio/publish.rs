@@ -9,12 +9,12 @@ use stiction::link::{Kind, Sample, StateCode, Status};
 use super::form;
 use super::request::RequestedMotion;
 use super::worker::Worker;
-use crate::device::signals::{OF_THE_LOOP, Signals};
-use crate::device::travel::Travel;
-use crate::device::wire::Wire;
-use crate::device::words;
-use crate::error::Error;
-use crate::selftest;
+use files::error::Error;
+use simulator::device::signals::{OF_THE_LOOP, Signals};
+use simulator::device::travel::Travel;
+use simulator::device::wire::Wire;
+use simulator::device::words;
+use studies::selftest;
 
 /// Capacity of a wire of 921 600 baud, bytes per second, with a quarter left for answers.
 const CARRIED: f64 = 0.75 * 92_160.0;
@@ -108,8 +108,8 @@ impl<W: Wire> Worker<'_, W> {
                 "program": env!("CARGO_PKG_VERSION"),
                 "kind": kind,
                 "warning": warning,
-                "sample_time_s": crate::written::single(status.sample_time),
-                "resolution_deg": crate::written::single(status.resolution),
+                "sample_time_s": files::written::single(status.sample_time),
+                "resolution_deg": files::written::single(status.resolution),
                 "every": every,
                 "signals": columns,
                 "law": law,

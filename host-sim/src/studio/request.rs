@@ -5,8 +5,8 @@ use std::ops::RangeInclusive;
 
 use serde::{Deserialize, Serialize};
 
-use crate::machine::TrajectoryTable;
-use crate::tuning::TuningGoal;
+use files::machine::TrajectoryTable;
+use studies::tuning::TuningGoal;
 
 /// Size of the largest message of a page, bytes: a machine's file needs less than half.
 pub const LARGEST: usize = 64 * 1024;

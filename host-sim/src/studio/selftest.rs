@@ -8,7 +8,7 @@
 //! end:     the last move, a stop, a fault -> off, verdict
 //! ```
 //!
-//! The moves, their times and their judgement are those of [`crate::selftest::Steps`]. Prediction
+//! The moves, their times and their judgement are those of [`studies::selftest::Steps`]. Prediction
 //! and moves are separate requests because a prediction takes time: a motor must not move for a
 //! button that was pressed long before. For the same reason the request's age is checked last
 //! before the arming, and nothing is sent between the check of the page's keep-alive and a move. A
@@ -31,10 +31,10 @@ use super::request::{JointSource, RequestedMotion};
 use super::spare_cores::{begin, on_spare_cores};
 use super::wording::of_a_page;
 use super::worker::Worker;
-use crate::device::wire::Wire;
-use crate::error::Error;
-use crate::experiment::Document;
-use crate::selftest::{
+use files::error::Error;
+use simulator::device::wire::Wire;
+use simulator::experiment::Document;
+use studies::selftest::{
     JOINTS, NextMove, PreparedSelfTest, SEED, SelfTestCheck, SelfTestRequest, SelfTestSession,
     Steps, object, sentence,
 };

@@ -27,8 +27,8 @@ use super::request::LARGEST;
 use super::socket::{StudioHandles, serve};
 use super::tuner::Tuner;
 use super::worker::{self, DeviceContext};
-use crate::device::wire::Wire;
-use crate::error::Error;
+use files::error::Error;
+use simulator::device::wire::Wire;
 
 /// Largest number of pages.
 const PAGES: usize = 16;

@@ -19,7 +19,7 @@ use super::news::{Broadcaster, StudioMessage};
 use super::refusals::Refusals;
 use super::request::{StudioAction, StudioRequest, TuningRequest};
 use super::tuner::Tuner;
-use crate::error::Error;
+use files::error::Error;
 
 /// Largest number of answers that wait for a page.
 const ANSWERS: usize = 64;

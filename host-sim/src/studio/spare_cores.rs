@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 
 use rayon::ThreadPool;
 
-use crate::error::Error;
+use files::error::Error;
 
 /// Threads of all such work, so that two jobs together leave a core free, too.
 #[cfg(not(target_family = "wasm"))]

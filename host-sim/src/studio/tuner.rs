@@ -19,10 +19,10 @@ use super::machine_in_use::no_joint;
 use super::request::{JointSource, TuningRequest};
 use super::spare_cores::{begin, let_others_in, on_spare_cores};
 use super::wording::of_a_page;
-use crate::error::Error;
-use crate::experiment::Document;
-use crate::rules::TUNING_SEEDS;
-use crate::tuning::{
+use files::error::Error;
+use simulator::experiment::Document;
+use simulator::rules::TUNING_SEEDS;
+use studies::tuning::{
     CASES, CASES_ALLOWED, GainSearch, TuningGoal, TuningResult, is_refused, limit, object, reason,
     rewritten, spreads,
 };
@@ -317,7 +317,7 @@ fn name(goal: TuningGoal) -> String {
 #[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
-    use crate::tuning::TuningFigures;
+    use studies::tuning::TuningFigures;
 
     #[test]
     fn a_law_that_cannot_be_tuned_is_reported_beside_what_was_found_for_the_others() {

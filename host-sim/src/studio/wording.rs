@@ -1,6 +1,6 @@
 //! Refusals in the terms of a page, which has no command-line options.
 
-use crate::error::Error;
+use files::error::Error;
 
 /// Removes the command-line options from a refusal. An error that is not the link's becomes a
 /// refusal, since the session with the device goes on.
@@ -38,7 +38,7 @@ mod tests {
     use stiction::identification::{Doubts, Outcome};
 
     use super::*;
-    use crate::device::identified::{doubts, ended};
+    use simulator::device::identified::{doubts, ended};
 
     #[test]
     fn why_an_identification_has_found_no_joint_is_explained_without_the_command_s_options() {

@@ -26,11 +26,11 @@ use super::desk::{DeviceThreadGuard, QueuedRequest, StudioState};
 use super::news::SampleFrame;
 use super::orders::MotionReport;
 use super::selftest::SelftestPhase;
-use crate::device::client::Client;
-use crate::device::signals::Signals;
-use crate::device::travel::Travel;
-use crate::device::wire::Wire;
-use crate::error::Error;
+use files::error::Error;
+use simulator::device::client::Client;
+use simulator::device::signals::Signals;
+use simulator::device::travel::Travel;
+use simulator::device::wire::Wire;
 
 /// Time between two requests for the status: a fifth of the default link timeout.
 const ASKED: Duration = Duration::from_millis(100);

@@ -10,17 +10,17 @@
 
 use std::time::Duration;
 
-use host_sim::device::client::Client;
-use host_sim::device::simulated::SimulatedDevice;
-use host_sim::device::wire::{SimulatedWire, Wire};
-use host_sim::emulator::wire::EmulatedWire;
-use host_sim::ensemble::{
-    Case, Family, IdentifiedCase, Rates, TrueJoint, UNEVEN, drawn, rates_markdown,
-};
-use host_sim::experiment::RunPlan;
-use host_sim::joint::{CoreUnits, Substitute};
+use dynamics::joint::{CoreUnits, Substitute};
+use emulator::wire::EmulatedWire;
+use simulator::device::client::Client;
+use simulator::device::simulated::SimulatedDevice;
+use simulator::device::wire::{SimulatedWire, Wire};
+use simulator::experiment::RunPlan;
 use stiction::identification::IdentificationRequest;
 use stiction::link::{FaultReport, StateCode};
+use studies::ensemble::{
+    Case, Family, IdentifiedCase, Rates, TrueJoint, UNEVEN, drawn, rates_markdown,
+};
 
 use experiments::experiment;
 use experiments::flash_image::firmware;
@@ -36,7 +36,7 @@ fn plan(case: &Case) -> RunPlan {
     } else {
         [bounds.inertia, bounds.viscous, bounds.breakaway[1], bounds.breakaway[0]]
     };
-    let delay = u8::from(case.delay == host_sim::plant::Delay::OneSample);
+    let delay = u8::from(case.delay == simulator::plant::Delay::OneSample);
     let set = [
         format!("joint.gain_deg_per_s2_per_v={:?}", 1.0 / inertia),
         format!("joint.viscous_v_per_deg_per_s={viscous:?}"),

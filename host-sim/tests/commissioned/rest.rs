@@ -4,14 +4,14 @@
 use std::sync::Mutex;
 use std::time::Duration;
 
-use host_sim::device::client::Client;
-use host_sim::device::simulated::SimulatedDevice;
-use host_sim::device::wire::SimulatedWire;
-use host_sim::ensemble::{Approach, CaseResult, DrawOptions, Ensemble, Family, run};
-use host_sim::experiment::{Document, Experiment, RunPlan};
-use host_sim::rules::RULES;
+use simulator::device::client::Client;
+use simulator::device::simulated::SimulatedDevice;
+use simulator::device::wire::SimulatedWire;
+use simulator::experiment::{Document, Experiment, RunPlan};
+use simulator::rules::RULES;
 use stiction::Fault;
 use stiction::link::{StateCode, Status};
+use studies::ensemble::{Approach, CaseResult, DrawOptions, Ensemble, Family, run};
 
 const GEARMOTOR: &str = include_str!("../joints_under_test/gear_with_backlash.toml");
 
@@ -67,7 +67,7 @@ fn a_joint_that_rests_against_its_unbalance_trips_nothing_and_does_with_friction
 #[test]
 fn the_derived_limits_are_those_of_friction_and_load() {
     let limits =
-        |set: &[&str]| host_sim::experiment::parameters(&plan(GEARMOTOR, set)).unwrap().limits;
+        |set: &[&str]| simulator::experiment::parameters(&plan(GEARMOTOR, set)).unwrap().limits;
     let near = |found: f32, torque: f64| {
         let expected = torque / NM_PER_V;
         assert!((f64::from(found) - expected).abs() < 1e-5 * expected, "{found} V, {expected} V");

@@ -1,16 +1,16 @@
 //! The self-test of a joint over the link: it passes for the joint of the file, and for one within
 //! its error bars, and fails for another joint, on either side.
 
-use host_sim::Error;
-use host_sim::device;
-use host_sim::device::client::Client;
-use host_sim::device::simulated::SimulatedDevice;
-use host_sim::device::wire::SimulatedWire;
-use host_sim::experiment::RunPlan;
-use host_sim::selftest::{SelfTestCheck, SelfTestRequest, SelfTestResult, run};
+use files::Error;
+use simulator::device;
+use simulator::device::client::Client;
+use simulator::device::simulated::SimulatedDevice;
+use simulator::device::wire::SimulatedWire;
+use simulator::experiment::RunPlan;
 use stiction::Parameters;
 use stiction::link::StateCode;
 use stiction::servo::Boot;
+use studies::selftest::{SelfTestCheck, SelfTestRequest, SelfTestResult, run};
 
 use experiments::experiment;
 

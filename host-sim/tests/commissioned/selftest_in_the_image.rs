@@ -1,11 +1,11 @@
 //! The self-test of the flash image on the emulated board: it passes for the joint of the file, and
 //! fails for another one.
 
-use host_sim::device;
-use host_sim::device::client::Client;
-use host_sim::emulator::wire::EmulatedWire;
-use host_sim::selftest::{SelfTestRequest, SelfTestResult, run};
+use emulator::wire::EmulatedWire;
+use simulator::device;
+use simulator::device::client::Client;
 use stiction::link::StateCode;
+use studies::selftest::{SelfTestRequest, SelfTestResult, run};
 
 use experiments::experiment;
 use experiments::flash_image::firmware;

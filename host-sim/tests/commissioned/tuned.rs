@@ -8,18 +8,18 @@
 
 use std::time::Duration;
 
-use host_sim::device::client::Client;
-use host_sim::device::identified::IdentifiedJoint;
-use host_sim::device::into;
-use host_sim::device::simulated::SimulatedDevice;
-use host_sim::device::wire::SimulatedWire;
-use host_sim::draft::{Typical, text};
-use host_sim::ensemble::{KeySpread, Sorted, drawn_keys};
-use host_sim::experiment::{Document, Experiment, RunPlan};
-use host_sim::tuning::{GainSearch, TuningFigures, TuningGoal, spreads};
+use simulator::device::client::Client;
+use simulator::device::identified::IdentifiedJoint;
+use simulator::device::into;
+use simulator::device::simulated::SimulatedDevice;
+use simulator::device::wire::SimulatedWire;
+use simulator::draft::{Typical, text};
+use simulator::experiment::{Document, Experiment, RunPlan};
 use stiction::identification::IdentificationRequest;
 use stiction::link::StateCode;
 use stiction::servo::Boot;
+use studies::ensemble::{KeySpread, Sorted, drawn_keys};
+use studies::tuning::{GainSearch, TuningFigures, TuningGoal, spreads};
 
 const GOAL: TuningGoal = TuningGoal::Settle;
 
@@ -44,7 +44,7 @@ fn first(document: &Document, law: &str) -> RunPlan {
 /// The file that `device identify --into` writes of the true joint, whose device runs what the data
 /// sheet says, within the bounds by default; none if there is nothing that it would write.
 fn identified(sheet: &Document, truth: &Document, law: &str) -> Option<Document> {
-    let configured = host_sim::device::parameters(&first(sheet, law)).unwrap();
+    let configured = simulator::device::parameters(&first(sheet, law)).unwrap();
     let device =
         SimulatedDevice::running(&first(truth, law), &configured, Boot::default()).unwrap();
     let mut client = Client::connect(SimulatedWire::new(device)).unwrap();

@@ -6,12 +6,12 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
-use host_sim::device;
-use host_sim::device::identified::IdentifiedJoint;
-use host_sim::ensemble::{drawn, identify};
-use host_sim::experiment::{Document, Experiment};
 use serde_json::Value;
+use simulator::device;
+use simulator::device::identified::IdentifiedJoint;
+use simulator::experiment::{Document, Experiment};
 use stiction::identification::IdentificationRequest;
+use studies::ensemble::{drawn, identify};
 
 use super::{number, stiction};
 
@@ -278,7 +278,7 @@ fn the_file_of_a_joint_that_was_found_does_not_count_the_dead_time_twice() {
 /// Every typical joint is identified within the bounds by default, as docs/commissioning.md has it.
 #[test]
 fn each_typical_joint_is_found_within_the_bounds_by_default_as_its_data_sheet_has_it() {
-    for name in host_sim::draft::TYPICAL.map(|typical| typical.name) {
+    for name in simulator::draft::TYPICAL.map(|typical| typical.name) {
         let directory = tempfile::tempdir().unwrap();
         let [file, into] = ["joint.toml", "found.toml"].map(|name| path(directory.path(), name));
         stiction(&["new", &file, "--typical", name]);

@@ -4,12 +4,12 @@
 use std::fs;
 use std::process::Command;
 
-use host_sim::device;
-use host_sim::device::identified::IdentifiedJoint;
-use host_sim::ensemble::{drawn, identify};
-use host_sim::experiment::{Document, Experiment};
 use serde_json::Value;
+use simulator::device;
+use simulator::device::identified::IdentifiedJoint;
+use simulator::experiment::{Document, Experiment};
 use stiction::identification::IdentificationRequest;
+use studies::ensemble::{drawn, identify};
 
 /// The joint of the fixture.
 const FILE: &str = "tests/joints_under_test/gear_with_backlash.toml";

@@ -8,9 +8,9 @@ use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-use host_sim::device::simulated::SimulatedDevice;
-use host_sim::experiment::{Document, Experiment};
 use serialport::{SerialPort, TTYPort};
+use simulator::device::simulated::SimulatedDevice;
+use simulator::experiment::{Document, Experiment};
 use stiction::link::{Deframer, Identity, Kind, Message, Numbered, PROTOCOL, Reply, encode};
 use stiction::servo::State;
 

@@ -11,7 +11,7 @@ fn a_move_that_cannot_be_leaves_the_drive_stopped() {
     let board = Board::new(Manner::Sound);
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("joint.toml");
-    let text = host_sim::experiment::find("step-response").unwrap().toml;
+    let text = simulator::experiment::find("step-response").unwrap().toml;
     std::fs::write(
         &path,
         format!("{text}\n[limits]\nposition_max_deg = 90.0\nlink_timeout_s = 60.0\n"),
@@ -72,7 +72,7 @@ fn a_refusal_of_the_device_or_of_the_file_is_reported() {
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("joint.toml");
     let with = |from: &str, to: &str| {
-        let text = host_sim::experiment::find("step-response").unwrap().toml.replace(from, to);
+        let text = simulator::experiment::find("step-response").unwrap().toml.replace(from, to);
         std::fs::write(&path, text).unwrap();
         let output = board.device(&["params", "push", path.to_str().unwrap()]);
         assert_eq!(output.status.code(), Some(2));

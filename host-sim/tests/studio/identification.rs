@@ -2,10 +2,10 @@
 
 use std::time::{Duration, Instant};
 
-use host_sim::experiment::Document;
-use host_sim::rules::TUNING_SEEDS;
-use host_sim::tuning::{GainSearch, TuningGoal, object, spreads};
 use serde_json::{Value, json};
+use simulator::experiment::Document;
+use simulator::rules::TUNING_SEEDS;
+use studies::tuning::{GainSearch, TuningGoal, object, spreads};
 
 use super::line::Line;
 use super::page::{Page, Visit, run, studio, studio_around, studio_of_file, studio_of_unknown};
@@ -72,7 +72,7 @@ fn an_identification_begins_only_if_it_is_expected_once_it_was_checked_and_can_f
 fn an_identification_is_reported_although_the_machine_s_file_is_gone() {
     let name = format!("stiction-studio-gone-{}.toml", std::process::id());
     let file = std::env::temp_dir().join(name);
-    let text = std::fs::read_to_string("experiments/step-response.toml").unwrap();
+    let text = std::fs::read_to_string("thesis/experiments/step-response.toml").unwrap();
     std::fs::write(&file, text).unwrap();
     run(async {
         // Its time passes as fast as it can be computed, so minutes take seconds.

@@ -4,9 +4,9 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-use host_sim::Error;
-use host_sim::device::wire::{SimulatedWire, Wire};
+use files::Error;
 use host_sim::studio::Server;
+use simulator::device::wire::{SimulatedWire, Wire};
 use stiction::link::{Deframer, decode_request};
 
 use super::page::{device, studio_of};

@@ -3,8 +3,8 @@
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
-use host_sim::device::wire::Wire;
 use serde_json::json;
+use simulator::device::wire::Wire;
 use stiction::servo::State;
 use tokio::time::timeout;
 

@@ -5,11 +5,11 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use futures_util::{SinkExt, StreamExt};
-use host_sim::device::simulated::SimulatedDevice;
-use host_sim::device::wire::{SimulatedWire, Wire};
-use host_sim::experiment::{Document, Experiment};
 use host_sim::studio::{Server, StudioOptions};
 use serde_json::{Value, json};
+use simulator::device::simulated::SimulatedDevice;
+use simulator::device::wire::{SimulatedWire, Wire};
+use simulator::experiment::{Document, Experiment};
 use tokio::net::TcpStream;
 use tokio::time::{Instant, timeout};
 use tokio_tungstenite::WebSocketStream;
@@ -39,7 +39,7 @@ pub fn device(set: &[&str]) -> SimulatedDevice {
 fn serve<W: Wire>(
     machine: &str,
     is_its_file: bool,
-    open: impl Fn() -> Result<W, host_sim::Error> + Send + 'static,
+    open: impl Fn() -> Result<W, files::Error> + Send + 'static,
 ) -> Server {
     Server::start(wanted(machine, is_its_file), open).unwrap()
 }
@@ -50,23 +50,21 @@ fn wanted(machine: &str, is_its_file: bool) -> StudioOptions {
 }
 
 /// A studio around what stands behind a wire.
-pub fn studio_of<W: Wire>(
-    open: impl Fn() -> Result<W, host_sim::Error> + Send + 'static,
-) -> Server {
+pub fn studio_of<W: Wire>(open: impl Fn() -> Result<W, files::Error> + Send + 'static) -> Server {
     serve("step-response", true, open)
 }
 
 /// A studio around what stands behind a wire, with a machine's file.
 pub fn studio_of_file<W: Wire>(
     machine: &str,
-    open: impl Fn() -> Result<W, host_sim::Error> + Send + 'static,
+    open: impl Fn() -> Result<W, files::Error> + Send + 'static,
 ) -> Server {
     serve(machine, true, open)
 }
 
 /// A studio around the device of a wire, without a file of its joint.
 pub fn studio_of_unknown<W: Wire>(
-    open: impl Fn() -> Result<W, host_sim::Error> + Send + 'static,
+    open: impl Fn() -> Result<W, files::Error> + Send + 'static,
 ) -> Server {
     serve("step-response", false, open)
 }

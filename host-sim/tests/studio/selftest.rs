@@ -2,10 +2,10 @@
 
 use std::time::Duration;
 
-use host_sim::device::client::Client;
-use host_sim::device::wire::SimulatedWire;
-use host_sim::selftest::{JOINTS, SEED, SelfTestRequest, object, run as make_moves};
 use serde_json::{Value, json};
+use simulator::device::client::Client;
+use simulator::device::wire::SimulatedWire;
+use studies::selftest::{JOINTS, SEED, SelfTestRequest, object, run as make_moves};
 use tokio::time::sleep;
 
 use super::page::{Page, Visit, arm, device, run, studio, studio_without_a_file};

@@ -3,10 +3,10 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
-use host_sim::experiment::Document;
-use host_sim::rules::TUNING_SEEDS;
-use host_sim::tuning::{CASES, GainSearch, TuningGoal, object, rewritten, spreads};
 use serde_json::{Value, json};
+use simulator::experiment::Document;
+use simulator::rules::TUNING_SEEDS;
+use studies::tuning::{CASES, GainSearch, TuningGoal, object, rewritten, spreads};
 
 use super::page::{Page, run, studio, studio_around, studio_without_a_file};
 use super::{LINK_TIMEOUT_S, SLACK_S, TICK_S, armed_with_a_reader, ticks_on_after};
@@ -20,7 +20,7 @@ fn a_tuning_finds_what_the_command_finds_and_writes_no_file() {
     let directory = std::env::temp_dir().join(format!("stiction-tuned-{}", std::process::id()));
     std::fs::create_dir_all(&directory).unwrap();
     let file = directory.join("joint.toml");
-    let text = std::fs::read_to_string("experiments/step-response.toml").unwrap();
+    let text = std::fs::read_to_string("thesis/experiments/step-response.toml").unwrap();
     std::fs::write(&file, &text).unwrap();
     let machine: &'static str = file.to_str().unwrap().to_owned().leak();
     run(async {

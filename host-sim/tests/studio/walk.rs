@@ -8,10 +8,10 @@ use std::process::Command;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-use host_sim::device::simulated::SimulatedDevice;
-use host_sim::device::wire::SimulatedWire;
-use host_sim::experiment::{Document, Experiment, RunPlan};
 use serde_json::{Value, json};
+use simulator::device::simulated::SimulatedDevice;
+use simulator::device::wire::SimulatedWire;
+use simulator::experiment::{Document, Experiment, RunPlan};
 
 use super::gearmotor::{SLACK, new};
 use super::line::Line;

@@ -50,7 +50,7 @@ fn a_simulated_device_does_what_was_predicted_count_by_count() {
 fn a_variant_before_the_file_as_it_stands_is_no_joint_of_the_prediction() {
     let name = format!("stiction-studio-variant-{}.toml", std::process::id());
     let file = std::env::temp_dir().join(name);
-    let text = std::fs::read_to_string("experiments/step-response.toml").unwrap();
+    let text = std::fs::read_to_string("thesis/experiments/step-response.toml").unwrap();
     let (own, _) = text.split_once("[[variant]]").unwrap();
     // The variant sticks four times as much.
     let variants = "[[variant]]\nslug = \"sticky\"\n\
@@ -175,7 +175,7 @@ fn the_cloud_has_its_worst_joint_picked_out() {
 fn the_cloud_is_drawn_from_the_spread_of_the_file_around_the_joint_that_is_turned() {
     let name = format!("stiction-studio-spread-{}.toml", std::process::id());
     let file = std::env::temp_dir().join(name);
-    let text = std::fs::read_to_string("experiments/step-response.toml").unwrap();
+    let text = std::fs::read_to_string("thesis/experiments/step-response.toml").unwrap();
     let spread = "\n[spread]\n\"joint.friction.stick_v\" = [0.39, 0.41]\n";
     std::fs::write(&file, text + spread).unwrap();
     let machine: &'static str = file.to_str().unwrap().to_owned().leak();

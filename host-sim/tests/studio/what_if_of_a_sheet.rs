@@ -3,8 +3,8 @@
 
 use std::time::Duration;
 
-use host_sim::draft::{Typical, text};
 use serde_json::{Value, json};
+use simulator::draft::{Typical, text};
 
 use super::RESOLUTION;
 use super::page::{Page, arm, run, studio_around};

@@ -17,12 +17,12 @@ struct Metered {
 }
 
 impl Wire for Metered {
-    fn send(&mut self, bytes: &[u8]) -> Result<(), simulator::Error> {
+    fn send(&mut self, bytes: &[u8]) -> Result<(), files::Error> {
         self.simulated.device.receive(bytes);
         Ok(())
     }
 
-    fn receive(&mut self, at_most: Duration) -> Result<Vec<u8>, simulator::Error> {
+    fn receive(&mut self, at_most: Duration) -> Result<Vec<u8>, files::Error> {
         let ticks = (at_most.as_secs_f64() / self.simulated.sample_time_s()).ceil() as u32;
         let mut taken = vec![];
         for _ in 0..ticks {

@@ -3,13 +3,13 @@
 
 use std::time::Duration;
 
+use files::hardware::STM32F405;
 use simulator::device::client::Client;
 use simulator::device::identified::IdentifiedJoint;
 use simulator::device::into;
 use simulator::device::simulated::{SimulatedDevice, Wires};
 use simulator::device::wire::SimulatedWire;
 use simulator::experiment::Document;
-use simulator::hardware::STM32F405;
 use stiction::identification::{IdentificationRequest, Outcome, Summary};
 use stiction::link::{Kind, Machine, Reply, Request, RequestRefusal, Session, StateCode};
 use stiction::parameters::Parameters;
@@ -52,7 +52,7 @@ fn a_joint_is_told_within_the_bounds_of_the_proof_and_the_output_is_off() {
 
 #[test]
 fn it_begins_like_arming_refuses_more_than_the_device_allows_and_obeys_nothing_but_a_stop() {
-    let said = |error: simulator::Error| error.to_string();
+    let said = |error: files::Error| error.to_string();
     let mut client = client();
     let ask =
         |asked| IdentificationRequest { effort: Some(asked), ..IdentificationRequest::default() };

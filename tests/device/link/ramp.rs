@@ -57,7 +57,7 @@ fn a_ramp_over_the_link_finds_the_levels_of_the_experiment() {
 
 #[test]
 fn a_ramp_begins_like_arming_and_obeys_nothing_but_a_stop() {
-    let said = |error: simulator::Error| error.to_string();
+    let said = |error: files::Error| error.to_string();
     let mut client = client();
     // The rate is faster than the output's limit rises after arming: 5 V in 0.5 s.
     let message = said(client.identify(10.1, 1.0).unwrap_err());

@@ -45,7 +45,7 @@ struct Lossy {
 }
 
 impl Wire for Lossy {
-    fn send(&mut self, bytes: &[u8]) -> Result<(), simulator::Error> {
+    fn send(&mut self, bytes: &[u8]) -> Result<(), files::Error> {
         self.wire.send(bytes)?;
         if self.said != bytes {
             self.said = bytes.to_vec();
@@ -54,7 +54,7 @@ impl Wire for Lossy {
         Ok(())
     }
 
-    fn receive(&mut self, at_most: Duration) -> Result<Vec<u8>, simulator::Error> {
+    fn receive(&mut self, at_most: Duration) -> Result<Vec<u8>, files::Error> {
         self.wire.receive(at_most)
     }
 
@@ -88,10 +88,10 @@ fn a_client_repeats_itself_until_it_is_answered_and_nothing_is_done_twice() {
 fn a_device_without_parameters_is_waited_for_as_long_as_was_asked() {
     struct Clock(SimulatedWire, Duration);
     impl Wire for Clock {
-        fn send(&mut self, bytes: &[u8]) -> Result<(), simulator::Error> {
+        fn send(&mut self, bytes: &[u8]) -> Result<(), files::Error> {
             self.0.send(bytes)
         }
-        fn receive(&mut self, at_most: Duration) -> Result<Vec<u8>, simulator::Error> {
+        fn receive(&mut self, at_most: Duration) -> Result<Vec<u8>, files::Error> {
             self.1 += at_most;
             self.0.receive(at_most)
         }

@@ -1,9 +1,9 @@
 //! A device that a client has armed and brought into a situation.
 
+use files::hardware::STM32F405;
 use simulator::device::client::Client;
 use simulator::device::simulated::SimulatedDevice;
 use simulator::device::wire::SimulatedWire;
-use simulator::hardware::STM32F405;
 use stiction::control::drive::{Drive, Duty};
 use stiction::control::reference::Corner;
 use stiction::servo::{Output, State};

@@ -1,7 +1,7 @@
 //! What is said is done, and what is garbled costs at most itself.
 
-use emulated::emulator::board::FittedParts;
-use emulated::emulator::fault_injection::Injection;
+use emulator::board::FittedParts;
+use emulator::fault_injection::Injection;
 use stiction::Fault;
 use stiction::link::{Reply, Request, RequestRefusal, StateCode, encode_request};
 

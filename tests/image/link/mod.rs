@@ -11,8 +11,8 @@ mod telemetry;
 
 use std::sync::{Arc, Mutex};
 
-use emulated::emulator::board::FittedParts;
-use emulated::emulator::fault_injection::{BoardObservation, Injection, converse};
+use emulator::board::FittedParts;
+use emulator::fault_injection::{BoardObservation, Injection, converse};
 use stiction::link::{
     CHUNK, Deframer, Message, Numbered, PROTOCOL, Reply, Request, RequestRefusal, Sample,
     StateCode, Status, encode_request,

@@ -1,6 +1,6 @@
 //! Parameters that come over the link.
 
-use emulated::emulator::fault_injection::Injection;
+use emulator::fault_injection::Injection;
 use stiction::Fault;
 use stiction::link::{Reply, Request, RequestRefusal, StateCode};
 use stiction::parameters::names::ValuePath;

@@ -1,8 +1,8 @@
 //! What comes over the wire while the processor does something else is not lost, and what is lost
 //! is reported.
 
-use emulated::emulator::board::FittedParts;
-use emulated::emulator::fault_injection::Injection;
+use emulator::board::FittedParts;
+use emulator::fault_injection::Injection;
 use stiction::link::{Request, Status, WireErrors, encode_request};
 
 use super::{Script, Talked, commanded, record};

@@ -1,7 +1,7 @@
 //! A save stops the ticks while the flash is erased, and nothing is driven meanwhile.
 
-use emulated::emulator::board::FittedParts;
-use emulated::emulator::fault_injection::Injection;
+use emulator::board::FittedParts;
+use emulator::fault_injection::Injection;
 use stiction::link::{CHUNK, PROTOCOL, Request, RequestRefusal, StateCode};
 
 use super::{Script, commanded, record};

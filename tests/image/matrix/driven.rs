@@ -1,12 +1,12 @@
 //! A board with the simulated joint on its pins and a client on its USART, in the situations that a
 //! fault may come in.
 
-use emulated::emulator::board_under_test::Halted;
-use emulated::emulator::coupling::ImageSample;
-use emulated::emulator::wire::EmulatedWire;
+use emulator::board_under_test::Halted;
+use emulator::coupling::ImageSample;
+use emulator::wire::EmulatedWire;
+use files::encoder::Wires;
 use simulator::device::client::Client;
 use simulator::device::parameters;
-use simulator::encoder::Wires;
 use simulator::experiment::RunPlan;
 use stiction::control::reference::Corner;
 use stiction::link::{StateCode, Status};

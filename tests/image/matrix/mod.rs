@@ -15,11 +15,11 @@
 mod driven;
 mod rows;
 
-use emulated::emulator::board::CLOCK_HZ;
-use emulated::emulator::coupling::ImageSample;
-use emulated::emulator::fault_injection::Injection;
-use emulated::firmware::budgets::{INTERRUPT_INSTRUCTIONS, INTERRUPT_INSTRUCTIONS_ALONE};
-use simulator::encoder::Wires;
+use emulator::board::CLOCK_HZ;
+use emulator::coupling::ImageSample;
+use emulator::fault_injection::Injection;
+use emulator::firmware::budgets::{INTERRUPT_INSTRUCTIONS, INTERRUPT_INSTRUCTIONS_ALONE};
+use files::encoder::Wires;
 use stiction::Fault;
 use stiction::link::StateCode;
 

@@ -1,8 +1,8 @@
 //! What is done to joint, wires and board, and within how many ticks it has to be seen.
 
-use emulated::emulator::board_under_test::Halted;
-use emulated::emulator::fault_injection::Injection;
-use simulator::encoder::Wires;
+use emulator::board_under_test::Halted;
+use emulator::fault_injection::Injection;
+use files::encoder::Wires;
 use stiction::Fault;
 use stiction::control::laws::Gains;
 

@@ -9,7 +9,7 @@
 //!
 //! The coordinates are chosen so that each friction acts on exactly one of them: a joint's angle
 //! relative to the link before it, a block's position relative to what it slides on. A mechanism of
-//! your own, or a third link, is one more file with a `terms` in it, and one line in `studies::lab`
+//! your own, or a third link, is one more file with a `terms` in it, and one line in `thesis::lab`
 //! if the command line is to know it.
 //!
 //! The robot's axis is apart: one degree of freedom in degrees and volts, with solvers of its own.

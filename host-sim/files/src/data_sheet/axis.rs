@@ -9,13 +9,13 @@
 //! closed form of that axis, so that a run takes it only if the data sheet asks for more.
 
 use crate::error::Error;
-use crate::friction::{AddedFriction, Coulomb};
-use crate::joint::{
+use dynamics::friction::{AddedFriction, Coulomb};
+use dynamics::joint::{
     self, AnyJoint, Body, Bristle, CountNoise, Description, Gravity, InCoreUnits, Joint,
     LoadTorque, Ripple, SetValuedFriction, ShaftDescription, StribeckCurve, Substitute, Train,
 };
-use crate::mechanism::RobotAxis;
-use crate::solver::{AxisSolver, Event};
+use dynamics::mechanism::RobotAxis;
+use dynamics::solver::{AxisSolver, Event};
 
 use super::drive::DriveModel;
 use super::sheet::DataSheet;

@@ -32,7 +32,7 @@ use std::f64::consts::TAU;
 
 use super::sheet::DataSheet;
 use super::tables::{DrivenBy, EncoderPlace};
-use crate::joint::CoreUnits;
+use dynamics::joint::CoreUnits;
 
 /// Keys of `[drive]` that the file sets.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

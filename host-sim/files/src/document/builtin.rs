@@ -15,7 +15,7 @@ macro_rules! builtin {
     ($name:literal) => {
         Builtin {
             name: $name,
-            toml: include_str!(concat!("../../../experiments/", $name, ".toml")),
+            toml: include_str!(concat!("../../../thesis/experiments/", $name, ".toml")),
         }
     };
 }

@@ -1,7 +1,7 @@
 //! TOML of a machine or a friction experiment: reads it, sets keys, and reports its errors.
 //!
 //! [`crate::machine`] and [`crate::setup`] define its tables; `simulator::experiment` and
-//! `studies::lab` run them.
+//! `thesis::lab` run them.
 
 mod builtin;
 mod drawn;

@@ -16,7 +16,7 @@
 
 use super::identified::IdentifiedJoint;
 use super::spread::deviations;
-use crate::error;
+use files::error;
 
 /// Share of the slip friction below which a constant load counts as none: the narrowest credible
 /// error bar of a friction level.

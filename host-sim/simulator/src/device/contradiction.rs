@@ -1,6 +1,6 @@
 //! Comparison of a key of a machine's file with a measurement.
 
-use crate::error::shown;
+use files::error::shown;
 
 /// A key of a machine's file whose value lies outside the error bar of the measured value.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]

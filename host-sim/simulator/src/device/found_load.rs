@@ -19,8 +19,8 @@
 //! Limits: an unbalance and a constant load that are both wrong, and cancel out, agree.
 
 use super::contradiction::Contradiction;
-use crate::data_sheet::DataSheet;
-use crate::document::Document;
+use files::data_sheet::DataSheet;
+use files::document::Document;
 
 /// Least range of motion in which the sequence identifies gravity, deg: `WIDE` of
 /// `src/identification/model.rs`.

@@ -5,10 +5,10 @@ use stiction::Parameters;
 use stiction::identification::{Doubts, Estimate, Levels, MapPoint, Outcome, Summary};
 
 use super::client::Map;
-use crate::error::Error;
-use crate::joint::CoreUnits;
-use crate::machine::{JointFrictionLevels, JointTable};
-use crate::written::single;
+use dynamics::joint::CoreUnits;
+use files::error::Error;
+use files::machine::{JointFrictionLevels, JointTable};
+use files::written::single;
 
 /// Result of an identification, and the machine that it belongs to.
 #[derive(Clone, Debug)]

@@ -23,10 +23,10 @@ use super::identified::IdentifiedJoint;
 use super::merged::{MergedFile, lost, merged};
 use super::merged_sheet::kept_words;
 use super::{machine_file, robust_joint, spread};
-use crate::document::Document;
 use crate::draft;
-use crate::error::Error;
-use crate::machine::JointTable;
+use files::document::Document;
+use files::error::Error;
+use files::machine::JointTable;
 
 /// Relative difference up to which a step of the device equals that of the file: the device stores
 /// single precision.
@@ -111,7 +111,7 @@ fn left_out(beyond: &UnmodelledEffects, of: &Document, why: &str) -> Option<Stri
 /// Returns the contradicted keys of a file in degrees and volts. A built-in file has none: its
 /// joint is not the user's.
 fn in_volts(joint: &JointTable, off: &spread::Ranges, of: &Document) -> Vec<Contradiction> {
-    if crate::document::find(&of.origin.name).is_ok() {
+    if files::document::find(&of.origin.name).is_ok() {
         return vec![];
     }
     let number = |key: &str| {

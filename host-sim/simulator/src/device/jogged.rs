@@ -5,7 +5,7 @@ use stiction::Parameters;
 use stiction::control::encoder::Direction;
 use stiction::motion::jog::{JogEnd, JogFindings, Verdict, Way};
 
-use crate::written::single;
+use files::written::single;
 
 /// Returns the verdict of a jog as half a sentence.
 pub const fn headline(verdict: Verdict) -> &'static str {

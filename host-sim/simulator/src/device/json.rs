@@ -6,7 +6,7 @@ use stiction::Fault;
 use stiction::link::Status;
 
 use super::words;
-use crate::written::single;
+use files::written::single;
 
 /// Returns a fault: number, name, time since power-on (`tick` times `sample_time`, s), the value
 /// that tripped it, and what to do.

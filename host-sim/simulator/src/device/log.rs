@@ -7,9 +7,9 @@
 use stiction::link::Sample;
 
 use super::signals::Signals;
-use crate::error::Error;
 use crate::output::Cell;
 use crate::output::columns::{LEADING, SeriesColumn, is_leading};
+use files::error::Error;
 
 /// Samples received from a device, and their signals.
 #[derive(Clone, Debug, Default)]

@@ -14,13 +14,13 @@ use stiction::units::value::Table as _;
 use stiction::{ControllerConfig, Motion, Parameters};
 use toml::{Table, Value};
 
-use crate::error::Error;
 use crate::experiment::{Document, Experiment, about_law, position};
-use crate::goal::PositionGoal;
-use crate::machine::{
+use files::error::Error;
+use files::goal::PositionGoal;
+use files::machine::{
     self, JointTable, LawName, MachineFile, Names, PD, RampTable, ReferenceTable, RunSettings,
 };
-use crate::written::{ParameterTable, single};
+use files::written::{ParameterTable, single};
 
 /// Name of a controller with several laws, or with one law twice.
 const OF_SEVERAL: &str = "device";

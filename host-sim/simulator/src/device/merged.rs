@@ -11,9 +11,9 @@ use super::identified::IdentifiedJoint;
 use super::machine_file;
 use super::merged_sheet::{MeasuredJoint, MergedSheet, TABLES, kept};
 use super::spread::{Ranges, commented, deviations};
-use crate::document::Document;
-use crate::joint::CoreUnits;
-use crate::machine::JointTable;
+use dynamics::joint::CoreUnits;
+use files::document::Document;
+use files::machine::JointTable;
 
 /// A machine's file with the data sheet of an identified joint.
 #[derive(Clone, Debug, PartialEq)]

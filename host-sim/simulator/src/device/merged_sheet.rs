@@ -26,10 +26,10 @@ use toml::{Table, Value};
 use super::contradiction::Contradiction;
 use super::found_load::{FoundLoad, MeasuredLoad, load};
 use super::spread::Ranges;
-use crate::data_sheet::{DataSheet, Mapping};
-use crate::document::Document;
 use crate::draft::spread::{LEAST, rounded};
-use crate::error::shown;
+use files::data_sheet::{DataSheet, Mapping};
+use files::document::Document;
+use files::error::shown;
 
 /// Largest ratio of the file's back-EMF braking to the measured viscous friction.
 const BRAKES: f64 = 1.25;

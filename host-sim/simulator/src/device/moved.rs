@@ -7,9 +7,9 @@ use stiction::ProfileLimits;
 use stiction::link::Sample;
 
 use super::signals::Signals;
-use crate::data_sheet::UnseenSlack;
-use crate::goal::PositionGoal;
 use crate::settling::Settling;
+use files::data_sheet::UnseenSlack;
+use files::goal::PositionGoal;
 
 /// Signals that a move is judged by.
 const SIGNALS: [&str; 3] = ["counts", "status", "reference_velocity_deg_per_s"];

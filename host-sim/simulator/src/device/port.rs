@@ -7,7 +7,7 @@ use std::time::Duration;
 use serialport::SerialPort;
 
 use super::wire::Wire;
-use crate::error::Error;
+use files::error::Error;
 
 /// Bits per second of the link, 8N1. A byte takes ten bits, so a millisecond carries 92 bytes.
 pub const BAUD: u32 = 921_600;

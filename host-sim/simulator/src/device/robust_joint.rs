@@ -24,9 +24,9 @@ use stiction::units::value::{About, Absent, Table as _, Values as _};
 
 use super::identified::IdentifiedJoint;
 use super::spread::commented;
-use crate::error::rounded;
-use crate::machine::JointTable;
 use crate::rules::{JointBounds, JointEstimate, SampledLoop, robust};
+use files::error::rounded;
+use files::machine::JointTable;
 
 /// Returns the device's parameters with the identified joint in their law `robust`, and the comment
 /// for the file that lists the changes. Without that law, the gains stay and there is no comment.

@@ -3,8 +3,8 @@
 use stiction::control::signal::{Form, SIGNALS, name};
 use stiction::link::{MAX_SIGNALS, Sample, SignalDescription};
 
-use crate::error::{Error, suggestion};
 use crate::output::Cell;
+use files::error::{Error, suggestion};
 
 /// Signals of a loop in every live view, in addition to those of its law.
 pub const OF_THE_LOOP: [&str; 11] = [

@@ -12,14 +12,14 @@ use stiction::parameters::store::Store;
 use stiction::servo::{Boot, Input, Output};
 use stiction::{Device, Parameters};
 
-pub use crate::encoder::Wires;
-use crate::error::Error;
 use crate::experiment::RunPlan;
 use crate::flash::{SECTOR, SimulatedFlash};
-use crate::hardware::STM32F405;
-use crate::joint::RunJoint;
 use crate::plant::Plant;
-use crate::solver::AxisSolver as _;
+use dynamics::joint::RunJoint;
+use dynamics::solver::AxisSolver as _;
+pub use files::encoder::Wires;
+use files::error::Error;
+use files::hardware::STM32F405;
 
 /// Flash addresses of the parameters.
 const SLOTS: [u32; 2] = [0, SECTOR];

@@ -33,7 +33,7 @@ use stiction::identification::{Levels, Summary};
 use super::identified::{IdentifiedJoint, doubts};
 use crate::draft;
 use crate::draft::spread::{LEAST, around, of_inertia, part, rounded};
-use crate::machine::JointTable;
+use files::machine::JointTable;
 
 /// Standard deviations to either side: in general, and with few stretches.
 const DEVIATIONS: [f64; 2] = [2.0, 4.0];

@@ -10,7 +10,7 @@ use stiction::Parameters;
 use stiction::link::{StateCode, Status};
 
 use super::client::position_of;
-use crate::error::{Error, shown};
+use files::error::{Error, shown};
 
 /// Largest target without limits of travel, deg from the zero of the arming.
 pub const ONE_TURN_DEG: f64 = 360.0;

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use stiction::link::RequestRefusal;
 
 use super::simulated::SimulatedDevice;
-use crate::error::Error;
+use files::error::Error;
 
 /// A byte channel to a device and back.
 pub trait Wire {

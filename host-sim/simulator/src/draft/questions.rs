@@ -3,8 +3,8 @@
 use toml::Value;
 
 use super::range;
-use crate::error::shown;
-use crate::typed_number;
+use files::error::shown;
+use files::typed_number;
 
 /// Form of an answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -5,7 +5,7 @@
 //! factor of 1.63. Where the lower end is not above zero there is no such factor, and the nominal
 //! is the middle. It has four digits.
 
-use crate::typed_number;
+use files::typed_number;
 
 /// Reads `LOW..HIGH`, or a single number for both ends.
 ///

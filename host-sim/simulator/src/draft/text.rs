@@ -10,15 +10,15 @@ use super::questions::{Question, typed};
 use super::range;
 use super::spread;
 use super::typical::Typical;
-use crate::data_sheet::{DataSheet, Mapping};
-use crate::document::Document;
-use crate::error::{Error, rounded};
 use crate::experiment::{Experiment, about_law};
 use crate::rules::{
     ControllerGains, DAMPING_RATIO, JointBounds, JointEstimate, MoveProfile, PdLoop, SampledLoop,
     rules,
 };
-use crate::written::single;
+use files::data_sheet::{DataSheet, Mapping};
+use files::document::Document;
+use files::error::{Error, rounded};
+use files::written::single;
 
 /// Where the comments of a line begin.
 const COMMENT_AT: usize = 36;

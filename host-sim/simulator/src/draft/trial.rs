@@ -10,8 +10,8 @@ use toml::{Table, Value};
 use super::answers::Answers;
 use super::questions::{QUESTIONS, Question};
 use super::range;
-use crate::data_sheet::{DataSheet, Mapping, SheetTables, WrittenDrive};
-use crate::error::rounded;
+use files::data_sheet::{DataSheet, Mapping, SheetTables, WrittenDrive};
+use files::error::rounded;
 
 /// Value of a range that a joint has.
 type Pick = fn([f64; 2]) -> f64;

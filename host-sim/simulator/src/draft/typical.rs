@@ -2,7 +2,7 @@
 
 use super::answers::Answers;
 use super::questions::QUESTIONS;
-use crate::error::{Error, suggestion};
+use files::error::{Error, suggestion};
 
 /// A typical joint.
 #[derive(Clone, Copy, Debug)]
@@ -129,9 +129,9 @@ impl Typical {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::document::Document;
     use crate::draft::text;
-    use crate::joint::presets;
+    use dynamics::joint::presets;
+    use files::document::Document;
 
     /// Two places have the identified numbers, in two ways: rotor and gear here, the joint there.
     #[test]

@@ -6,10 +6,10 @@ use stiction::units::value::Table;
 use super::plan::{MAX_SAMPLES, RunPlan};
 use super::task::Task;
 use crate::closed_loop::ClosedLoop;
-use crate::encoder::EncoderModel;
-use crate::error::{Error, rounded, shown};
-use crate::friction::{AddedFriction, Coulomb};
-use crate::mechanism::RobotAxis;
+use dynamics::friction::{AddedFriction, Coulomb};
+use dynamics::mechanism::RobotAxis;
+use files::encoder::EncoderModel;
+use files::error::{Error, rounded, shown};
 
 impl RunPlan {
     /// Builds the model of the joint.

@@ -10,10 +10,10 @@ use stiction::units::value::{About, Absent, Table};
 use stiction::{Controller, ControllerConfig};
 
 use super::plan::RunPlan;
-use crate::error::Error;
-use crate::hardware::STM32F405;
-use crate::machine::{LawName, Laws, PD};
-use crate::written::{AllGains, ParameterTable};
+use files::error::Error;
+use files::hardware::STM32F405;
+use files::machine::{LawName, Laws, PD};
+use files::written::{AllGains, ParameterTable};
 
 impl RunPlan {
     /// Builds the control core with this run's controller; with no controller, all gains are zero.

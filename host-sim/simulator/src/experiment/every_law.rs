@@ -5,9 +5,9 @@ use stiction::control::pd::PdGains;
 use stiction::units::value::{Absent, Table};
 
 use super::controller::about_law;
-use crate::document::Builtin;
-use crate::machine::{Laws, PD};
-use crate::written::{AllGains, FileScalar, ParameterTable};
+use files::document::Builtin;
+use files::machine::{Laws, PD};
+use files::written::{AllGains, FileScalar, ParameterTable};
 
 /// Returns the names of all controllers of a device: plain PD, and each law alone.
 pub fn every_controller() -> Vec<String> {

@@ -25,4 +25,4 @@ pub use self::parameters::{assembled, check_laws, validate};
 pub use self::parameters::{for_a_device, parameters, record, sectors};
 pub use self::plan::{Experiment, RunPlan};
 pub use self::task::Task;
-pub use crate::document::{Builtin, Document, Origin, builtins, find};
+pub use files::document::{Builtin, Document, Origin, builtins, find};

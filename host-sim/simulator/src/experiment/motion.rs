@@ -7,9 +7,9 @@ use stiction::{Course, Motion, ProfileLimits, identification};
 
 use super::plan::{MAX_RAMP_SAMPLES, MAX_SAMPLES, RunPlan};
 use super::task::Task;
-use crate::error::{Error, rounded, shown};
 use crate::identification::RampTest;
-use crate::machine::{MachineFile, TrajectoryTable};
+use files::error::{Error, rounded, shown};
+use files::machine::{MachineFile, TrajectoryTable};
 
 /// Largest position, counts: the difference of two positions is below 2^31.
 const MAX_COUNTS: f64 = 1_073_741_823.0;

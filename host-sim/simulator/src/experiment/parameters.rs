@@ -5,9 +5,9 @@ use stiction::parameters::{DeviceConfig, ROOM};
 use stiction::{Limits, Parameters, ProfileLimits};
 
 use super::plan::RunPlan;
-use crate::error::Error;
 use crate::flash::SECTOR;
-use crate::hardware::STM32F405;
+use files::error::Error;
+use files::hardware::STM32F405;
 
 /// Returns the parameters of a board for this run, validated as on the board.
 ///
@@ -77,7 +77,7 @@ pub fn assembled(plan: &RunPlan) -> Result<Parameters, Error> {
 
 /// Returns the effort that starts the joint, V: `limits.breakaway_v` of the file, or else the
 /// largest effort under which the joint of the file can rest
-/// ([`DataSheet::resting_torque`](crate::data_sheet::DataSheet::resting_torque)).
+/// ([`DataSheet::resting_torque`](files::data_sheet::DataSheet::resting_torque)).
 fn breakaway(plan: &RunPlan) -> Result<f32, Error> {
     // Zero if the file does not set the limit, or turns it off.
     let Limits { breakaway_effort, stall_effort, .. } = plan.machine.limits.core(Limits::OFF);
@@ -124,8 +124,8 @@ pub fn record(plan: &RunPlan) -> Result<Vec<u8>, Error> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::document::Document;
     use crate::experiment::Experiment;
+    use files::document::Document;
 
     fn plan(name: &str, set: &[&str]) -> Result<RunPlan, Error> {
         let mut document = Document::open(name)?;

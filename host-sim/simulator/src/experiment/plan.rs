@@ -6,11 +6,11 @@ use std::sync::Arc;
 use toml::{Table, Value};
 
 use super::task::Task;
-use crate::data_sheet::{OF_A_SHEET, UnseenSlack};
-use crate::document::{Document, Origin, within};
-use crate::error::{Error, rounded, shown, suggestion};
-use crate::joint::Substitute;
-use crate::machine::{AxisSolverName, MachineFile, Variant};
+use dynamics::joint::Substitute;
+use files::data_sheet::{OF_A_SHEET, UnseenSlack};
+use files::document::{Document, Origin, within};
+use files::error::{Error, rounded, shown, suggestion};
+use files::machine::{AxisSolverName, MachineFile, Variant};
 
 /// Largest number of samples of all runs together: a gigabyte of memory.
 pub(super) const MAX_SAMPLES: f64 = 1e7;

@@ -2,14 +2,14 @@
 //! hand, unlike the Runge-Kutta axis.
 
 use super::plan::RunPlan;
-use crate::data_sheet::{
+use crate::plant::{Delay, Plant};
+use dynamics::joint::{RunJoint, Substitute};
+use files::data_sheet::{
     DataSheet, Mapping, Mount, SheetAxis, SheetFactors, SheetRefusal, SheetTables, UnseenSlack,
     WrittenDrive,
 };
-use crate::error::Error;
-use crate::joint::{RunJoint, Substitute};
-use crate::machine::AxisSolverName;
-use crate::plant::{Delay, Plant};
+use files::error::Error;
+use files::machine::AxisSolverName;
 
 impl RunPlan {
     /// Returns the joint of this run, or that of its [truth](Self::truth), with amplifier and

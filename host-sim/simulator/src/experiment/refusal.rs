@@ -6,8 +6,8 @@ use toml::Value;
 
 use super::plan::RunPlan;
 use super::task::Task;
-use crate::data_sheet::{DataSheet, OF_A_SHEET};
-use crate::error::{Error, shown};
+use files::data_sheet::{DataSheet, OF_A_SHEET};
+use files::error::{Error, shown};
 
 /// Keys of a data sheet from which limits, profile and drive are derived.
 const DERIVED_FROM: [&str; 11] = [

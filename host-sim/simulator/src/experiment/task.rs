@@ -5,7 +5,7 @@
 //! of all runs of a file           of one   in counts, f32      evaluated in each tick
 //! ```
 
-use crate::machine::TrajectoryTable;
+use files::machine::TrajectoryTable;
 
 /// Task of a joint in one run: set points of a closed loop, or the effort of an open one.
 #[derive(Clone, Debug, PartialEq)]

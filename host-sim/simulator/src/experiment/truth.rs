@@ -8,7 +8,7 @@ use stiction::control::encoder::{CounterBits, Encoder};
 use stiction::units::value::Table as _;
 
 use super::plan::RunPlan;
-use crate::error::{Error, rounded};
+use files::error::{Error, rounded};
 
 /// Relative difference up to which two values of a device are equal: a file pulled from a device is
 /// in single precision, and the voltage of a code has five digits.

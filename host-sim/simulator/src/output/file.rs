@@ -4,7 +4,7 @@ use std::fs;
 use std::io::{self, ErrorKind, Write};
 use std::path::Path;
 
-use crate::error::Error;
+use files::error::Error;
 
 /// Writes a temporary file, and renames it when it is complete. A pipe or a device is written
 /// directly.

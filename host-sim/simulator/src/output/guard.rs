@@ -14,8 +14,8 @@ use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 use super::file::write_whole;
-use crate::document::{self, is_machine_file};
-use crate::error::Error;
+use files::document::{self, is_machine_file};
+use files::error::Error;
 
 /// Path of the standard output.
 const STANDARD_OUTPUT: &str = "-";

@@ -5,11 +5,11 @@ use std::borrow::Cow;
 use serde::Serialize;
 use serde_json::{Value, json};
 
-use crate::data_sheet::UnseenSlack;
 use crate::experiment::{Experiment, RunPlan, Task};
-use crate::goal::GoalInBothUnits;
 use crate::run::{RunResult, ServoTrip};
-use crate::solver::EventKind;
+use dynamics::solver::EventKind;
+use files::data_sheet::UnseenSlack;
+use files::goal::GoalInBothUnits;
 
 /// Version of the object; raised when a key changes its meaning or is removed.
 const SCHEMA: u32 = 1;

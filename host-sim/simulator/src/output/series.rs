@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::columns::{DRAWN, SeriesColumn};
-use crate::error::Error;
+use files::error::Error;
 
 /// One sample of a run or a log; a ramp lacks the optional signals.
 #[derive(Clone, Debug, PartialEq, serde::Deserialize)]

@@ -2,9 +2,9 @@
 
 use super::grid::{self, number};
 use crate::both_sides::BothSides;
-use crate::data_sheet::UnseenSlack;
-use crate::goal::PositionGoal;
-use crate::lines::wrapped;
+use files::data_sheet::UnseenSlack;
+use files::goal::PositionGoal;
+use files::lines::wrapped;
 
 /// Column of the rest error of one side.
 pub const REST: &str = "rest\ncounts";

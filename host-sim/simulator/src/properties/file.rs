@@ -2,7 +2,7 @@
 
 use crate::device::machine_file::{read, render};
 use crate::experiment::Document;
-use crate::hardware::STM32F405;
+use files::hardware::STM32F405;
 
 const NAME: &str = "joint.toml";
 
@@ -12,7 +12,7 @@ const NO_FILE: [&str; 2] = ["a value cannot be written exactly", "nothing to run
 
 /// Returns whether the text is a machine that a device can run.
 pub fn holds(text: &str) -> bool {
-    let said = |error: &crate::Error| {
+    let said = |error: &files::Error| {
         let said = error.to_string();
         assert!(said.starts_with(NAME) && said.lines().count() == 1, "{said}");
     };

@@ -4,7 +4,7 @@ use crc::{CRC_32_ISO_HDLC, Crc};
 use stiction::Parameters;
 use stiction::parameters::{DecodeError, FORMAT_VERSION, ROOM};
 
-use crate::hardware::STM32F405;
+use files::hardware::STM32F405;
 
 const HEADER: usize = 20;
 

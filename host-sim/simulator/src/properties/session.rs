@@ -10,7 +10,7 @@ use stiction::servo::{Boot, Input, State};
 use stiction::{Fault, Parameters};
 
 use crate::flash::{SECTOR, SimulatedFlash};
-use crate::hardware::STM32F405;
+use files::hardware::STM32F405;
 
 /// A device whose properties are checked in every tick.
 #[derive(Debug)]

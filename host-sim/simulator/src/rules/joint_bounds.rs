@@ -14,8 +14,8 @@
 
 use stiction::ControllerConfig;
 
-use crate::data_sheet::tables::EncoderPlace;
-use crate::data_sheet::{DataSheet, Mapping};
+use files::data_sheet::tables::EncoderPlace;
+use files::data_sheet::{DataSheet, Mapping};
 
 /// Margin of the bounds around the lowest and the highest friction that are known.
 const MARGIN: f64 = 2.0;

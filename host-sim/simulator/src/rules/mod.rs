@@ -42,7 +42,7 @@ use stiction::control::pd::PdGains;
 pub use self::joint_bounds::{JointBounds, JointEstimate, SampledLoop};
 pub use self::move_profile::MoveProfile;
 pub use self::pd_loop::{DAMPING_RATIO, PdLoop};
-use crate::error::{Error, suggestion};
+use files::error::{Error, suggestion};
 
 /// The seeds on which the constants of the rules were picked. A report on one of them says so.
 pub const TUNING_SEEDS: RangeInclusive<u64> = 1_000_000..=1_999_999;

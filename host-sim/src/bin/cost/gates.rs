@@ -4,9 +4,9 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 
-use host_sim::Error;
-use host_sim::firmware::stack::StackBound;
-use host_sim::firmware::{Code, routines};
+use emulator::firmware::stack::StackBound;
+use emulator::firmware::{Code, routines};
+use files::Error;
 
 use crate::measure::stack_room;
 

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use host_sim::Error;
+use files::Error;
 
 const FENCE: &str = "```text\n";
 const END: &str = "```\n";

@@ -10,7 +10,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
-use host_sim::Error;
+use files::Error;
 
 #[derive(Debug, Parser)]
 struct Arguments {

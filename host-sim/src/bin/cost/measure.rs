@@ -10,14 +10,16 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use host_sim::Error;
-use host_sim::emulator::probe::{Points, Probe, TickCost};
-use host_sim::emulator::{FirmwareImage, counted, yardstick};
-use host_sim::experiment::{Document, Experiment, RunPlan, every_controller, find, with_every_law};
-use host_sim::firmware::Code;
-use host_sim::firmware::size::Size;
-use host_sim::firmware::stack::StackBound;
-use host_sim::run::{RunTrace, run_all};
+use emulator::firmware::Code;
+use emulator::firmware::size::Size;
+use emulator::firmware::stack::StackBound;
+use emulator::probe::{Points, Probe, TickCost};
+use emulator::{FirmwareImage, counted, yardstick};
+use files::Error;
+use simulator::experiment::{
+    Document, Experiment, RunPlan, every_controller, find, with_every_law,
+};
+use simulator::run::{RunTrace, run_all};
 
 /// The experiments of the benchmark.
 const EXPERIMENTS: [&str; 2] = ["step-response", "trajectory"];

@@ -1,12 +1,12 @@
 //! The table of costs, and the check of the budgets.
 
-use host_sim::Error;
-use host_sim::emulator::board::CLOCK_HZ;
-use host_sim::emulator::probe::{PassageCost, TickCost};
-use host_sim::firmware::budgets::{
+use emulator::board::CLOCK_HZ;
+use emulator::firmware::budgets::{
     CONTROLLER_STATE_BYTES, CORE_INSTRUCTIONS, FLASH_BYTES, INTERRUPT_INSTRUCTIONS,
     LAW_STATE_BYTES, RAM_BYTES, of_law,
 };
+use emulator::probe::{PassageCost, TickCost};
+use files::Error;
 use stiction::ControllerState;
 use stiction::control::laws::{Gains, LawState};
 

@@ -12,11 +12,11 @@ use stiction::units::value::Table;
 use stiction::{Limits, Parameters};
 
 use super::pulled_file::{keep, pulled};
-use crate::device::client::Client;
-use crate::device::machine_file;
-use crate::device::wire::Wire;
-use crate::error::Error;
-use crate::experiment::Document;
+use files::error::Error;
+use simulator::device::client::Client;
+use simulator::device::machine_file;
+use simulator::device::wire::Wire;
+use simulator::experiment::Document;
 
 /// Opens the parameters in an editor, and sends them to the device if they have changed.
 ///

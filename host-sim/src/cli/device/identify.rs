@@ -9,14 +9,14 @@ use stiction::link::StateCode;
 
 use super::{OFF, by};
 use crate::cli::outputs::check_standard_output;
-use crate::device::client::Client;
-use crate::device::identified::{IdentifiedJoint, ended};
-use crate::device::wire::Wire;
-use crate::device::{into, words};
-use crate::error::Error;
-use crate::experiment::Document;
-use crate::output::{OutputFile, OverwriteGuard};
-use crate::typed_number;
+use files::error::Error;
+use files::typed_number;
+use simulator::device::client::Client;
+use simulator::device::identified::{IdentifiedJoint, ended};
+use simulator::device::wire::Wire;
+use simulator::device::{into, words};
+use simulator::experiment::Document;
+use simulator::output::{OutputFile, OverwriteGuard};
 
 /// Default rate of a ramp, V/s, and default time between its rise and its fall, s.
 const RAMP_RATE: f32 = 0.02;

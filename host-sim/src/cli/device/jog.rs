@@ -6,11 +6,11 @@ use stiction::Parameters;
 use stiction::link::StateCode;
 use stiction::motion::jog::{JogFindings, JogRequest, Verdict};
 
-use crate::device::client::Client;
-use crate::device::jogged;
-use crate::device::wire::Wire;
-use crate::error::Error;
-use crate::typed_number;
+use files::error::Error;
+use files::typed_number;
+use simulator::device::client::Client;
+use simulator::device::jogged;
+use simulator::device::wire::Wire;
 
 /// Bounds of a jog. The device refuses more than its own bounds in `[jog]`
 #[derive(Debug, clap::Args)]

@@ -22,17 +22,17 @@ use stiction::link::{StateCode, Status};
 
 use super::outputs::print_beside;
 use super::{interrupt, print};
-use crate::device::client::Client;
-use crate::device::json;
-use crate::device::log::SampleLog;
-use crate::device::signals::Signals;
-use crate::device::simulated::SimulatedDevice;
-use crate::device::wire::{SimulatedWire, Wire};
-use crate::device::words;
-use crate::error::Error;
-use crate::experiment::{Document, Experiment, RunPlan, builtins};
-use crate::output::{OutputFile, OverwriteGuard};
-use crate::typed_number;
+use files::error::Error;
+use files::typed_number;
+use simulator::device::client::Client;
+use simulator::device::json;
+use simulator::device::log::SampleLog;
+use simulator::device::signals::Signals;
+use simulator::device::simulated::SimulatedDevice;
+use simulator::device::wire::{SimulatedWire, Wire};
+use simulator::device::words;
+use simulator::experiment::{Document, Experiment, RunPlan, builtins};
+use simulator::output::{OutputFile, OverwriteGuard};
 
 #[derive(Debug, clap::Args)]
 pub struct DeviceArguments {
@@ -174,7 +174,7 @@ pub fn device(arguments: &DeviceArguments) -> Result<(), Error> {
         return with(
             &arguments.action,
             &arguments.machine,
-            crate::device::port::SerialWire::open(port)?,
+            simulator::device::port::SerialWire::open(port)?,
             output,
         );
     }
@@ -221,7 +221,7 @@ fn emulated(_: &DeviceArguments, _: Option<&OutputFile>) -> Result<(), Error> {
 
 #[cfg(feature = "emulator")]
 fn emulated(arguments: &DeviceArguments, output: Option<&OutputFile>) -> Result<(), Error> {
-    use crate::emulator::wire::EmulatedWire;
+    use emulator::wire::EmulatedWire;
 
     let plan = arguments.planned()?;
     with(

@@ -9,21 +9,21 @@ use stiction::link::StateCode;
 use super::{arm, ended, kept, lost, off, then_off, time};
 use crate::cli::outputs::check_standard_output;
 use crate::cli::warn;
-use crate::data_sheet::UnseenSlack;
-use crate::device::client::Client;
-use crate::device::json;
-use crate::device::log::SampleLog;
-use crate::device::moved::MoveResult;
-use crate::device::signals::Signals;
-use crate::device::travel::Travel;
-use crate::device::wire::Wire;
-use crate::device::words;
-use crate::error::Error;
-use crate::experiment::Document;
-use crate::goal::PositionGoal;
-use crate::output::sides::sentence;
-use crate::output::{OutputFile, OverwriteGuard};
-use crate::typed_number;
+use files::data_sheet::UnseenSlack;
+use files::error::Error;
+use files::goal::PositionGoal;
+use files::typed_number;
+use simulator::device::client::Client;
+use simulator::device::json;
+use simulator::device::log::SampleLog;
+use simulator::device::moved::MoveResult;
+use simulator::device::signals::Signals;
+use simulator::device::travel::Travel;
+use simulator::device::wire::Wire;
+use simulator::device::words;
+use simulator::experiment::Document;
+use simulator::output::sides::sentence;
+use simulator::output::{OutputFile, OverwriteGuard};
 
 /// Time of a step, s.
 const STEP_S: f64 = 5.0;
@@ -182,9 +182,9 @@ pub fn go<W: Wire>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::device::simulated::SimulatedDevice;
-    use crate::device::wire::SimulatedWire;
-    use crate::experiment::{Document, Experiment};
+    use simulator::device::simulated::SimulatedDevice;
+    use simulator::device::wire::SimulatedWire;
+    use simulator::experiment::{Document, Experiment};
 
     /// A wire that records whether the motor was driven.
     struct DriveWatchingWire {
@@ -214,7 +214,7 @@ mod tests {
 
     /// Returns a client of a device with travel from -10 to 20 deg and a pushed joint.
     fn client(pushed_deg: f64) -> Client<DriveWatchingWire> {
-        let joint = crate::experiment::find("step-response").unwrap().toml;
+        let joint = simulator::experiment::find("step-response").unwrap().toml;
         let limits = "[limits]\nposition_min_deg = -10.0\nposition_max_deg = 20.0\n";
         let document = Document::parse("joint.toml", &format!("{joint}\n{limits}")).unwrap();
         let plan = Experiment::plan(&document, &["srnf".into()], &[]).unwrap().runs.remove(0);

@@ -1,9 +1,9 @@
 //! Replaces the live view in a program that is built without it.
 
-use crate::device::client::Client;
-use crate::device::wire::Wire;
-use crate::error::Error;
-use crate::missing_part::not_built;
+use files::error::Error;
+use files::missing_part::not_built;
+use simulator::device::client::Client;
+use simulator::device::wire::Wire;
 
 /// Refuses the command before the device receives anything.
 ///

@@ -5,12 +5,12 @@ use std::path::{Path, PathBuf};
 use super::edit;
 use super::first_run;
 use super::pulled_file::{keep, pulled};
-use crate::device::client::Client;
-use crate::device::machine_file;
-use crate::device::parameters;
-use crate::device::wire::Wire;
-use crate::error::Error;
-use crate::output::OutputFile;
+use files::error::Error;
+use simulator::device::client::Client;
+use simulator::device::machine_file;
+use simulator::device::parameters;
+use simulator::device::wire::Wire;
+use simulator::output::OutputFile;
 
 #[derive(Debug, clap::Subcommand)]
 pub enum ParamsAction {

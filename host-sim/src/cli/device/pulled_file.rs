@@ -2,11 +2,11 @@
 
 use stiction::Parameters;
 
-use crate::device::client::Client;
-use crate::device::machine_file;
-use crate::device::wire::Wire;
-use crate::error::Error;
-use crate::experiment::Document;
+use files::error::Error;
+use simulator::device::client::Client;
+use simulator::device::machine_file;
+use simulator::device::wire::Wire;
+use simulator::experiment::Document;
 
 /// Saves the parameters in use if `save` is set, and returns a sentence on how long they last.
 pub fn keep<W: Wire>(client: &mut Client<W>, save: bool) -> Result<&'static str, Error> {

@@ -4,11 +4,11 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use super::{OFF, end_on_ctrl_c, then_off};
 use crate::cli::warn;
-use crate::device::client::Client;
-use crate::device::wire::Wire;
-use crate::error::Error;
-use crate::selftest::{JOINTS, MOVES, SEED, SelfTestRequest, object, run_while, words};
-use crate::typed_number;
+use files::error::Error;
+use files::typed_number;
+use simulator::device::client::Client;
+use simulator::device::wire::Wire;
+use studies::selftest::{JOINTS, MOVES, SEED, SelfTestRequest, object, run_while, words};
 
 #[derive(Debug, clap::Args)]
 pub struct SelftestArguments {

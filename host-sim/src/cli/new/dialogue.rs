@@ -14,9 +14,9 @@ use std::rc::Rc;
 
 use toml::Value;
 
-use crate::draft::questions::{AnswerKind, typed};
-use crate::draft::{Answers, QUESTIONS, Question, TYPICAL, Typical, trial};
-use crate::error::Error;
+use files::error::Error;
+use simulator::draft::questions::{AnswerKind, typed};
+use simulator::draft::{Answers, QUESTIONS, Question, TYPICAL, Typical, trial};
 
 /// Check of a typed answer. The error is the reason of the refusal.
 pub type AnswerCheck = Rc<dyn Fn(&str) -> Result<(), String>>;

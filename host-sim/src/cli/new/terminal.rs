@@ -9,7 +9,7 @@ use inquire::validator::Validation;
 use inquire::{InquireError, Select, Text};
 
 use super::dialogue::{AnswerCheck, Prompt, PromptReply};
-use crate::error::Error;
+use files::error::Error;
 
 /// Largest width of a message, columns.
 const WIDTH: usize = 78;

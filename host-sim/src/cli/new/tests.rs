@@ -6,9 +6,9 @@ use std::rc::Rc;
 
 use super::dialogue::{AnswerCheck, Dialogue, Prompt, PromptReply};
 use super::written;
-use crate::draft::{Answers, QUESTIONS, Question, Typical};
-use crate::error::Error;
-use crate::experiment::Document;
+use files::error::Error;
+use simulator::draft::{Answers, QUESTIONS, Question, Typical};
+use simulator::experiment::Document;
 
 /// Action of the user at a question.
 #[derive(Clone, Copy, Debug)]

@@ -10,12 +10,12 @@ mod ranking;
 use serde::Serialize;
 
 pub use self::ranking::{COLUMNS, Disqualified, Weights};
-use crate::both_sides::BothSides;
-use crate::data_sheet::UnseenSlack;
-use crate::error::Error;
-use crate::experiment::{Document, Experiment, RunPlan, Task};
-use crate::goal::PositionGoal;
-use crate::run::{RunResult, RunTrace, run_all};
+use files::data_sheet::UnseenSlack;
+use files::error::Error;
+use files::goal::PositionGoal;
+use simulator::both_sides::BothSides;
+use simulator::experiment::{Document, Experiment, RunPlan, Task};
+use simulator::run::{RunResult, RunTrace, run_all};
 
 /// How long a step is watched for hunting.
 const HUNTING_DURATION: &str = "run.duration_s=120";
@@ -187,7 +187,7 @@ fn moves(result: &RunResult) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::solver::{Event, EventKind};
+    use dynamics::solver::{Event, EventKind};
 
     #[test]
     fn variants_and_runs_with_a_delay_are_left_out() {

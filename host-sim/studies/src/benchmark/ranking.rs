@@ -9,7 +9,7 @@
 use serde::Serialize;
 
 use super::Score;
-use crate::error::{Error, suggestion};
+use files::error::{Error, suggestion};
 
 /// A column of the benchmark: its name in `--weights`, and its value in a row.
 pub struct Column {
@@ -155,7 +155,7 @@ fn place(score: &Score, all: &[Score], of: fn(&Score) -> Option<f64>) -> Option<
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::both_sides::BothSides;
+    use simulator::both_sides::BothSides;
 
     fn score(controller: &str, values: [Option<f64>; 7]) -> Score {
         let [rest, overshoot, settling, tracking, chatter, hunting, sticks] = values;

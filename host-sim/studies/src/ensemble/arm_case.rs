@@ -8,8 +8,8 @@ use super::case::{CaseResult, JudgedMotion, goal, near_counts};
 use super::draw::Case;
 use super::measures::{CaseSample, SideMeasures, StepJudge, TrackingJudge};
 use super::motions::Approach;
-use crate::error::Error;
-use crate::rules::ControllerGains;
+use files::error::Error;
+use simulator::rules::ControllerGains;
 
 /// Runs step and trajectory. What is shown of a sample is the first joint, and as the error of a
 /// load that of the second.

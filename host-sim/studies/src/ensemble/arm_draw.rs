@@ -18,12 +18,12 @@ use super::draw::{
     BREAKAWAY, Case, DrawOptions, EFFORT, HARD_BREAKAWAY, NOMINAL, Trapezoid, UnitScale,
 };
 use super::family::Family;
-use crate::joint::{
+use dynamics::joint::{
     ArmDescription, Body, Description, DiscSide, JointEncoder, StribeckCurve, Train,
 };
-use crate::mechanism::{GRAVITY, Mechanism as _, TwoLinkArm};
-use crate::plant::Delay;
-use crate::rules::JointBounds;
+use dynamics::mechanism::{GRAVITY, Mechanism as _, TwoLinkArm};
+use simulator::plant::Delay;
+use simulator::rules::JointBounds;
 
 /// What an arm has beside its first joint.
 #[derive(Clone, Debug, PartialEq)]

@@ -11,10 +11,10 @@ use super::draw::Case;
 use super::measures::CaseSample;
 use super::motions::Approach;
 use super::rig::{Amplified, armed};
-use crate::error::Error;
-use crate::joint::GearedArm;
-use crate::rules::{ControllerGains, JointBounds};
-use crate::target::Target as _;
+use dynamics::joint::GearedArm;
+use files::error::Error;
+use simulator::rules::{ControllerGains, JointBounds};
+use simulator::target::Target as _;
 
 /// Two servos and their arm.
 #[derive(Debug)]
@@ -89,7 +89,8 @@ impl ArmRig {
     /// tick. `count` is the angle of a count, rad.
     pub fn tick(&mut self, count: f64) -> [CaseSample; 2] {
         let turns = [self.arm.turn(0), self.arm.turn(1)];
-        let encoder = crate::joint::JointEncoder { count, side: crate::joint::DiscSide::Motor };
+        let encoder =
+            dynamics::joint::JointEncoder { count, side: dynamics::joint::DiscSide::Motor };
         let mut samples = [CaseSample::default(); 2];
         for ((joint, turn), sample) in self.joints.iter_mut().zip(turns).zip(&mut samples) {
             let tick = joint.servo.tick(encoder.count_at(turn.position) as u32);

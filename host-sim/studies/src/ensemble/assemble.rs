@@ -10,9 +10,9 @@ use stiction::units::value::Table as _;
 use stiction::{ControllerConfig, Limits, Motion, Parameters, ProfileLimits};
 
 use super::draw::{Case, Trapezoid};
-use crate::error::Error;
-use crate::experiment::position;
-use crate::rules::{ControllerGains, JointBounds};
+use files::error::Error;
+use simulator::experiment::position;
+use simulator::rules::{ControllerGains, JointBounds};
 
 /// Makes the parameters of a servo that holds its joint where it is armed.
 ///

@@ -11,9 +11,9 @@ use super::measures::{
 use super::motions::{Approach, Motions};
 use super::moves::{self, Wear};
 use super::rig::Rig;
-use crate::error::Error;
-use crate::goal::PositionGoal;
-use crate::rules::ControllerGains;
+use files::error::Error;
+use files::goal::PositionGoal;
+use simulator::rules::ControllerGains;
 
 /// What a law comes to on a joint; a line of `--csv`. An empty value is one that is not there.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]

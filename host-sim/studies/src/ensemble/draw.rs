@@ -9,12 +9,12 @@ use super::arm_draw::{self, ArmCase};
 use super::distribution::{Draws, Purpose};
 use super::family::Family;
 use super::thesis_draw;
-use crate::joint::{
+use dynamics::joint::{
     Body, Bristle, Description, DiscSide, Dwell, Gravity, JointEncoder, LoadTorque,
     SetValuedFriction, ShaftDescription, Stops, StribeckCurve, Thermal, Train,
 };
-use crate::plant::Delay;
-use crate::rules::{ControllerGains, GainRule, JointBounds, SampledLoop};
+use simulator::plant::Delay;
+use simulator::rules::{ControllerGains, GainRule, JointBounds, SampledLoop};
 
 /// Nominal inertia of the SI families, kg m^2, and viscous friction, N m s/rad.
 pub(super) const NOMINAL: [f64; 2] = [0.34, 1.3];

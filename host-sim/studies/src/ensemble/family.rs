@@ -1,6 +1,6 @@
 //! The families of joints: what they are called, and what is asked of the joints of each.
 
-use crate::error::{Error, suggestion};
+use files::error::{Error, suggestion};
 
 /// A family of joints. docs/ensemble.md has the distributions as a table, `draw.rs` has them as
 /// code.

@@ -4,8 +4,8 @@ use super::case::{self, CaseResult};
 use super::draw::{Case, DrawOptions};
 use super::family::Family;
 use super::motions::{Approach, Motions};
-use crate::joint::{SetValuedFriction, StribeckCurve, Train};
-use crate::rules::rules;
+use dynamics::joint::{SetValuedFriction, StribeckCurve, Train};
+use simulator::rules::rules;
 
 const EASY: DrawOptions = DrawOptions { hard: false, rate_hz: 1000.0 };
 
@@ -42,7 +42,7 @@ fn a_joint_of_an_arm_pushes_the_other_one_only_if_they_are_coupled() {
     let drawn = Case::draw(4, Family::Arm, 2, EASY).arm.unwrap().arm;
     let (m2, [l1, l2], [q1, q2]) = (drawn.mass[1], drawn.length, drawn.start);
     let coupling = m2 * (l2 * l2 + l1 * l2 * q2.cos());
-    let gravity = m2 * crate::mechanism::GRAVITY * l2 * (q1 + q2).sin();
+    let gravity = m2 * dynamics::mechanism::GRAVITY * l2 * (q1 + q2).sin();
     let first = drawn.mass[0] * l1 * l1
         + m2 * (l1 * l1 + l2 * l2 + 2.0 * l1 * l2 * q2.cos())
         + drawn.rotor[0];
@@ -50,8 +50,8 @@ fn a_joint_of_an_arm_pushes_the_other_one_only_if_they_are_coupled() {
     assert!(coupling > 0.02 * second, "there is nothing to see: {coupling} {second}");
     // So fast that the reaction is four times what gravity asks of the second joint, and more.
     let acceleration = (4.0 * gravity.abs() + 5.0) / coupling;
-    let load = drawn.mass[0] * crate::mechanism::GRAVITY * l1 * q1.sin()
-        + m2 * crate::mechanism::GRAVITY * (l1 * q1.sin() + l2 * (q1 + q2).sin());
+    let load = drawn.mass[0] * dynamics::mechanism::GRAVITY * l1 * q1.sin()
+        + m2 * dynamics::mechanism::GRAVITY * (l1 * q1.sin() + l2 * (q1 + q2).sin());
     let moves = |is_coupled: bool, share: f64| {
         let mut arm = drawn;
         let level = share * (coupling * acceleration + gravity).abs();

@@ -7,11 +7,11 @@ use super::measures::{BAND_COUNTS, CaseSample};
 use super::motions::{Approach, Motions};
 use super::rows::{EnsembleHeader, Group};
 use super::summary::{LawSummary, SideSummary};
-use crate::error::Error;
-use crate::figure::chart::{Chart, ChartContent, Cloud, LogAxis, Share};
-use crate::figure::compared::judged_from_s;
-use crate::figure::{Figure, NamedFigure, Panel, PlotCurve, Style};
-use crate::rules::GainRule;
+use figure::chart::{Chart, ChartContent, Cloud, LogAxis, Share};
+use figure::compared::judged_from_s;
+use figure::{Figure, NamedFigure, Panel, PlotCurve, Style};
+use files::error::Error;
+use simulator::rules::GainRule;
 
 /// Returns the charts of all rows.
 pub fn charts(

@@ -12,13 +12,13 @@ use stiction::servo::{Boot, Input, Servo, State};
 use super::assemble::parameters;
 use super::draw::{Case, DrawOptions};
 use super::family::Family;
-use crate::device::identified::breakaway_deviation;
-use crate::error::{Error, suggestion};
-use crate::hardware::STM32F405;
-use crate::joint::{Body, CountNoise, Joint as _, Ripple, Train};
-use crate::output::grid;
-use crate::plant::DelayLine;
-use crate::rules::RULES;
+use dynamics::joint::{Body, CountNoise, Joint as _, Ripple, Train};
+use files::error::{Error, suggestion};
+use files::hardware::STM32F405;
+use simulator::device::identified::breakaway_deviation;
+use simulator::output::grid;
+use simulator::plant::DelayLine;
+use simulator::rules::RULES;
 
 /// Rigid joints whose friction varies with the angle, beside the families of the ensemble.
 pub const UNEVEN: &str = "rigid-uneven";

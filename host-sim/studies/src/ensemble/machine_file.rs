@@ -15,15 +15,15 @@ use super::case::CaseResult;
 use super::distribution::{Draws, Purpose};
 use super::measures::{CaseSample, StepJudge, TrackingJudge};
 use super::rows::Group;
-use crate::closed_loop::LoopSample;
-use crate::document::refused_spread;
-use crate::error::Error;
-use crate::experiment::{Document, Experiment, RunPlan, Task, parameters};
-use crate::goal::PositionGoal;
-use crate::joint::DiscSide;
-use crate::solver::AxisSolver;
-use crate::target::WatchedServo;
-use crate::typed_number;
+use dynamics::joint::DiscSide;
+use dynamics::solver::AxisSolver;
+use files::document::refused_spread;
+use files::error::Error;
+use files::goal::PositionGoal;
+use files::typed_number;
+use simulator::closed_loop::LoopSample;
+use simulator::experiment::{Document, Experiment, RunPlan, Task, parameters};
+use simulator::target::WatchedServo;
 
 /// So long a step is watched, s.
 const DURATION_S: f64 = 30.0;

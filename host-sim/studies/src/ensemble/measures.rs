@@ -15,8 +15,8 @@
 //! | tracking | from the begin of the first blend to the end of the last | root mean square of the error |
 //! | sticks | there, where the set point has more than half of its speed | times that the joint comes to a stop |
 
-use crate::goal::{PositionGoal, TOLERANCE_COUNTS};
-use crate::settling::Settling;
+use files::goal::{PositionGoal, TOLERANCE_COUNTS};
+use simulator::settling::Settling;
 
 /// A joint that is this near is where it should be, counts.
 pub const BAND_COUNTS: f64 = TOLERANCE_COUNTS;

@@ -3,7 +3,7 @@
 //! ```text
 //! family, seed, number -> draw.rs: a joint, its loop, the bounds of both ----+
 //!                         (arm_draw.rs, arm_rig.rs, arm_case.rs: two joints) |
-//!              bounds -> the rule book (crate::rules): gains --+             |
+//!              bounds -> the rule book (simulator::rules): gains --+             |
 //!                                                              v             v
 //!   motions.rs -> rig.rs: servo with all monitors, joint -> samples -> measures.rs
 //!                                                                          |

@@ -5,10 +5,10 @@ use serde::{Deserialize, Serialize};
 use stiction::control::profile::Profile;
 use stiction::control::reference::{Reference, Step};
 
-use crate::error::Error;
-use crate::experiment::position;
-use crate::rules::{JointBounds, MoveProfile};
-use crate::target::WatchedServo;
+use files::error::Error;
+use simulator::experiment::position;
+use simulator::rules::{JointBounds, MoveProfile};
+use simulator::target::WatchedServo;
 
 /// How the set point goes to a target.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]

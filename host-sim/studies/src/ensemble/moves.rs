@@ -15,9 +15,9 @@ use super::family::Family;
 use super::measures::BAND_COUNTS;
 use super::motions::Motions;
 use super::rig::Rig;
-use crate::error::Error;
-use crate::experiment::position;
-use crate::rules::ControllerGains;
+use files::error::Error;
+use simulator::experiment::position;
+use simulator::rules::ControllerGains;
 
 /// Farthest position of a row, in multiples of the trapezoid's own way.
 const FARTHEST: f64 = 2.0;

@@ -15,11 +15,11 @@ use super::assemble::parameters;
 use super::draw::Case;
 use super::measures::CaseSample;
 use super::motions::Approach;
-use crate::error::Error;
-use crate::joint::{AnyJoint, CountNoise, DiscSide, Joint, JointEncoder, Turn};
-use crate::plant::{Delay, DelayLine};
-use crate::rules::{ControllerGains, JointBounds};
-use crate::target::{Target, WatchedServo};
+use dynamics::joint::{AnyJoint, CountNoise, DiscSide, Joint, JointEncoder, Turn};
+use files::error::Error;
+use simulator::plant::{Delay, DelayLine};
+use simulator::rules::{ControllerGains, JointBounds};
+use simulator::target::{Target, WatchedServo};
 
 /// A brake that holds any joint, in multiples of the effort limit.
 const BRAKE: f64 = 10.0;

@@ -24,10 +24,10 @@ use super::family::Family;
 use super::machine_file::MachineEnsemble;
 use super::motions::Approach;
 use super::run::Ensemble;
-use crate::data_sheet::UnseenSlack;
-use crate::error::Error;
-use crate::goal::PositionGoal;
-use crate::output::OutputFile;
+use files::data_sheet::UnseenSlack;
+use files::error::Error;
+use files::goal::PositionGoal;
+use simulator::output::OutputFile;
 
 /// The form of a file: 2 since every column has to be there, and a group says whether it is a
 /// family and what is asked of its joints; 3 with `law_signals`; 4 with both sides of the gear, the

@@ -9,8 +9,8 @@ use super::motions::Approach;
 use super::rows::{self, EnsembleHeader};
 use super::run::Ensemble;
 use super::{summary, table};
-use crate::experiment::Document;
-use crate::rules::rules;
+use simulator::experiment::Document;
+use simulator::rules::rules;
 
 fn header(families: &[Family]) -> EnsembleHeader {
     EnsembleHeader::of(&Ensemble {

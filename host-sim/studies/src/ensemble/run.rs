@@ -7,8 +7,8 @@ use super::case::{self, CaseResult};
 use super::draw::{Case, DrawOptions};
 use super::family::Family;
 use super::motions::{Approach, Motions};
-use crate::error::Error;
-use crate::rules::{ControllerGains, GainRule, JointBounds};
+use files::error::Error;
+use simulator::rules::{ControllerGains, GainRule, JointBounds};
 
 /// What is run.
 #[derive(Clone)]

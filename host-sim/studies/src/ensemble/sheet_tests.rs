@@ -6,9 +6,9 @@ use toml::Value;
 
 use super::draw::{Case, DrawOptions};
 use super::family::Family;
-use crate::draft::{Answers, DraftStyle, text_with};
-use crate::experiment::{Document, Experiment, parameters};
-use crate::rules::{JointBounds, MoveProfile, rules};
+use simulator::draft::{Answers, DraftStyle, text_with};
+use simulator::experiment::{Document, Experiment, parameters};
+use simulator::rules::{JointBounds, MoveProfile, rules};
 
 /// Effort of a volt of the data sheet, N m/V. The gains do not depend on it.
 const NM_PER_V: f64 = 12.0;

@@ -8,10 +8,10 @@ use super::motions::{Approach, Motions};
 use super::rows::{self, EnsembleHeader};
 use super::run::Ensemble;
 use super::{json, markdown, summary, table};
-use crate::experiment::Document;
-use crate::goal::PositionGoal;
-use crate::joint::Train;
-use crate::rules::rules;
+use dynamics::joint::Train;
+use files::goal::PositionGoal;
+use simulator::experiment::Document;
+use simulator::rules::rules;
 
 const EASY: DrawOptions = DrawOptions { hard: false, rate_hz: 1000.0 };
 

@@ -6,8 +6,8 @@ use super::motions::Approach;
 use super::rows::{EnsembleHeader, Group};
 use super::statistics::Sorted;
 use super::summary::{LawSummary, MovesSummary, SideSummary};
-use crate::output::grid::{self, number};
-use crate::rules::{GainRule, RULES, TUNING_SEEDS};
+use simulator::output::grid::{self, number};
+use simulator::rules::{GainRule, RULES, TUNING_SEEDS};
 
 /// Trips of a law that the text names.
 const TRIPS_NAMED: usize = 10;

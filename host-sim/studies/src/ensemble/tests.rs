@@ -14,9 +14,9 @@ use super::motions::{Approach, Motions};
 use super::rows::{self, EnsembleHeader, ResumeFile, Shard};
 use super::run::{Ensemble, run};
 use super::{json, summary};
-use crate::joint::{Body, Description, Train};
-use crate::output::{OutputFile, OverwriteGuard};
-use crate::rules::{GainRule, rules};
+use dynamics::joint::{Body, Description, Train};
+use simulator::output::{OutputFile, OverwriteGuard};
+use simulator::rules::{GainRule, rules};
 
 const EASY: DrawOptions = DrawOptions { hard: false, rate_hz: 1000.0 };
 
@@ -44,7 +44,7 @@ fn joint(friction: f64, step: f64) -> Case {
     (curve.coulomb, curve.stick) = (friction, friction);
     body.inertia = 0.34;
     case.joint = Description { lag_s: 0.0, start: 0.0, train: Train::Rigid(body), ..case.joint };
-    case.delay = crate::plant::Delay::None;
+    case.delay = simulator::plant::Delay::None;
     case.step = step;
     case
 }

@@ -3,8 +3,8 @@
 use super::distribution::Draws;
 use super::draw::{Case, Trapezoid, UnitScale, wall};
 use super::family::Family;
-use crate::joint::{Body, Description, DiscSide, JointEncoder, Stops, StribeckCurve, Train};
-use crate::plant::Delay;
+use dynamics::joint::{Body, Description, DiscSide, JointEncoder, Stops, StribeckCurve, Train};
+use simulator::plant::Delay;
 
 /// Nominal inertia of the thesis's axis, V s^2/deg, and viscous friction, V s/deg.
 pub(super) const NOMINAL: [f64; 2] = [1.0 / 27.0, 0.02];

@@ -5,8 +5,8 @@ use std::sync::{Mutex, PoisonError};
 use super::rows::EnsembleHeader;
 use super::run::{Ensemble, run_with};
 use super::summary::{LawSummary, summaries};
-use crate::error::Error;
-use crate::rules::GainRule;
+use files::error::Error;
+use simulator::rules::GainRule;
 
 /// A constant and what the law comes to with it, on each family.
 #[derive(Clone, Debug)]

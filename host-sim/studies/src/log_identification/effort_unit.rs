@@ -10,7 +10,7 @@
 //! unit whose gain is within 2 % of `--effort-gain`, V before A, or else a torque.
 
 use super::units::unit_of_name;
-use crate::data_sheet::{DataSheet, Mapping};
+use files::data_sheet::{DataSheet, Mapping};
 
 /// Relative difference up to which two gains are equal.
 const SAME: f64 = 0.02;

@@ -2,7 +2,7 @@
 
 use super::IdentifiedMachine;
 use super::model::RegressionSample;
-use crate::figure::{Figure, NamedFigure, Panel, PlotCurve, Style};
+use figure::{Figure, NamedFigure, Panel, PlotCurve, Style};
 
 /// Largest number of points of a curve.
 const DRAWN: usize = 6_000;

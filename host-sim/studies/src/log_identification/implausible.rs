@@ -6,7 +6,7 @@ use super::reading::MotionLog;
 use super::time_grid::TimeGrid;
 use super::units::LogUnits;
 use super::{LogStatistics, samples};
-use crate::error::rounded;
+use files::error::rounded;
 
 /// Range of sample times of control loops and loggers, s.
 const SAMPLE_TIMES: [f64; 2] = [5e-6, 0.1];

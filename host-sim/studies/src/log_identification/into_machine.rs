@@ -18,14 +18,16 @@ use toml_edit::{DocumentMut, Item, TableLike};
 use super::IdentifiedMachine;
 use super::effort_unit::EffortUnit;
 use super::model::{FittedModel, MachineModel};
-use crate::data_sheet::{DataSheet, Mapping, resting_torque};
-use crate::device::contradiction::Contradiction;
-use crate::device::found_load::MeasuredLoad;
-use crate::device::merged_sheet::{MeasuredJoint, MergedSheet, TABLES, kept_words};
-use crate::device::spread::commented;
-use crate::document::Document;
-use crate::draft::spread::{LEAST, around, identified as said, of_inertia, part, rounded, table};
-use crate::error::{Error, rounded as digits};
+use files::data_sheet::{DataSheet, Mapping, resting_torque};
+use files::document::Document;
+use files::error::{Error, rounded as digits};
+use simulator::device::contradiction::Contradiction;
+use simulator::device::found_load::MeasuredLoad;
+use simulator::device::merged_sheet::{MeasuredJoint, MergedSheet, TABLES, kept_words};
+use simulator::device::spread::commented;
+use simulator::draft::spread::{
+    LEAST, around, identified as said, of_inertia, part, rounded, table,
+};
 
 /// Relative range of a stick friction that was not measured.
 const UNTOLD: f64 = 0.25;

@@ -10,13 +10,13 @@ use toml::Value;
 
 use super::IdentifiedMachine;
 use super::model::FittedModel;
-use crate::data_sheet::resting_torque;
-use crate::draft::spread::{
+use files::data_sheet::resting_torque;
+use files::error::{Error, rounded};
+use simulator::draft::spread::{
     LEAST, around, identified as said, of_inertia, part, rounded as digits, table,
 };
-use crate::draft::{Answers, DraftStyle, Sources, text_with};
-use crate::error::{Error, rounded};
-use crate::rules::JointEstimate;
+use simulator::draft::{Answers, DraftStyle, Sources, text_with};
+use simulator::rules::JointEstimate;
 
 /// Assumed lines of an encoder whose counts are too fine to show in the log.
 const ASSUMED_LINES: u32 = 4096;

@@ -157,7 +157,7 @@ pub fn identify(mut log: MotionLog, request: &FitSettings) -> Result<IdentifiedM
         return Err(format!(
             "--cut-off is {hz}; it must be above 0 and at most an eighth of the sampling \
              frequency, here {}",
-            crate::error::rounded(highest)
+            files::error::rounded(highest)
         ));
     }
     // The mean of several rows has a finer resolution.

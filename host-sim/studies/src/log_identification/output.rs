@@ -3,8 +3,8 @@
 use serde_json::{Map, Value, json};
 
 use super::IdentifiedMachine;
-use crate::error::rounded;
-use crate::output::grid;
+use files::error::rounded;
+use simulator::output::grid;
 
 /// Version of the JSON object; raised when a key changes its meaning or is removed.
 const SCHEMA: u32 = 1;
@@ -123,7 +123,7 @@ fn rounded_to(number: f64, digits: usize) -> String {
         return "-".into();
     }
     let text = format!("{number:.*e}", digits.saturating_sub(1));
-    crate::error::shown(text.parse().unwrap_or(number))
+    files::error::shown(text.parse().unwrap_or(number))
 }
 
 /// Formats a value with the digits that its standard deviation leaves, at least three.

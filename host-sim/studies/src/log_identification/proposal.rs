@@ -20,7 +20,7 @@
 
 use super::model::{FittedModel, MachineModel, RegressionSample};
 use super::regression;
-use crate::error::rounded;
+use files::error::rounded;
 
 /// Drop of BIC that a term needs.
 const DROP: f64 = 10.0;

@@ -12,7 +12,7 @@ use std::path::Path;
 use csv::{ByteRecord, ReaderBuilder};
 
 use super::encoding;
-use crate::error::{Error, suggestion};
+use files::error::{Error, suggestion};
 
 /// Largest number of samples: 24 MiB, or an hour at 290 Hz.
 pub const MOST: usize = 1 << 20;

@@ -7,7 +7,7 @@ use super::implausible::Implausible;
 use super::misfit::Misfit;
 use super::model::{FittedModel, FittedParameter};
 use super::proposal::Proposal;
-use crate::error::rounded;
+use files::error::rounded;
 
 /// Relative residuals, % of the effort: good up to the first, poor above the second. Published
 /// identifications of robots and drives have 3 to 15 %.

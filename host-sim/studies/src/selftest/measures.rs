@@ -16,10 +16,10 @@
 
 use stiction::link::Sample;
 
-use crate::device::signals::Signals;
 use crate::ensemble::{self, Reversals, TrackingJudge};
-use crate::goal::PositionGoal;
-use crate::settling::Settling;
+use files::goal::PositionGoal;
+use simulator::device::signals::Signals;
+use simulator::settling::Settling;
 
 /// Time at the end of a move in which the joint is judged at rest, s.
 pub const REST_S: f64 = 1.0;

@@ -118,7 +118,7 @@ mod tests {
     fn the_range_is_what_a_second_allows_and_what_the_limits_of_the_position_leave() {
         let mut parameters = Parameters {
             motion: stiction::Motion::Hold,
-            ..crate::experiment::for_a_device(&plan()).unwrap()
+            ..simulator::experiment::for_a_device(&plan()).unwrap()
         };
         (parameters.profile.velocity, parameters.profile.acceleration) = (200.0, 1000.0);
         assert_eq!(MoveRange::derived(&parameters, 3.0).deg, 10.0);
@@ -131,8 +131,8 @@ mod tests {
         assert_eq!(MoveRange::derived(&parameters, 6.0).deg, 0.0);
     }
 
-    fn plan() -> crate::experiment::RunPlan {
-        let document = crate::experiment::Document::open("step-response").unwrap();
-        crate::experiment::Experiment::plan(&document, &[], &[]).unwrap().runs.remove(0)
+    fn plan() -> simulator::experiment::RunPlan {
+        let document = simulator::experiment::Document::open("step-response").unwrap();
+        simulator::experiment::Experiment::plan(&document, &[], &[]).unwrap().runs.remove(0)
     }
 }

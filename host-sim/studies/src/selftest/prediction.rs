@@ -9,14 +9,14 @@ use stiction::servo::Boot;
 
 use super::measures::{MoveMeasures, SessionFigures};
 use super::session;
-use crate::device::client::Client;
-use crate::device::simulated::SimulatedDevice;
-use crate::device::wire::SimulatedWire;
-use crate::device::words;
 use crate::ensemble::{KeySpread, drawn_keys};
-use crate::error::Error;
-use crate::experiment::{Document, Experiment, RunPlan};
-use crate::goal::PositionGoal;
+use files::error::Error;
+use files::goal::PositionGoal;
+use simulator::device::client::Client;
+use simulator::device::simulated::SimulatedDevice;
+use simulator::device::wire::SimulatedWire;
+use simulator::device::words;
+use simulator::experiment::{Document, Experiment, RunPlan};
 
 /// Input of a prediction.
 #[derive(Clone, Debug)]
@@ -149,7 +149,7 @@ impl PredictionInput {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::experiment::parameters;
+    use simulator::experiment::parameters;
 
     /// The thesis's joint under SRNF, with other variants than its own.
     fn with(variants: &str) -> Document {

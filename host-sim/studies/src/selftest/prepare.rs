@@ -10,14 +10,14 @@ use super::prediction::{Prediction, PredictionInput};
 use super::session::{LONGEST_S, SelfTestSession, time_s};
 use super::text::SelfTestResult;
 use super::verdict::{SelfTestCheck, bounds, verdict};
-use crate::data_sheet::UnseenSlack;
-use crate::device::client::Client;
-use crate::device::wire::Wire;
-use crate::device::{machine_file, parameters, words};
-use crate::error::{Error, rounded};
-use crate::experiment::{Document, Experiment, RunPlan};
-use crate::goal::PositionGoal;
 use crate::tuning::spreads;
+use files::data_sheet::UnseenSlack;
+use files::error::{Error, rounded};
+use files::goal::PositionGoal;
+use simulator::device::client::Client;
+use simulator::device::wire::Wire;
+use simulator::device::{machine_file, parameters, words};
+use simulator::experiment::{Document, Experiment, RunPlan};
 
 /// Keys in which device and file must agree; otherwise they are different machines.
 const OF_THE_MACHINE: [&str; 3] = ["encoder.", "drive.", "loop.sample_time_s"];

@@ -10,12 +10,12 @@ use stiction::link::{Sample, StateCode, Status};
 use stiction::{Motion, Parameters, ProfileLimits};
 
 use super::measures::{MoveMeasures, SIGNALS, measures};
-use crate::device::client::{Client, position_of};
-use crate::device::moved::longest_s;
-use crate::device::signals::Signals;
-use crate::device::wire::Wire;
-use crate::error::Error;
-use crate::goal::PositionGoal;
+use files::error::Error;
+use files::goal::PositionGoal;
+use simulator::device::client::{Client, position_of};
+use simulator::device::moved::longest_s;
+use simulator::device::signals::Signals;
+use simulator::device::wire::Wire;
 
 /// Least time between two samples, s.
 const LOOKED_AT_S: f64 = 0.01;

@@ -5,12 +5,12 @@ use serde_json::{Value, json};
 use super::measures::{AtLoad, MoveMeasures, SessionFigures};
 use super::prediction::Prediction;
 use super::verdict::SelfTestCheck;
-use crate::data_sheet::UnseenSlack;
 use crate::ensemble::Sorted;
-use crate::goal::PositionGoal;
-use crate::lines::wrapped;
-use crate::output::grid::{self, number};
-use crate::output::sides;
+use files::data_sheet::UnseenSlack;
+use files::goal::PositionGoal;
+use files::lines::wrapped;
+use simulator::output::grid::{self, number};
+use simulator::output::sides;
 
 /// Result of a self-test.
 #[derive(Clone, Debug)]

@@ -9,7 +9,7 @@
 
 use super::figures::{TuningFigures, TuningGoal, is_fine};
 use crate::ensemble::CaseResult;
-use crate::error::Error;
+use files::error::Error;
 
 /// Candidates that are judged at most.
 pub(super) const CANDIDATES: usize = 5;

@@ -4,8 +4,8 @@ use stiction::control::laws::{Gains, RobustGains};
 use stiction::control::pd::PdGains;
 use stiction::units::value::{About, Absent, Table, Values as _};
 
-use crate::error::Error;
-use crate::experiment::{RunPlan, about_law};
+use files::error::Error;
+use simulator::experiment::{RunPlan, about_law};
 
 /// A gain that is turned.
 #[derive(Clone, Debug, PartialEq)]

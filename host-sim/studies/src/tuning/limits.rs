@@ -3,8 +3,8 @@
 use std::ops::RangeInclusive;
 
 use super::TuningFigures;
-use crate::error::{rounded, suggestion};
-use crate::typed_number;
+use files::error::{rounded, suggestion};
+use files::typed_number;
 
 /// How many joints gains may be looked for on.
 pub const CASES_ALLOWED: RangeInclusive<u64> = 1..=1000;

@@ -36,9 +36,9 @@ pub use self::limits::{CASES_ALLOWED, limit, takes_long};
 use self::refusal::Evidence;
 pub use self::text::{is_refused, object, reason, render, rewritten};
 use crate::ensemble::{CaseResult, MachineEnsemble, MachineOptions, written_spreads};
-use crate::error::Error;
-use crate::experiment::{Document, Experiment};
-use crate::figure::chart::Chart;
+use figure::chart::Chart;
+use files::error::Error;
+use simulator::experiment::{Document, Experiment};
 
 /// Default number of joints on which gains are tried; each is run with and without a
 /// sample of delay.

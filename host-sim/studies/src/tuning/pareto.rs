@@ -5,8 +5,8 @@
 //! decades of what is on it; a chart of a figure that is zero for all gains is left out.
 
 use super::{TuningFigures, TuningResult};
-use crate::figure::chart::{Chart, ChartContent, Layer, LayeredPanel, LogAxis, Mark, Point};
-use crate::goal::PositionGoal;
+use figure::chart::{Chart, ChartContent, Layer, LayeredPanel, LogAxis, Mark, Point};
+use files::goal::PositionGoal;
 
 /// Time to settle of a success by default, s.
 const WITHIN_S: f64 = 5.0;

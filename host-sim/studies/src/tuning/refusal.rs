@@ -8,10 +8,10 @@
 use std::collections::BTreeMap;
 
 use super::TuningFigures;
-use crate::data_sheet::UnseenSlack;
 use crate::ensemble::CaseResult;
-use crate::error::rounded;
-use crate::goal::PositionGoal;
+use files::data_sheet::UnseenSlack;
+use files::error::rounded;
+use files::goal::PositionGoal;
 
 /// What a refusal is decided by.
 #[derive(Clone, Copy, Debug)]

@@ -10,7 +10,7 @@
 use argmin::core::{CostFunction, Executor};
 use argmin::solver::neldermead::NelderMead;
 
-use crate::error::Error;
+use files::error::Error;
 
 /// The first simplex turns each gain by this factor.
 const FACTOR: f64 = 1.6;

@@ -4,8 +4,8 @@ use serde_json::{Map, Value, json};
 use toml_edit::{DocumentMut, value};
 
 use super::{SideFigures, TuningFigures, TuningResult};
-use crate::error::{Error, rounded};
-use crate::output::grid;
+use files::error::{Error, rounded};
+use simulator::output::grid;
 
 /// Writes the gains into the text of a file, of which everything else stays, comments included.
 ///

@@ -2,9 +2,9 @@
 
 use super::*;
 use crate::data_sheet::SheetAxis;
-use crate::friction::{AddedFriction, Coulomb};
-use crate::mechanism::RobotAxis;
-use crate::solver::{AxisSolver, ExactAxis};
+use dynamics::friction::{AddedFriction, Coulomb};
+use dynamics::mechanism::RobotAxis;
+use dynamics::solver::{AxisSolver, ExactAxis};
 
 const SAMPLE_S: f64 = 1e-3;
 

@@ -7,7 +7,7 @@ use stiction::link::{Message, Numbered, Reply, Request, RequestRefusal, encode_r
 use super::Client;
 use crate::device::wire::Wire;
 use crate::device::words;
-use crate::error::Error;
+use files::error::Error;
 
 /// Timeout for an answer. A device answers within milliseconds, except to a save.
 pub(super) const PATIENCE: Duration = Duration::from_millis(200);

@@ -1,12 +1,12 @@
 //! A client of the command link.
 //!
 //! ```
-//! use simulator::device::client::Client;
-//! use simulator::device::simulated::SimulatedDevice;
-//! use simulator::device::wire::SimulatedWire;
-//! use simulator::experiment::{Document, Experiment};
+//! use crate::device::client::Client;
+//! use crate::device::simulated::SimulatedDevice;
+//! use crate::device::wire::SimulatedWire;
+//! use crate::experiment::{Document, Experiment};
 //!
-//! # fn main() -> Result<(), simulator::Error> {
+//! # fn main() -> Result<(), files::Error> {
 //! let document = Document::open("step-response")?;
 //! let plan = Experiment::plan(&document, &["srnf".into()], &[])?.runs.remove(0);
 //! let mut client = Client::connect(SimulatedWire::new(SimulatedDevice::new(&plan)?))?;
@@ -44,7 +44,7 @@ use stiction::link::{Deframer, Identity, Kind, PROTOCOL, Reply, Request};
 use self::exchange::Heard;
 use self::telemetry::Subscription;
 use super::wire::{SIMULATED, Wire};
-use crate::error::Error;
+use files::error::Error;
 
 /// A session with a device.
 #[derive(Debug)]

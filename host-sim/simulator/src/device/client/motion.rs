@@ -10,7 +10,7 @@ use stiction::{Limits, Motion, Parameters};
 use super::Client;
 use crate::device::moved::longest_s;
 use crate::device::wire::Wire;
-use crate::error::{Error, rounded, shown};
+use files::error::{Error, rounded, shown};
 
 /// Friction map: each speed in both senses, the fastest first.
 pub type Map = [[MapPoint; 2]; SPEEDS];
@@ -127,7 +127,7 @@ impl<W: Wire> Client<W> {
     fn out_of_range(&mut self) -> Error {
         let error = self.refused("move", &RequestRefusal::OutOfRange);
         let Ok(Parameters { limits, .. }) = self.parameters() else { return error };
-        let [min, max] = [limits.position_min, limits.position_max].map(crate::written::single);
+        let [min, max] = [limits.position_min, limits.position_max].map(files::written::single);
         let range = format!("{} to {} deg from power-on", shown(min), shown(max));
         Error::Refused(format!("{error}; the range is {range}"))
     }

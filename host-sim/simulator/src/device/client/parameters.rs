@@ -7,7 +7,7 @@ use stiction::units::value::Key;
 
 use super::Client;
 use crate::device::wire::Wire;
-use crate::error::Error;
+use files::error::Error;
 
 impl<W: Wire> Client<W> {
     /// Reads the parameters in use.

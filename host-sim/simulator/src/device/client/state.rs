@@ -8,7 +8,7 @@ use stiction::link::{FaultReport, Reply, Request, RequestRefusal, StateCode, Sta
 use super::Client;
 use super::exchange::PATIENCE;
 use crate::device::wire::Wire;
-use crate::error::Error;
+use files::error::Error;
 
 /// Longest time between two requests of a waiting client: a fifth of the default link timeout.
 const SIGN_OF_LIFE: Duration = Duration::from_millis(100);

@@ -7,7 +7,7 @@ use stiction::link::{Reply, Request, RequestRefusal, Sample, SignalDescription};
 
 use super::Client;
 use crate::device::wire::Wire;
-use crate::error::Error;
+use files::error::Error;
 
 /// Received samples of a subscription.
 #[derive(Debug, Default)]

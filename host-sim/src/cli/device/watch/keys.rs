@@ -4,11 +4,11 @@
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 
 use super::model::WatchedDevice;
-use crate::device::client::Client;
-use crate::device::travel::Travel;
-use crate::device::wire::Wire;
-use crate::error::Error;
-use crate::typed_number;
+use files::error::Error;
+use files::typed_number;
+use simulator::device::client::Client;
+use simulator::device::travel::Travel;
+use simulator::device::wire::Wire;
 
 /// Longest text of a typed position, characters.
 const LONGEST_ENTRY: usize = 32;

@@ -15,14 +15,14 @@ use ratatui::crossterm::event::{self, Event, KeyEventKind};
 use stiction::link::{StateCode, Status};
 
 use super::PERHAPS_ARMED;
-use crate::device::client::Client;
-use crate::device::signals::Signals;
-use crate::device::travel::Travel;
-use crate::device::wire::Wire;
-use crate::device::words;
-use crate::error::Error;
+use files::error::Error;
 use keys::WatchFlow;
 use model::{WINDOW_S, WatchedDevice, subscribed};
+use simulator::device::client::Client;
+use simulator::device::signals::Signals;
+use simulator::device::travel::Travel;
+use simulator::device::wire::Wire;
+use simulator::device::words;
 
 /// Samples of a plot: two for every dot of a wide terminal.
 const SAMPLES: f64 = 500.0;

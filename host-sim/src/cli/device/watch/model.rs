@@ -5,9 +5,9 @@ use std::collections::VecDeque;
 use stiction::control::signal::name;
 use stiction::link::{Sample, StateCode, Status};
 
-use crate::device::signals::{OF_THE_LOOP, Signals};
-use crate::device::travel::Travel;
-use crate::error::Error;
+use files::error::Error;
+use simulator::device::signals::{OF_THE_LOOP, Signals};
+use simulator::device::travel::Travel;
 
 /// Length of the plotted past, s, unless a move takes longer.
 pub const WINDOW_S: f64 = 10.0;

@@ -10,12 +10,12 @@ use stiction::link::{FaultReport, Sample, StateCode, Status, WireErrors};
 use super::keys::{WatchFlow, press};
 use super::model::{WatchSample, WatchedDevice, subscribed};
 use super::view::draw;
-use crate::device::client::Client;
-use crate::device::signals::Signals;
-use crate::device::simulated::SimulatedDevice;
-use crate::device::wire::{SIMULATED, SimulatedWire, Wire};
-use crate::error::Error;
-use crate::experiment::{Document, Experiment};
+use files::error::Error;
+use simulator::device::client::Client;
+use simulator::device::signals::Signals;
+use simulator::device::simulated::SimulatedDevice;
+use simulator::device::wire::{SIMULATED, SimulatedWire, Wire};
+use simulator::experiment::{Document, Experiment};
 
 fn status() -> Status {
     Status {
@@ -205,7 +205,7 @@ fn with_all_at_once() -> WatchedDevice {
     (status.is_damaged, status.has_brown_out, status.crystal_not_measured) = (true, false, true);
     watched.lost = 3;
     let refused = stiction::link::RequestRefusal::TooFast;
-    let why = crate::device::words::refused(&refused);
+    let why = simulator::device::words::refused(&refused);
     watched.note = format!("move: the simulated device refuses: {why} (docs/link.md)");
     watched
 }
@@ -355,7 +355,7 @@ fn what_is_no_number_is_shown_as_typed_and_moves_nothing() {
 
 #[test]
 fn a_target_out_of_the_travel_is_refused_where_it_is_typed_with_the_range() {
-    let joint = crate::experiment::find("step-response").unwrap().toml;
+    let joint = simulator::experiment::find("step-response").unwrap().toml;
     let limited = "[limits]\nposition_min_deg = -10.0\nposition_max_deg = 20.0\n";
     for (limits, typed, range) in [
         ("", "99999", "it must be -360 to 360 deg while the device has no limits of travel"),
@@ -376,14 +376,14 @@ fn a_target_out_of_the_travel_is_refused_where_it_is_typed_with_the_range() {
         while let Some(sample) = client.kept() {
             watched.take(&sample);
         }
-        let travel = crate::device::travel::Travel::new(&client.parameters().unwrap());
+        let travel = simulator::device::travel::Travel::new(&client.parameters().unwrap());
         watched.travel = Some(travel);
         watched.follow(client.status().unwrap());
         // The joint was armed where it stood at power-on, and counts are whole.
         let resolution_deg = f64::from(status.resolution);
         let end = |deg: f64| {
             let exact = (deg / resolution_deg).round() * resolution_deg;
-            crate::error::shown((exact * 1e4).round() / 1e4)
+            files::error::shown((exact * 1e4).round() / 1e4)
         };
         let limits = format!("it must be {} to {} deg", end(-10.0), end(20.0));
         let range = range.replace("LIMITS", &limits);

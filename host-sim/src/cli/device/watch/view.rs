@@ -11,9 +11,9 @@ use stiction::link::StateCode;
 
 use super::keys::KEYS;
 use super::model::{WatchSample, WatchedDevice};
-use crate::device::words;
-use crate::error::shown;
-use crate::typed_number;
+use files::error::shown;
+use files::typed_number;
+use simulator::device::words;
 
 /// Least height of a plot with its legend, rows; a lower one shows no more than the numbers.
 const LEAST_PLOT: u16 = 5;

@@ -1,0 +1,325 @@
+//! The board: the microcontroller, its crystal, its supply, and what is on its pins.
+//!
+//! The emulated microcontroller is an STM32F427. It has everything of the STM32F405 that the
+//! firmware uses, at the same addresses. An instruction takes one cycle of 168 MHz: there are no
+//! wait states, so times measured here are counts of instructions, not cycles.
+
+use std::num::{NonZeroU32, NonZeroU64};
+
+use rigless::chip::uart::Rate;
+use rigless::cpu::armv7m::windows;
+use rigless::device::Level;
+use rigless::machine::{Board, Target, armv7m};
+use rigless::mcu::{Mcu, Operate};
+use rigless::soc::Width;
+use rigless::soc::stm32f427::Stm32f427;
+use rigless::soc::stm32f427::generated::{flash, rcc};
+use rigless::soc::stm32f427::peripherals::adc::Channel;
+use rigless::soc::stm32f427::peripherals::gpio::{Gpio, Pin};
+use rigless::store;
+use rigless::time::VirtualNanos;
+
+use super::uart::{USART1, Uart};
+use files::error::Error;
+
+/// Instructions a virtual second: one a cycle of the core's clock.
+pub const CLOCK_HZ: NonZeroU64 = NonZeroU64::MIN.saturating_add(167_999_999);
+
+const CRYSTAL_HZ: u64 = 8_000_000;
+/// TIM11's last capture, and the divider of the crystal that captures it, in RCC_CFGR. The emulated
+/// part has no wire between the two: this board has.
+pub const TIM11_CCR1: u64 = 0x4001_4834;
+const TIM11_OR: u64 = 0x4001_4850;
+const TIM11_CR1: u64 = 0x4001_4800;
+const TIM11_CCMR1: u64 = 0x4001_4818;
+const TIM11_CCER: u64 = 0x4001_4820;
+/// The internal oscillator, Hz, with no error.
+const HSI_HZ: u64 = 16_000_000;
+/// In RCC_CR: the crystal oscillates, and the PLL has locked.
+const HSERDY: u64 = 1 << 17;
+const PLLRDY: u64 = 1 << 25;
+/// In RCC_PLLCFGR: the PLL runs from the crystal, divided by this.
+const PLLSRC: u64 = 1 << 22;
+const PLLM: u64 = 63;
+/// What the PLL locks on, Hz (data sheet: 0.95 to 2.1 MHz).
+const PLL_INPUT_HZ: std::ops::RangeInclusive<u64> = 950_000..=2_100_000;
+/// In FLASH_OPTCR: the level of the brown-out reset; none of its bits is the highest level.
+const BOR_LEV: u64 = 0b1100;
+/// In RCC_CSR: a brown-out, and what every reset sets, the pin.
+const BORRSTF: u64 = 1 << 25;
+const PADRSTF: u64 = 1 << 26;
+/// Oscillator of the watchdog, typically. The data sheet's limits are 17 and 47 kHz.
+const LSI_HZ: u64 = 32_000;
+/// Control register, counter, prescaler and reload value of the control tick's timer.
+const TIM3_CR1: u64 = 0x4000_0400;
+const TIM3_CNT: u64 = 0x4000_0424;
+const TIM3_PSC: u64 = 0x4000_0428;
+const TIM3_ARR: u64 = 0x4000_042C;
+/// Its clock with the crystal and without it, as the firmware sets it up.
+const TIM3_HZ: [u64; 2] = [84_000_000, 16_000_000];
+/// In RCC_CFGR: the processor runs from the PLL.
+const RCC_CFGR: u64 = 0x4002_3808;
+const SWS_PLL: u32 = 0b10 << 2;
+const SWS: u32 = 0b11 << 2;
+const RAIL_MV: u32 = 3_300;
+/// PC0, which measures the supply of the bridge, is channel 10 of ADC1.
+const SUPPLY_CHANNEL: u8 = 10;
+
+/// A port of the part, by its place in the part's table.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum GpioPort {
+    /// GPIOA.
+    A = 0,
+    /// GPIOB.
+    B = 1,
+}
+
+/// Components on the board; the default is a complete board.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FittedParts {
+    /// The 8 MHz crystal is there and oscillates.
+    pub crystal: bool,
+    /// The frequency of the crystal, Hz.
+    pub crystal_hz: u64,
+    /// The option bytes have the brown-out reset on, at 2.7 V. The factory leaves it off.
+    pub brown_out: bool,
+    /// Voltage on the pin that measures the bridge's supply, mV.
+    pub supply_pin_mv: u32,
+    /// Frequency of the oscillator that the watchdog counts, 17 to 47 kHz.
+    pub lsi_hz: u64,
+    /// Of a million bytes that the command link's port receives, the number that noise changes.
+    pub noisy_bytes: u32,
+}
+
+impl Default for FittedParts {
+    fn default() -> Self {
+        Self {
+            crystal: true,
+            crystal_hz: CRYSTAL_HZ,
+            brown_out: false,
+            supply_pin_mv: RAIL_MV / 2,
+            lsi_hz: LSI_HZ,
+            noisy_bytes: 0,
+        }
+    }
+}
+
+/// The emulated board.
+#[derive(Debug)]
+pub struct EmulatedBoard {
+    /// The microcontroller.
+    pub mcu: Stm32f427,
+    crystal: bool,
+    crystal_hz: u64,
+    /// The break input is pulled.
+    breaks: bool,
+    noisy_bytes: u32,
+}
+
+store!(EmulatedBoard {
+    values: [crystal, crystal_hz, breaks, noisy_bytes],
+    parts: [mcu],
+    built: []
+});
+
+impl EmulatedBoard {
+    /// A board out of the box, without power.
+    ///
+    /// # Errors
+    /// If the emulator's own description of the part contradicts itself.
+    pub fn new(fitted: FittedParts) -> Result<Self, Error> {
+        let mut mcu = Stm32f427::new().map_err(|error| Error::Emulator(error.to_string()))?;
+        mcu.rcc.attach_crystals(if fitted.crystal { fitted.crystal_hz } else { 0 }, 0);
+        mcu.rcc.calibrate_lsi(fitted.lsi_hz);
+        mcu.set_supply(RAIL_MV);
+        for converter in &mut mcu.adc {
+            converter.set_reference(RAIL_MV);
+        }
+        let FittedParts { crystal, crystal_hz, brown_out, noisy_bytes, .. } = fitted;
+        let mut board = Self { mcu, crystal, crystal_hz, breaks: false, noisy_bytes };
+        if brown_out {
+            let factory = board.option_bytes();
+            board.set_option_bytes(factory & !BOR_LEV);
+        }
+        board.supply(fitted.supply_pin_mv);
+        // Its pull-up: the input is active low, and a cut wire must not turn the bridge off.
+        board.drive_break(VirtualNanos(0), false);
+        Ok(board)
+    }
+
+    /// FLASH_OPTCR: the option bytes that the part goes by.
+    pub fn option_bytes(&mut self) -> u64 {
+        self.mcu.program().1.get(flash::Register::Optcr)
+    }
+
+    /// Programs the option bytes, as a probe does.
+    pub fn set_option_bytes(&mut self, word: u64) {
+        let (program, registers) = self.mcu.program();
+        let more = registers.get(flash::Register::Optcr1);
+        program.keep_options(word, more, registers);
+    }
+
+    /// Which of its functions a pin carries, if it is not a plain input or output.
+    pub fn function(&mut self, port: GpioPort, pin: u8) -> Option<u8> {
+        let (_, registers) = self.mcu.port(port as usize);
+        Gpio::function(Pin::new(pin)?, registers)
+    }
+
+    /// What a voltmeter on a pin would show.
+    pub fn is_high(&mut self, port: GpioPort, pin: u8) -> bool {
+        let (port, registers) = self.mcu.port(port as usize);
+        Pin::new(pin).is_some_and(|pin| port.level(pin, registers) == Level::High)
+    }
+
+    /// Pulls the break input of TIM1 low, as the fault output of a bridge's driver does, or lets go
+    /// of it.
+    pub fn drive_break(&mut self, at: VirtualNanos, active: bool) {
+        self.breaks = active;
+        let level = if active { Level::Low } else { Level::High };
+        self.mcu.drive_advanced_timer(at, 0, |timer, registers, context| {
+            timer.drive_break(level, registers, context);
+        });
+    }
+
+    /// Connects the far end of a wire to the command link's port.
+    pub fn connect(&mut self, uart: &Uart) {
+        if let Some(port) = self.mcu.usart.get_mut(USART1) {
+            port.attach(uart.clone());
+            port.errors_mut().noise = Rate { name: "noise", per_million: self.noisy_bytes };
+        }
+    }
+
+    /// To be called after a reset of the part: the emulated one forgets the level of its break
+    /// input.
+    pub fn reconnect(&mut self, at: VirtualNanos) {
+        self.drive_break(at, self.breaks);
+    }
+
+    /// Lets the crystal fail.
+    pub fn lose_crystal(&mut self, at: VirtualNanos) {
+        self.crystal = false;
+        self.mcu.rcc.attach_crystals(0, 0);
+        self.mcu.drive_clocks(at, |rcc, registers, context| rcc.fail_hse(registers, context));
+    }
+
+    /// Lets the last reset look like one of a brown-out; for the instant of that reset.
+    pub fn flag_brown_out(&mut self) {
+        let (_, registers) = self.mcu.clocks();
+        registers.set(rcc::Register::Csr, BORRSTF | PADRSTF);
+    }
+
+    /// Sets the rail of the part itself, mV.
+    pub fn set_rail(&mut self, millivolts: u32) {
+        self.mcu.set_supply(millivolts);
+    }
+
+    /// To be called when TIM11's capture has been read: puts the next one there. The timer counts
+    /// the internal oscillator, and every eighth edge of the divided crystal captures it, if all of
+    /// that is set up as RM0090 has it.
+    pub fn capture_crystal(&mut self, at: VirtualNanos) {
+        let [configuration, remap, control, mode, enable] =
+            [RCC_CFGR, TIM11_OR, TIM11_CR1, TIM11_CCMR1, TIM11_CCER]
+                .map(|address| self.peek(at, address).unwrap_or(0));
+        let divider = u64::from(configuration >> 16 & 31);
+        let is_set_up = self.crystal
+            && configuration & SWS == 0
+            && divider > 1
+            && (remap & 3, control & 1, mode & 0xFF, enable & 0xB) == (2, 1, 0b1101, 1);
+        if is_set_up {
+            let period = 8 * divider * 1_000_000_000 / self.crystal_hz;
+            let captured = at.0 / period * period * HSI_HZ / 1_000_000_000;
+            self.poke(at, TIM11_CCR1, (captured & 0xFFFF) as u32);
+        }
+    }
+
+    /// Stops the counter of the control tick's timer.
+    pub fn stop_tick(&mut self, at: VirtualNanos) {
+        // A timer without a clock does not count either.
+        let _ = self.mcu.write(at, TIM3_CR1, Width::W32, 0);
+    }
+
+    /// Lets the control tick's timer be at its end.
+    pub fn early_tick(&mut self, at: VirtualNanos) {
+        if let Some(reload) = self.peek(at, TIM3_ARR) {
+            // A timer without a clock does not tick either.
+            let _ = self.mcu.write(at, TIM3_CNT, Width::W32, reload.into());
+        }
+    }
+
+    /// Time from one control tick to the next, as its timer is set; nothing if it has no clock.
+    pub fn tick_period_ns(&mut self, at: VirtualNanos) -> Option<u64> {
+        let [prescaler, reload] = [TIM3_PSC, TIM3_ARR].map(|address| self.peek(at, address));
+        let crystal = self.peek(at, RCC_CFGR)? & SWS == SWS_PLL;
+        let hz = TIM3_HZ[usize::from(!crystal)];
+        let clocks = (u64::from(prescaler?) + 1) * (u64::from(reload?) + 1);
+        Some((clocks * 1_000_000_000 + hz / 2) / hz)
+    }
+
+    /// Sets the voltage on the pin that measures the bridge's supply, mV.
+    pub fn supply(&mut self, pin_mv: u32) {
+        for converter in &mut self.mcu.adc {
+            if let Some(channel) = Channel::new(SUPPLY_CHANNEL) {
+                converter.set_input(channel, pin_mv);
+            }
+        }
+    }
+
+    /// To be called whenever the models have acted: an oscillator without a crystal never says that
+    /// it is ready, and the model's would, as soon as its start-up time is over. Nor does a PLL
+    /// whose input is out of its range.
+    pub fn settle(&mut self) {
+        let hz = self.crystal_hz;
+        let (_, registers) = self.mcu.clocks();
+        let [control, pll] =
+            [rcc::Register::Cr, rcc::Register::Pllcfgr].map(|register| registers.get(register));
+        let mut never = if self.crystal { 0 } else { HSERDY };
+        let input = (pll & PLLM > 0 && pll & PLLSRC != 0).then(|| hz / (pll & PLLM));
+        if input.is_some_and(|hz| !PLL_INPUT_HZ.contains(&hz)) {
+            never |= PLLRDY;
+        }
+        if control & never != 0 {
+            registers.set(rcc::Register::Cr, control & !never);
+        }
+    }
+
+    /// Writes a register as the core would now.
+    pub fn poke(&mut self, at: VirtualNanos, address: u64, value: u32) {
+        // A peripheral without a clock takes nothing either.
+        let _ = self.mcu.write(at, address, Width::W32, value.into());
+    }
+
+    /// A register as the core would read it now; nothing if the peripheral has no clock.
+    pub fn peek(&mut self, at: VirtualNanos, address: u64) -> Option<u32> {
+        self.mcu.read(at, address, Width::W32).ok().map(|value| value as u32)
+    }
+}
+
+impl Board for EmulatedBoard {
+    fn name(&self) -> &'static str {
+        "stiction"
+    }
+
+    fn target_names(&self) -> Vec<&'static str> {
+        vec!["stm32f405"]
+    }
+
+    fn mcu(&mut self, target: usize) -> Option<&mut dyn Mcu> {
+        (target == 0).then_some(&mut self.mcu)
+    }
+
+    fn targets(&mut self) -> Vec<Target<'_>> {
+        let lines = u32::from(Operate::cpu(&self.mcu).interrupt_lines);
+        let core = armv7m::Core {
+            variant: armv7m::Variant::M4,
+            clock_hz: CLOCK_HZ,
+            interrupt_lines: NonZeroU32::new(lines).unwrap_or(NonZeroU32::MIN),
+            priority_bits: 4,
+            refclk_divider: NonZeroU32::MIN.saturating_add(7),
+            instructions_per_second: CLOCK_HZ,
+            boot: "flash",
+        };
+        let windows = windows(Mcu::bus(&self.mcu));
+        let spec = core.spec_with_parts(&windows, armv7m::Fpu::FpV4Sp, armv7m::MpuRegions::Eight);
+        vec![Target::new("stm32f405", &mut self.mcu, spec)]
+    }
+}

@@ -1,0 +1,251 @@
+//! Reads a flash image, and checks its chip and the version of its core.
+//!
+//! The firmware carries an ELF note, section `.note.stiction`: name `stiction`, type 1, and as its
+//! description three texts that end in a zero byte each: version of the core, commit, chip.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use defmt_decoder::{Encoding, Table};
+use object::{Architecture, Object, ObjectSection, ObjectSymbol};
+
+use super::last_tick;
+use files::error::Error;
+
+/// The part that the board carries.
+const CHIP: &str = "STM32F405";
+/// The core that this program was built with.
+const VERSION: &str = env!("CARGO_PKG_VERSION");
+const SECTION: &str = ".note.stiction";
+const NOTE_NAME: &[u8] = b"stiction\0";
+const NOTE_TYPE: u32 = 1;
+/// Where a firmware that defmt-rtt logs for keeps its buffers.
+const RTT_SYMBOL: &str = "_SEGGER_RTT";
+
+/// How to get a good image, for every message about a bad one.
+const BUILD: &str = "build it with `cargo xtask firmware`";
+
+/// A flash image that may be run.
+#[derive(Debug)]
+pub struct FirmwareImage {
+    /// Where it came from.
+    pub path: PathBuf,
+    /// The whole ELF file.
+    pub elf: Vec<u8>,
+    /// What it says of itself.
+    pub note: ImageNote,
+    /// The log's format strings.
+    pub formats: Table,
+    /// Address of the log's buffers.
+    pub rtt: u64,
+    /// Address of what it computed in its last tick.
+    pub last_tick: u64,
+}
+
+/// Note in an image: versions of core and commit, and chip.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ImageNote {
+    /// Version of the core.
+    pub version: String,
+    /// Commit that it was built from.
+    pub commit: String,
+    /// Chip that it was built for.
+    pub chip: String,
+}
+
+impl FirmwareImage {
+    /// Reads a file and refuses what cannot run on the board.
+    ///
+    /// # Errors
+    /// Returns why the file is not a valid image, and how to build one.
+    pub fn open(path: &Path) -> Result<Self, Error> {
+        let elf = fs::read(path).map_err(|source| {
+            let why = if source.kind() == std::io::ErrorKind::NotFound {
+                format!("there is no such file; {BUILD}, or name another with --image")
+            } else {
+                source.to_string()
+            };
+            refuse(path, &why)
+        })?;
+        Self::parse(path, elf)
+    }
+
+    /// Parses an image from the bytes of its file.
+    ///
+    /// # Errors
+    /// As [`open`](Self::open).
+    pub fn parse(path: &Path, elf: Vec<u8>) -> Result<Self, Error> {
+        let no = |why: String| refuse(path, &why);
+        let file = object::File::parse(&*elf)
+            .map_err(|_| no(format!("it is not an ELF file; {BUILD}")))?;
+        if file.architecture() != Architecture::Arm || file.is_64() || !file.is_little_endian() {
+            let found = file.architecture();
+            return Err(no(format!(
+                "it is built for {found:?}, not for the Cortex-M4 of an {CHIP}; {BUILD}"
+            )));
+        }
+        let section = file.section_by_name(SECTION).and_then(|section| section.data().ok());
+        let note = section.and_then(ImageNote::parse).ok_or_else(|| {
+            no(format!(
+                "it has no note of this project (section {SECTION}), so it is another program; \
+                 {BUILD}"
+            ))
+        })?;
+        if note.chip != CHIP {
+            return Err(no(format!(
+                "it is built for an {}, but the board has an {CHIP}; {BUILD}",
+                note.chip
+            )));
+        }
+        if note.version != VERSION {
+            let ImageNote { version, commit, .. } = &note;
+            return Err(no(format!(
+                "it holds version {version} of the core (commit {commit}), and this program \
+                 version \
+                 {VERSION}; {BUILD} from the same sources"
+            )));
+        }
+        let rtt = file
+            .symbols()
+            .find(|symbol| symbol.name() == Ok(RTT_SYMBOL))
+            .map(|symbol| symbol.address())
+            .ok_or_else(|| {
+                no(format!("it has no symbol {RTT_SYMBOL}, so its log cannot be read; {BUILD}"))
+            })?;
+        let symbol = file.symbols().find(|symbol| symbol.name() == Ok(last_tick::SYMBOL));
+        let last_tick = match symbol.map(|symbol| (symbol.address(), symbol.size() as usize)) {
+            Some((address, last_tick::SIZE)) => address,
+            _ => {
+                let symbol = last_tick::SYMBOL;
+                return Err(no(format!(
+                    "it does not keep its last tick (symbol {symbol}) as this program knows it; \
+                     {BUILD} from the same sources"
+                )));
+            }
+        };
+        let formats = Table::parse(&elf)
+            .map_err(|why| no(format!("its log cannot be decoded: {why}")))?
+            .ok_or_else(|| {
+                no(format!("it has no section .defmt, so its log cannot be decoded; {BUILD}"))
+            })?;
+        if formats.encoding() != Encoding::Rzcobs {
+            return Err(no(format!("its log is in another encoding than rzcobs; {BUILD}")));
+        }
+        Ok(Self { path: path.into(), note, formats, rtt, last_tick, elf })
+    }
+
+    /// Where the parts of a variable lie, first address and size: the compiler may have taken it
+    /// apart. `name` is a piece of its mangled name.
+    pub fn variable(&self, name: &str) -> Vec<(u64, u64)> {
+        self.symbols(name, object::SymbolKind::Data)
+    }
+
+    /// Where the functions begin whose mangled names hold `name`.
+    pub fn functions(&self, name: &str) -> Vec<u64> {
+        self.symbols(name, object::SymbolKind::Text)
+            .into_iter()
+            .map(|(address, _)| address & !1)
+            .collect()
+    }
+
+    fn symbols(&self, name: &str, kind: object::SymbolKind) -> Vec<(u64, u64)> {
+        let Ok(file) = object::File::parse(&*self.elf) else { return Vec::new() };
+        file.symbols()
+            .filter(|symbol| {
+                symbol.kind() == kind && symbol.name().is_ok_and(|found| found.contains(name))
+            })
+            .map(|symbol| (symbol.address(), symbol.size()))
+            .collect()
+    }
+
+    /// The function that an address of code lies in, for messages.
+    pub fn function_at(&self, address: u64) -> Option<String> {
+        let file = object::File::parse(&*self.elf).ok()?;
+        let function = file.symbols().find(|symbol| {
+            // The lowest bit of a function's address says that it is Thumb code.
+            let start = symbol.address() & !1;
+            symbol.kind() == object::SymbolKind::Text
+                && (start..start + symbol.size()).contains(&address)
+        })?;
+        Some(function.name().ok()?.to_owned())
+    }
+}
+
+impl ImageNote {
+    fn parse(section: &[u8]) -> Option<Self> {
+        let word = |at: usize| {
+            let bytes = section.get(at..at + 4)?;
+            Some(u32::from_le_bytes(bytes.try_into().ok()?))
+        };
+        let (name_size, size, kind) = (word(0)? as usize, word(4)? as usize, word(8)?);
+        let name = section.get(12..12usize.checked_add(name_size)?)?;
+        if name != NOTE_NAME || kind != NOTE_TYPE {
+            return None;
+        }
+        let from = 12 + name_size.next_multiple_of(4);
+        let description = section.get(from..from.checked_add(size)?)?;
+        let mut texts = description
+            .split(|byte| *byte == 0)
+            .map(|text| String::from_utf8_lossy(text).trim().to_owned());
+        Some(Self { version: texts.next()?, commit: texts.next()?, chip: texts.next()? })
+    }
+}
+
+fn refuse(path: &Path, why: &str) -> Error {
+    Error::Emulator(format!("{} cannot be run: {why}", path.display()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn note(name: &[u8], kind: u32, texts: &str) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        for word in [name.len() as u32, texts.len() as u32, kind] {
+            bytes.extend(word.to_le_bytes());
+        }
+        bytes.extend(name);
+        bytes.resize(bytes.len().next_multiple_of(4), 0);
+        bytes.extend(texts.as_bytes());
+        bytes
+    }
+
+    #[test]
+    fn a_note_says_version_commit_and_chip() {
+        let found =
+            ImageNote::parse(&note(b"stiction\0", 1, "0.1.0\0abc1234\0STM32F405\0\0\0")).unwrap();
+        let expected = ImageNote {
+            version: "0.1.0".into(),
+            commit: "abc1234".into(),
+            chip: "STM32F405".into(),
+        };
+        assert_eq!(found, expected);
+    }
+
+    #[test]
+    fn another_note_and_a_cut_note_are_none() {
+        assert_eq!(ImageNote::parse(&note(b"GNU\0", 1, "0.1.0\0abc\0STM32F405")), None);
+        assert_eq!(ImageNote::parse(&note(b"stiction\0", 2, "0.1.0\0abc\0STM32F405")), None);
+        let whole = note(b"stiction\0", 1, "0.1.0\0abc1234\0STM32F405");
+        for length in 0..whole.len() {
+            assert_eq!(ImageNote::parse(&whole[..length]), None, "{length} bytes");
+        }
+        let huge = [0xFF; 64];
+        assert_eq!(ImageNote::parse(&huge), None);
+    }
+
+    #[test]
+    fn what_is_no_image_is_refused_with_the_command_that_builds_one() {
+        let missing = FirmwareImage::open(Path::new("no/such/file")).unwrap_err().to_string();
+        assert!(
+            missing.contains("no/such/file") && missing.contains("cargo xtask firmware"),
+            "{missing}"
+        );
+        let text =
+            FirmwareImage::parse(Path::new("a.txt"), b"hello".to_vec()).unwrap_err().to_string();
+        assert!(text.contains("not an ELF"), "{text}");
+        let own = std::env::current_exe().unwrap();
+        let host = FirmwareImage::open(&own).unwrap_err().to_string();
+        assert!(host.contains("not for the Cortex-M4") || host.contains("not an ELF"), "{host}");
+    }
+}

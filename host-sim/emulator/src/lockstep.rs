@@ -1,0 +1,122 @@
+//! Lockstep: the loop as the host models it.
+//!
+//! ```text
+//! counter read       duty taken       last edge        counter read
+//! |------ h/4 -------|---- edges -----|---- 0.1 h -----|
+//! ```
+//!
+//! The duty that a tick has put out is taken a quarter of a sample later and holds from the tick
+//! on. The plant is then moved by a whole sample at once, and the edges that lead to its new
+//! position are shown before the next tick. Does badly: a bridge that goes off within a sample is
+//! off for the joint from the next sample on.
+
+use rigless::time::{NO_DEADLINE, VirtualNanos};
+
+use super::board::EmulatedBoard;
+use super::bridge::BridgeInputs;
+use super::coupling::{PlantCoupling, Sampling};
+use super::encoder_edges::EncoderEdges;
+use super::plant_interface::PlantInterface;
+use files::encoder::Wires;
+
+/// Between two edges, at least: the filter of the firmware's inputs passes 95 ns.
+const SHORTEST_NS: u64 = 100;
+
+/// In lockstep the plant waits for the part, sample by sample.
+#[derive(Debug)]
+pub struct Lockstep<P> {
+    /// The plant interface is what is on the pins.
+    pub plant: P,
+    sampling: Sampling,
+    encoder: EncoderEdges,
+    /// Counts that the disc shows beyond where the plant is.
+    noise: i64,
+    edge_at: VirtualNanos,
+    interval_ns: u64,
+}
+
+impl<P: PlantInterface> Lockstep<P> {
+    /// Couples a plant with a part that should sample so often, ns.
+    pub fn new(plant: P, period_ns: u64) -> Self {
+        Self {
+            plant,
+            sampling: Sampling::new(period_ns),
+            encoder: EncoderEdges::default(),
+            noise: 0,
+            edge_at: NO_DEADLINE,
+            interval_ns: 0,
+        }
+    }
+
+    /// Puts noise on the encoder's wires: a number of edges before the next tick.
+    pub fn jump(&mut self, counts: i32, at: VirtualNanos) {
+        self.noise += i64::from(counts);
+        self.replan(at);
+    }
+
+    /// Cuts, swaps or restores the encoder's wires.
+    pub fn rewire(&mut self, wires: Wires, board: &mut EmulatedBoard, at: VirtualNanos) {
+        self.encoder.rewire(wires, board, at);
+    }
+
+    /// What the disc shows, in counts.
+    fn disc(&self) -> i64 {
+        self.plant.disc() + self.noise
+    }
+
+    /// Plans the edges from where the disc is shown to be to where it is, up to 0.9 of the sample.
+    /// To be called when the plant has moved.
+    pub fn replan(&mut self, now: VirtualNanos) {
+        if self.sampling.is_open {
+            return;
+        }
+        let distance = self.encoder.counts().abs_diff(self.disc());
+        let last = self.sampling.begun.0 + self.sampling.period_ns / 10 * 9;
+        match last.saturating_sub(now.0).checked_div(distance) {
+            None => self.edge_at = NO_DEADLINE,
+            Some(interval_ns) => {
+                self.interval_ns = interval_ns.max(SHORTEST_NS);
+                self.edge_at = VirtualNanos(now.0 + self.interval_ns);
+            }
+        }
+    }
+}
+
+impl<P: PlantInterface> PlantCoupling for Lockstep<P> {
+    fn sampling(&self) -> &Sampling {
+        &self.sampling
+    }
+
+    fn counter_read(&mut self, board: &mut EmulatedBoard, counter: u32, at: VirtualNanos) {
+        if self.sampling.read(board, counter, self.encoder.counts(), at) {
+            self.edge_at = NO_DEADLINE;
+        }
+    }
+
+    fn next(&self) -> VirtualNanos {
+        self.sampling.due.min(self.edge_at)
+    }
+
+    fn act(&mut self, board: &mut EmulatedBoard, at: VirtualNanos) {
+        if self.sampling.due <= at {
+            let bridge = BridgeInputs::read(board);
+            let Sampling { has_ticked, period_ns, .. } = self.sampling;
+            // Before the first tick the plant rests, and its time does not count.
+            let code = if has_ticked { self.plant.hold(&bridge, period_ns) } else { 0 };
+            self.sampling.take(bridge, code);
+            self.replan(at);
+        } else if self.edge_at <= at {
+            self.encoder.step_towards(self.disc(), board, at);
+            self.edge_at = if self.encoder.counts() == self.disc() {
+                NO_DEADLINE
+            } else {
+                VirtualNanos(at.0 + self.interval_ns)
+            };
+        }
+    }
+
+    fn reset(&mut self, board: &mut EmulatedBoard, at: VirtualNanos) {
+        self.encoder.show(board, at);
+        self.sampling.reset();
+    }
+}

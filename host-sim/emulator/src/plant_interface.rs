@@ -1,0 +1,108 @@
+//! What an emulated board has on its pins in lockstep: a plant that its bridge drives, or a disc
+//! that the caller turns.
+
+use stiction::control::drive::{Drive, DriveConfig};
+
+use super::bridge::{BridgeInputs, code_of, nearest_code};
+use dynamics::joint::RunJoint;
+use files::error::Error;
+use files::hardware::STM32F405;
+use simulator::experiment::RunPlan;
+use simulator::plant::Plant;
+
+/// A plant interface is what the encoder shows and the bridge drives.
+pub trait PlantInterface: Send + std::fmt::Debug + 'static {
+    /// Returns the position of the disc, counts.
+    fn disc(&self) -> i64;
+
+    /// Moves on by a sample under what is on the bridge, and gives the code that it stands for.
+    fn hold(&mut self, bridge: &BridgeInputs, period_ns: u64) -> i16;
+}
+
+/// Position of a free disc, counts. The caller turns it, the bridge does not.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct FreeDisc(pub i64);
+
+impl PlantInterface for FreeDisc {
+    fn disc(&self) -> i64 {
+        self.0
+    }
+
+    fn hold(&mut self, _: &BridgeInputs, _: u64) -> i16 {
+        0
+    }
+}
+
+/// The power stage behind the bridge knows what a duty stands for.
+#[derive(Clone, Copy, Debug)]
+pub struct PowerStage {
+    config: DriveConfig,
+    drive: Drive,
+}
+
+impl PowerStage {
+    /// Makes the power stage of a plan.
+    ///
+    /// # Errors
+    /// Names a value that is not allowed.
+    pub fn of(plan: &RunPlan) -> Result<Self, Error> {
+        let config = plan.controller_config()?.drive;
+        Ok(Self { config, drive: *plan.closed_loop()?.controller.drive() })
+    }
+
+    /// The code of what is on the bridge; `near` if that gives the same duty, and zero if it is
+    /// off. A duty of another program than the plan's has the code of the nearest duty.
+    pub fn code(&mut self, bridge: &BridgeInputs, near: i16) -> i16 {
+        if !bridge.is_on() {
+            return 0;
+        }
+        if bridge.top != self.drive.pwm_top() {
+            let pwm_hz = STM32F405.pwm_clock_hz / (2.0 * f32::from(bridge.top));
+            let config = DriveConfig { pwm_hz, ..self.config };
+            if let Ok(drive) = Drive::new(&config, &STM32F405) {
+                *self = Self { config, drive };
+            }
+        }
+        let duty = bridge.duty(self.drive.mode());
+        code_of(duty, &self.drive, near).unwrap_or_else(|| nearest_code(duty, &self.drive))
+    }
+}
+
+/// The joint of a plan is driven by the bridge.
+#[derive(Debug)]
+pub struct DrivenPlant {
+    /// The joint has an encoder and an amplifier.
+    pub plant: Plant<RunJoint>,
+    stage: PowerStage,
+    code: i16,
+}
+
+impl DrivenPlant {
+    /// Makes one that is at rest at zero.
+    ///
+    /// # Errors
+    /// Names a value that is not allowed.
+    pub fn at_rest(plan: &RunPlan) -> Result<Self, Error> {
+        Ok(Self { plant: plan.plant()?, stage: PowerStage::of(plan)?, code: 0 })
+    }
+}
+
+impl PlantInterface for DrivenPlant {
+    fn disc(&self) -> i64 {
+        self.plant.disc()
+    }
+
+    fn hold(&mut self, bridge: &BridgeInputs, period_ns: u64) -> i16 {
+        self.code = self.stage.code(bridge, self.code);
+        let usual_s = self.plant.sample_time_s();
+        let is_usual = period_ns == nanoseconds(usual_s);
+        let sample_s = if is_usual { usual_s } else { period_ns as f64 * 1e-9 };
+        self.plant.put_out_and_hold(self.code, bridge.is_on(), sample_s);
+        self.code
+    }
+}
+
+/// Rounds a time to whole nanoseconds.
+pub fn nanoseconds(seconds: f64) -> u64 {
+    (seconds * 1e9).round() as u64
+}

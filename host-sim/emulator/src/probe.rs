@@ -1,0 +1,282 @@
+//! Counts the instructions of a running image, estimates their cycles, and finds how deep its stack
+//! got.
+//!
+//! A span begins before its first instruction and ends after its last. Instructions of anything
+//! that interrupts it would be counted as its own: the control interrupt has only the break input
+//! and the faults above it, and a run in which one of them comes is refused.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use rigless::emulator::{Error as HostError, Hit, Host, Watch};
+use rigless::soc::Width;
+
+use super::tracer::{Cycles, Passage, Route, Tracer};
+use crate::firmware::blocks::Blocks;
+use crate::firmware::{Code, Function};
+use files::error::Error;
+
+/// What the stack is filled with before the first instruction. No address and no small number looks
+/// like it.
+const PAINT: u64 = 0xA5C3_96E1;
+
+/// The control interrupt.
+const HANDLER: &str = "TIM3";
+/// The core's tick.
+const CORE: &str = "stiction::servo::control";
+/// What may interrupt the control interrupt.
+const ABOVE: [&str; 3] = ["TIM1_BRK_TIM9", "NonMaskableInt", "HardFault"];
+
+/// Where a span begins and ends.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Span {
+    first: u64,
+    lasts: Vec<u64>,
+    /// Instructions from an arrival at one of `lasts` to the end of the span.
+    beyond: u64,
+}
+
+impl Span {
+    /// A handler of the hardware: to its return, which is the last instruction counted.
+    ///
+    /// # Errors
+    /// If it has no return of its own.
+    pub fn handler(function: &Function) -> Result<Self, Error> {
+        let lasts: Vec<u64> = function.returns.iter().map(|address| u64::from(*address)).collect();
+        if lasts.is_empty() {
+            return Err(Error::Emulator(format!("{} never returns", function.name)));
+        }
+        Ok(Self { first: function.address.into(), lasts, beyond: 1 })
+    }
+
+    /// A function: to the arrival at what follows any call of it.
+    ///
+    /// # Errors
+    /// If it is never called.
+    pub fn called(code: &Code, function: &Function) -> Result<Self, Error> {
+        let calls = code.functions().flat_map(|caller| &caller.returns_to);
+        let lasts: Vec<u64> = calls
+            .filter(|(_, callee)| *callee == function.address)
+            .map(|(after, _)| u64::from(*after))
+            .collect();
+        if lasts.is_empty() {
+            return Err(Error::Emulator(format!("{} is never called", function.name)));
+        }
+        Ok(Self { first: function.address.into(), lasts, beyond: 0 })
+    }
+
+    fn watches(&self) -> impl Iterator<Item = Watch> {
+        std::iter::once(self.first).chain(self.lasts.iter().copied()).map(Watch::Instruction)
+    }
+}
+
+/// A span that is being counted.
+#[derive(Clone, Debug)]
+pub struct Counter {
+    span: Span,
+    begun: Option<u64>,
+    ended: Option<u64>,
+}
+
+impl Counter {
+    /// Of a span.
+    pub const fn new(span: Span) -> Self {
+        Self { span, begun: None, ended: None }
+    }
+
+    /// Begins to watch.
+    ///
+    /// # Errors
+    /// If the emulator cannot.
+    pub fn attach(&self, host: &mut dyn Host) -> Result<(), HostError> {
+        watch(host, self.span.watches())
+    }
+
+    /// Sees a hit; gives the span before, if this is the beginning of the next one.
+    pub fn hit(&mut self, hit: &Hit) -> Option<u32> {
+        if hit.address == self.span.first {
+            let count = self.take();
+            self.begun = Some(hit.instruction_count);
+            return count;
+        }
+        // A return may be conditional and not happen; the last one did.
+        if self.span.lasts.contains(&hit.address) && self.begun.is_some() {
+            self.ended = Some(hit.instruction_count + self.span.beyond);
+        }
+        None
+    }
+
+    /// The span that has ended last, once.
+    pub fn take(&mut self) -> Option<u32> {
+        let (begun, ended) = (self.begun.take(), self.ended.take());
+        u32::try_from(ended? - begun?).ok()
+    }
+}
+
+fn watch(host: &mut dyn Host, watches: impl Iterator<Item = Watch>) -> Result<(), HostError> {
+    for watch in watches {
+        if !host.watch(watch) {
+            return Err(HostError::Unwatched(watch));
+        }
+    }
+    Ok(())
+}
+
+/// Cost of a span.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PassageCost {
+    /// Counted.
+    pub instructions: u32,
+    /// Estimated.
+    pub cycles: Cycles,
+}
+
+/// One tick of the loop.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TickCost {
+    /// From the control interrupt's first instruction to its return, both included; cycles with
+    /// entry and exit.
+    pub interrupt: PassageCost,
+    /// Of these, the core's: `Controller::tick` as a function, its return included, the call not.
+    pub core: PassageCost,
+}
+
+/// Functions to count in an image.
+#[derive(Clone, Debug)]
+pub struct Points {
+    handler: Span,
+    core: Span,
+    above: Vec<u64>,
+    stack: Range<u64>,
+    route: Arc<Route>,
+}
+
+impl Points {
+    /// Of the firmware.
+    ///
+    /// # Errors
+    /// If a function that is to be counted is not in the image.
+    pub fn of(code: &Code) -> Result<Self, Error> {
+        let above = ABOVE
+            .iter()
+            .map(|name| Ok(code.function(name)?.address.into()))
+            .collect::<Result<_, Error>>()?;
+        let end = code
+            .symbol("_stack_end")
+            .ok_or_else(|| Error::Emulator("the image has no _stack_end".into()))?;
+        let (handler, core) = (code.function(HANDLER)?, code.function(CORE)?);
+        let calls = code.functions().flat_map(|caller| &caller.returns_to);
+        let route = Route {
+            blocks: Blocks::below(code, handler),
+            handler: handler.address..handler.address + handler.size,
+            part: core.address,
+            part_returns_to: calls
+                .filter(|(_, to)| *to == core.address)
+                .map(|(after, _)| *after)
+                .collect(),
+        };
+        Ok(Self {
+            handler: Span::handler(handler)?,
+            core: Span::called(code, core)?,
+            above,
+            stack: end.into()..code.stack_start().into(),
+            route: Arc::new(route),
+        })
+    }
+}
+
+/// Everything that is counted in one run.
+#[derive(Clone, Debug)]
+pub struct Probe {
+    handler: Counter,
+    core: Counter,
+    tracer: Tracer,
+    points: Arc<Points>,
+    /// Every tick in which the core ran.
+    pub ticks: Vec<TickCost>,
+    /// Bytes of the stack that have been written to.
+    pub stack: u32,
+    /// Whether something has interrupted the control interrupt.
+    pub disturbed: bool,
+    /// Why there are no cycles.
+    pub trouble: Option<String>,
+}
+
+impl Probe {
+    /// For one run.
+    pub fn new(points: Arc<Points>) -> Self {
+        Self {
+            handler: Counter::new(points.handler.clone()),
+            core: Counter::new(points.core.clone()),
+            tracer: Tracer::new(points.route.clone()),
+            points,
+            ticks: Vec::new(),
+            stack: 0,
+            disturbed: false,
+            trouble: None,
+        }
+    }
+
+    /// Before the first instruction.
+    ///
+    /// # Errors
+    /// If the emulator can watch or write nothing.
+    pub fn attach(&self, host: &mut dyn Host) -> Result<(), HostError> {
+        for address in self.points.stack.clone().step_by(4) {
+            host.write(address, Width::W32, PAINT)?;
+        }
+        self.handler.attach(host)?;
+        self.core.attach(host)?;
+        let begins = self.points.route.blocks.begins();
+        watch(host, begins.map(|address| Watch::Instruction(address.into())))?;
+        watch(host, self.points.above.iter().copied().map(Watch::Instruction))
+    }
+
+    /// At each hit.
+    pub fn hit(&mut self, hit: &Hit) {
+        self.disturbed |= self.points.above.contains(&hit.address);
+        if let Some(interrupt) = self.handler.hit(hit) {
+            self.tick(interrupt);
+        }
+        self.core.hit(hit);
+        self.tracer.hit(hit);
+    }
+
+    fn tick(&mut self, interrupt: u32) {
+        // Without a core's tick the loop is open, and the interrupt has little to do.
+        let (Some(core), passage) = (self.core.take(), self.tracer.take()) else { return };
+        let Some(Passage { whole, part: Some(part), instructions }) = passage else {
+            let why = self.tracer.trouble.take();
+            self.trouble =
+                self.trouble.take().or(why).or_else(|| Some("its path was not traced".into()));
+            return;
+        };
+        if instructions != interrupt {
+            let why = format!(
+                "{interrupt} instructions of an interrupt, of which {instructions} were followed"
+            );
+            self.trouble.get_or_insert(why);
+        }
+        let cost = |instructions, cycles| PassageCost { instructions, cycles };
+        self.ticks.push(TickCost { interrupt: cost(interrupt, whole), core: cost(core, part) });
+    }
+
+    /// After the last instruction.
+    ///
+    /// # Errors
+    /// If the emulator refuses to read its own memory.
+    pub fn detach(&mut self, host: &mut dyn Host) -> Result<(), HostError> {
+        if let Some(interrupt) = self.handler.take() {
+            self.tick(interrupt);
+        }
+        let stack = self.points.stack.clone();
+        self.stack = (stack.end - stack.start) as u32;
+        for address in stack.step_by(4) {
+            if host.read(address, Width::W32)? != PAINT {
+                break;
+            }
+            self.stack -= 4;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,184 @@
+//! The runs of an experiment, each on a board of its own.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+use std::time::Duration;
+
+use indicatif::{ProgressBar, ProgressStyle};
+use rayon::prelude::*;
+
+use super::image::FirmwareImage;
+use super::log::{Listener, LogLine};
+use super::parameters;
+use super::plant_interface::PowerStage;
+use super::setup::BoardSetup;
+use super::side_by_side::{Ran, in_free_running, in_lockstep};
+use dynamics::solver::{AxisSolver, Rk4Axis};
+use files::error::Error;
+use files::machine::AxisSolverName;
+use simulator::experiment::{RunPlan, Task};
+use simulator::run::{Recording, RunResult};
+
+/// Where `cargo xtask firmware` leaves the image.
+pub const DEFAULT_IMAGE: &str = "target/firmware/stiction-firmware.elf";
+
+/// How to run experiments on the emulated part.
+#[derive(Clone)]
+pub struct Emulation {
+    image: Arc<FirmwareImage>,
+    /// Edges and PWM have their own times.
+    pub free_running: bool,
+    /// The listener gets each line of each run's log at once.
+    pub listener: Option<Listener>,
+    /// All runs end when this is set.
+    pub interrupt: Arc<AtomicBool>,
+}
+
+/// The latency is the time from the read of the counter to the effect of the duty.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Latency {
+    /// us.
+    pub mean_us: f64,
+    /// us.
+    pub max_us: f64,
+}
+
+impl Latency {
+    fn of(latencies_ns: &[u64]) -> Option<Self> {
+        let max = latencies_ns.iter().max()?;
+        let mean = latencies_ns.iter().sum::<u64>() as f64 / latencies_ns.len() as f64;
+        Some(Self { mean_us: mean * 1e-3, max_us: *max as f64 * 1e-3 })
+    }
+}
+
+/// One run on the emulated part.
+#[derive(Clone, Debug)]
+pub struct EmulatedRun {
+    /// The result is the same as of a run on the host.
+    pub result: RunResult,
+    /// The firmware said this.
+    pub log: Vec<LogLine>,
+    /// Of a free-running run.
+    pub latency: Option<Latency>,
+    /// Instructions that the microcontroller ran from power-on to the end.
+    pub instructions: u64,
+}
+
+impl Emulation {
+    /// With the image at `path`, or else the one that `cargo xtask firmware` builds; in lockstep.
+    ///
+    /// # Errors
+    /// Says what the image is not, and how to build one that is.
+    pub fn new(path: Option<&Path>) -> Result<Self, Error> {
+        let path = path.map_or_else(|| PathBuf::from(DEFAULT_IMAGE), Path::to_path_buf);
+        let image = Arc::new(FirmwareImage::open(&path)?);
+        Ok(Self { image, free_running: false, listener: None, interrupt: Arc::default() })
+    }
+
+    /// Gives the image that runs.
+    pub fn image(&self) -> &FirmwareImage {
+        &self.image
+    }
+
+    /// Runs all plans, as many at once as there are cores, with a progress bar on a terminal.
+    ///
+    /// # Errors
+    /// The first plan that cannot be run, or the first image that did not do what the core does.
+    pub fn run_all(&self, plans: &[RunPlan]) -> Result<Vec<EmulatedRun>, Error> {
+        let mut total = 0;
+        for plan in plans {
+            plan.validate()?;
+            parameters::blob(plan)?;
+            total += expected_ticks(plan)?;
+        }
+        let style = ProgressStyle::with_template("{bar:40} {percent} % of {msg}, {eta} left");
+        let bar = ProgressBar::new(total);
+        let bar = style.map_or_else(|_| ProgressBar::hidden(), |style| bar.with_style(style));
+        bar.set_message(format!("{} runs on the emulated part", plans.len()));
+        let ticks: Vec<Arc<AtomicU32>> = plans.iter().map(|_| Arc::default()).collect();
+        let over = AtomicBool::new(false);
+        let results = std::thread::scope(|scope| {
+            scope.spawn(|| {
+                while !over.load(Ordering::Relaxed) {
+                    bar.set_position(
+                        ticks.iter().map(|ticks| u64::from(ticks.load(Ordering::Relaxed))).sum(),
+                    );
+                    std::thread::park_timeout(Duration::from_millis(100));
+                }
+            });
+            let results =
+                plans.par_iter().zip(&ticks).map(|(plan, ticks)| self.run(plan, ticks)).collect();
+            over.store(true, Ordering::Relaxed);
+            results
+        });
+        bar.finish_and_clear();
+        results
+    }
+
+    /// Runs one plan; `ticks` counts along.
+    ///
+    /// # Errors
+    /// As [`run_all`](Self::run_all).
+    pub fn run(&self, plan: &RunPlan, ticks: &AtomicU32) -> Result<EmulatedRun, Error> {
+        self.run_with_record(parameters::blob(plan)?, plan, ticks)
+    }
+
+    /// Runs one plan with another record in the image's flash.
+    ///
+    /// # Errors
+    /// As [`run_all`](Self::run_all).
+    pub fn run_with_record(
+        &self,
+        record: Vec<u8>,
+        plan: &RunPlan,
+        ticks: &AtomicU32,
+    ) -> Result<EmulatedRun, Error> {
+        if let Some(axis) = plan.sheet_axis()? {
+            return self.run_with(record, plan, axis, ticks);
+        }
+        let (axis, machine) = (plan.axis()?, &plan.machine);
+        match machine.run.solver {
+            AxisSolverName::Rk4 if plan.substitute.is_none() => {
+                let band = machine.joint.friction.band_deg_per_s;
+                let solver = Rk4Axis::at_rest(&axis, band, machine.run.step_s);
+                self.run_with(record, plan, solver, ticks)
+            }
+            AxisSolverName::Exact | AxisSolverName::Rk4 => {
+                self.run_with(record, plan, plan.joint()?, ticks)
+            }
+        }
+    }
+
+    fn run_with<S>(
+        &self,
+        record: Vec<u8>,
+        plan: &RunPlan,
+        solver: S,
+        ticks: &AtomicU32,
+    ) -> Result<EmulatedRun, Error>
+    where
+        S: AxisSolver + Clone + Send + std::fmt::Debug + 'static,
+    {
+        let mut recording = Recording::new(plan)?;
+        let mut setup = BoardSetup::new(&plan.label, &self.image, record);
+        (setup.listener, setup.interrupt) = (self.listener.clone(), self.interrupt.clone());
+        let ran = if self.free_running {
+            let stage = PowerStage::of(plan)?;
+            in_free_running(setup, &mut recording, (solver, stage), ticks)?
+        } else {
+            in_lockstep(setup, &mut recording, solver, ticks)?
+        };
+        let Ran { solver, found, log, latencies_ns, instructions } = ran;
+        let (result, latency) = (recording.judged(&solver, &found)?, Latency::of(&latencies_ns));
+        Ok(EmulatedRun { result, log, latency, instructions })
+    }
+}
+
+/// For the progress bar: of a ramp, as many as it takes to the joint's own friction and back.
+fn expected_ticks(plan: &RunPlan) -> Result<u64, Error> {
+    let Task::Ramp(rate) = plan.task else { return plan.samples().map(u64::from) };
+    let ramp = plan.ramp(rate)?;
+    let seconds = 2.0 * plan.machine.joint.friction.stick_v / rate + ramp.hold_s;
+    Ok((seconds / ramp.sample_time_s) as u64)
+}

@@ -1,0 +1,424 @@
+//! Image and core side by side: every tick of both, compared bit for bit.
+//!
+//! The output of the image drives the plant. The core runs beside it to find the first tick with a
+//! difference in any term. In lockstep the two are a [`Target`]. In free-running the
+//! microcontroller determines the time, and the host follows.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, Ordering};
+
+use rigless::device::ResetCause;
+use rigless::session::Reset;
+use stiction::Tick;
+use stiction::control::drive::Duty;
+use stiction::control::encoder::CounterBits;
+use stiction::identification::RampFindings;
+
+use super::board_under_test::{BoardUnderTest, PoweredOffBoard};
+use super::compare::{Difference, same_bits};
+use super::coupling::{ImageSample, PlantCoupling};
+use super::encoder_edges::EncoderEdges;
+use super::free_running::FreeRunning;
+use super::guard::Guard;
+use super::image::FirmwareImage;
+use super::lockstep::Lockstep;
+use super::log::LogLine;
+use super::plant_interface::{FreeDisc, PowerStage, nanoseconds};
+use super::setup::BoardSetup;
+use dynamics::solver::AxisSolver;
+use files::error::Error;
+use simulator::closed_loop::ClosedLoop;
+use simulator::plant::DelayLine;
+use simulator::run::Recording;
+use simulator::target::{BareLoop, Target};
+
+/// Reason of an early end of a run.
+#[derive(Debug)]
+enum Stopped {
+    /// Image and core do not agree.
+    Differs(Box<Difference>),
+    /// The part does something that it should not, in words that follow "the image ... :".
+    Misbehaves(String),
+    /// The board cannot go on.
+    Board(Error),
+}
+
+impl From<Error> for Stopped {
+    fn from(error: Error) -> Self {
+        Self::Board(error)
+    }
+}
+
+fn misbehaves<T>(why: impl Into<String>) -> Result<T, Stopped> {
+    Err(Stopped::Misbehaves(why.into()))
+}
+
+/// One sample of an image.
+#[derive(Debug)]
+struct Seen {
+    sample: ImageSample,
+    /// What the image computed in its last tick.
+    image: Tick,
+    /// What has reset the part since power-on.
+    reset: Option<Reset>,
+    now_ns: u64,
+}
+
+/// The next sample of a board.
+fn next_sample<C: PlantCoupling>(board: &mut BoardUnderTest<C>) -> Result<Seen, Error> {
+    board.samples(1)?;
+    board.act(|halted| {
+        let (sample, reset) = (halted.harness.coupling.sampling().sample, halted.resets().first());
+        let reset = reset.copied();
+        Ok(Seen { sample, reset, image: halted.last_tick()?, now_ns: halted.now() })
+    })?
+}
+
+/// Waits until a board drives its bridge; gives the sample in which it does so first.
+fn armed<C: PlantCoupling>(
+    board: &mut BoardUnderTest<C>,
+    closed_loop: &ClosedLoop,
+    mut on_first_tick: impl FnMut(&mut BoardUnderTest<C>) -> Result<(), Error>,
+) -> Result<Seen, Stopped> {
+    let mut has_ticked = false;
+    loop {
+        let seen = next_sample(board)?;
+        not_reset(seen.reset)?;
+        if !has_ticked && seen.sample.clock.is_some() {
+            has_ticked = true;
+            on_first_tick(board)?;
+        }
+        if seen.sample.bridge.is_on() && seen.sample.clock.is_some() {
+            let (found, top) = (seen.sample.bridge.top, closed_loop.controller.drive().pwm_top());
+            if !board.act(|halted| EncoderEdges::connected(halted.board()))? {
+                return misbehaves("PA0 and PA1, where the encoder is, are not connected to TIM2");
+            }
+            if found != top {
+                return misbehaves(format!(
+                    "its PWM counts up to {found}, but drive.pwm_hz needs {top}"
+                ));
+            }
+            return Ok(seen);
+        }
+        if seen.now_ns >= Guard::boot_limit().0 {
+            return misbehaves(Guard::not_armed());
+        }
+    }
+}
+
+fn not_reset(reset: Option<Reset>) -> Result<(), Stopped> {
+    let Some(reset) = reset else { return Ok(()) };
+    let by = match reset.cause {
+        ResetCause::Core => "itself",
+        ResetCause::Model(instance) => instance,
+        ResetCause::Pin => "its reset pin",
+        _ => "power",
+    };
+    let at_s = reset.at.0 as f64 * 1e-9;
+    misbehaves(format!("the part was reset by {by} after {at_s:.6} s"))
+}
+
+/// Refuses a sample that is more than a hundredth (and 2 us, for an interrupt that is held up) off.
+fn on_time(since_ns: u64, sample_ns: u64) -> Result<(), Stopped> {
+    if since_ns.abs_diff(sample_ns) <= sample_ns / 100 + 2_000 {
+        return Ok(());
+    }
+    let (found, asked) = (since_ns as f64 * 1e-6, sample_ns as f64 * 1e-6);
+    misbehaves(format!("its sample time is {found} ms instead of {asked} ms"))
+}
+
+/// The core that runs beside an image.
+#[derive(Debug)]
+struct Beside<'a> {
+    closed_loop: &'a ClosedLoop,
+    core: BareLoop<'a>,
+    /// What the host calls the place where the image was armed; the image calls it zero.
+    start: i32,
+    /// Ticks of the motion so far.
+    ticks: usize,
+    /// When the last one began, ns.
+    at_ns: u64,
+    /// The same ticks, to show progress.
+    progress: &'a AtomicU32,
+}
+
+impl<'a> Beside<'a> {
+    /// From the first tick of the motion on, with the joint at rest at `start` counts.
+    fn new(
+        closed_loop: &'a ClosedLoop,
+        first: &ImageSample,
+        start: i32,
+        progress: &'a AtomicU32,
+    ) -> Self {
+        let ClosedLoop { controller, course, .. } = closed_loop;
+        let core = BareLoop::new(controller, course, first.counter, start);
+        Self { closed_loop, core, start, ticks: 0, at_ns: first.at_ns, progress }
+    }
+
+    /// Time of the next tick since the motion began, s, as the host counts it.
+    fn time_s(&self) -> f64 {
+        self.ticks as f64 * self.closed_loop.sample_time_s
+    }
+
+    /// Refuses a sample that does not come, or not in time.
+    fn has_come(&mut self, seen: &Seen) -> Result<(), Stopped> {
+        not_reset(seen.reset)?;
+        let ticks = self.ticks;
+        if seen.sample.clock.is_none() {
+            return misbehaves(format!("its control tick has stopped after {ticks} ticks"));
+        }
+        if ticks > 0 {
+            let since_ns = seen.sample.at_ns - self.at_ns;
+            on_time(since_ns, nanoseconds(self.closed_loop.sample_time_s))?;
+        }
+        self.at_ns = seen.sample.at_ns;
+        Ok(())
+    }
+
+    /// Compares a tick; none if it was one more than a ramp has.
+    fn compare(&mut self, seen: &Seen) -> Result<Option<Tick>, Stopped> {
+        let (time_s, bridge) = (self.time_s(), &seen.sample.bridge);
+        let (host, is_over) = self.core.follow(seen.sample.counter);
+        if bridge.is_on() == is_over {
+            return misbehaves(if is_over {
+                format!("its bridge is still on at {time_s} s, when its ramp is over")
+            } else {
+                format!("it has turned its bridge off at {time_s} s")
+            });
+        }
+        // Positions as the host counts them: exact, since they are whole counts that wrap. The duty
+        // is that of the pins: it has to be the one that was computed. The status is the servo's,
+        // which the bare loop has not.
+        let Duty { compare, reverse } = bridge.duty(self.closed_loop.controller.drive().mode());
+        let image = Tick {
+            counts: seen.image.counts.wrapping_add(self.start),
+            reference_counts: seen.image.reference_counts.wrapping_add(self.start),
+            compare,
+            reverse,
+            status: 0,
+            ..seen.image
+        };
+        if !same_bits(&host, &image) {
+            let (index, host, image) = (self.ticks, Some(host), Some(image));
+            return Err(Stopped::Differs(Box::new(Difference { index, host, image })));
+        }
+        self.ticks += 1;
+        self.progress.store(self.ticks as u32, Ordering::Relaxed);
+        Ok((!is_over).then_some(image))
+    }
+}
+
+/// Image and core in lockstep with a plant that the host moves.
+#[derive(Debug)]
+struct SideBySide<'a> {
+    board: &'a mut BoardUnderTest<Lockstep<FreeDisc>>,
+    beside: Beside<'a>,
+    /// Where the disc is.
+    disc: i64,
+    /// The tick in which the motion begins, until it is asked for.
+    first: Option<Seen>,
+    stopped: Result<(), Stopped>,
+}
+
+impl SideBySide<'_> {
+    /// Turns the disc to where the counter reads this, and waits for the tick that sees it.
+    fn turned_to(&mut self, counter: u32) -> Result<Seen, Stopped> {
+        let edges = counter.wrapping_sub(self.disc as u32);
+        self.disc += match self.beside.closed_loop.encoder.counter_bits {
+            CounterBits::Sixteen => i64::from(edges as u16 as i16),
+            CounterBits::ThirtyTwo => i64::from(edges as i32),
+        };
+        turn(self.board, self.disc)?;
+        Ok(next_sample(self.board)?)
+    }
+
+    fn step(&mut self, counter: u32) -> Result<Option<Tick>, Stopped> {
+        let seen = match self.first.take() {
+            Some(first) => first,
+            None => self.turned_to(counter)?,
+        };
+        self.beside.has_come(&seen)?;
+        let (ImageSample { counter, shown, .. }, disc) = (seen.sample, self.disc);
+        if self.beside.ticks > 0 {
+            if shown != disc {
+                return misbehaves("it has ticked before the encoder's edges were over");
+            }
+            if counter != disc as u32 {
+                let (time_s, found) = (self.beside.time_s(), counter as i32);
+                return misbehaves(format!(
+                    "its encoder counter reads {found} at {time_s} s, and the disc is at {disc}: \
+                     the edges come faster than its input filter passes them, or the wires are \
+                     swapped"
+                ));
+            }
+        }
+        self.beside.compare(&seen)
+    }
+}
+
+impl Target for SideBySide<'_> {
+    fn tick(&mut self, counter: u32) -> Option<Tick> {
+        match self.step(counter) {
+            Ok(tick) => tick,
+            Err(stopped) => {
+                self.stopped = Err(stopped);
+                None
+            }
+        }
+    }
+}
+
+/// Turns the disc of a halted board.
+fn turn(board: &mut BoardUnderTest<Lockstep<FreeDisc>>, disc: i64) -> Result<(), Error> {
+    board.act(move |halted| {
+        let coupling = &mut halted.harness.coupling;
+        coupling.plant = FreeDisc(disc);
+        coupling.replan(halted.stop.at);
+    })
+}
+
+/// Results of a run in addition to its recording.
+#[derive(Debug)]
+pub(super) struct Ran<S> {
+    /// The joint.
+    pub solver: S,
+    /// What a ramp has found.
+    pub found: RampFindings,
+    /// What the firmware said.
+    pub log: Vec<LogLine>,
+    /// Of a free-running run: from each read of the counter to the instant at which the duty of
+    /// that tick takes effect, ns.
+    pub latencies_ns: Vec<u64>,
+    /// Instructions from power-on to the end.
+    pub instructions: u64,
+}
+
+/// Steps an image in lockstep with the plant of a recording, from power-on to the last sample, and
+/// counts ticks along to show progress.
+///
+/// # Errors
+/// If the image cannot be placed, gets stuck, turns its bridge off, or does not do what the core
+/// does.
+pub(super) fn in_lockstep<S: AxisSolver>(
+    setup: BoardSetup,
+    recording: &mut Recording<'_>,
+    solver: S,
+    progress: &AtomicU32,
+) -> Result<Ran<S>, Error> {
+    let around = recording.closed_loop.clone();
+    let mut plant = around.plant(solver);
+    let (explain, coupling) = (Explanation::of(&setup), FreeDisc::default());
+    let coupling = Lockstep::new(coupling, nanoseconds(around.sample_time_s));
+    let mut board = BoardUnderTest::power_on(setup, coupling)?;
+    let (disc, counts) = (plant.disc(), plant.counts());
+    let found = armed(&mut board, &around, |board| turn(board, disc)).and_then(|first| {
+        let mut target = SideBySide {
+            board: &mut board,
+            beside: Beside::new(&around, &first.sample, counts, progress),
+            disc,
+            first: Some(first),
+            stopped: Ok(()),
+        };
+        recording.step(&mut target, &mut plant);
+        target.stopped.map(|()| target.beside.core.state.ramp().findings())
+    });
+    let (found, left) = explain.end(found, board)?;
+    let PoweredOffBoard { harness, instructions, .. } = left;
+    let log = harness.log.lines;
+    Ok(Ran { solver: plant.solver, found, log, latencies_ns: Vec::new(), instructions })
+}
+
+/// Follows an image in free-running, as [`in_lockstep`].
+///
+/// # Errors
+/// As [`in_lockstep`].
+pub(super) fn in_free_running<S>(
+    setup: BoardSetup,
+    recording: &mut Recording<'_>,
+    (solver, stage): (S, PowerStage),
+    progress: &AtomicU32,
+) -> Result<Ran<S>, Error>
+where
+    S: AxisSolver + Clone + Send + std::fmt::Debug + 'static,
+{
+    let around = recording.closed_loop.clone();
+    let plant = around.plant(solver);
+    let (explain, counts) = (Explanation::of(&setup), plant.counts());
+    let coupling = FreeRunning::new(plant, stage, nanoseconds(around.sample_time_s));
+    let mut board = BoardUnderTest::power_on(setup, coupling)?;
+    let found = armed(&mut board, &around, |_| Ok(())).and_then(|first| {
+        let mut beside = Beside::new(&around, &first.sample, counts, progress);
+        follow(&mut board, &mut beside, recording, first)?;
+        Ok(beside.core.state.ramp().findings())
+    });
+    let (found, PoweredOffBoard { harness, instructions, .. }) = explain.end(found, board)?;
+    let FreeRunning { plant, events, latencies_ns, .. } = harness.coupling;
+    recording.events = events;
+    let log = harness.log.lines;
+    Ok(Ran { solver: plant.solver, found, log, latencies_ns, instructions })
+}
+
+/// Records every tick of the motion.
+fn follow<S>(
+    board: &mut BoardUnderTest<FreeRunning<S>>,
+    beside: &mut Beside<'_>,
+    recording: &mut Recording<'_>,
+    mut seen: Seen,
+) -> Result<(), Stopped>
+where
+    S: AxisSolver + Clone + Send + std::fmt::Debug + 'static,
+{
+    let around = beside.closed_loop;
+    let mut delay = DelayLine::new(around.delay);
+    loop {
+        beside.has_come(&seen)?;
+        let time_s = beside.time_s();
+        let joint = board.act(|halted| halted.harness.coupling.at_tick.clone())?;
+        if !(joint.position().is_finite() && joint.velocity().is_finite()) {
+            recording.diverged_at_s = Some(time_s);
+            return Ok(());
+        }
+        let Some(tick) = beside.compare(&seen)? else { return Ok(()) };
+        let applied_v = f64::from(delay.put(tick.code)) * around.lsb_v;
+        recording.trace.push(&around.moment(time_s, tick, applied_v, &joint));
+        if beside.ticks > recording.samples as usize {
+            return Ok(());
+        }
+        seen = next_sample(board)?;
+    }
+}
+
+/// Who a message about a run is about.
+struct Explanation {
+    label: String,
+    image: Arc<FirmwareImage>,
+}
+
+impl Explanation {
+    fn of(setup: &BoardSetup) -> Self {
+        Self { label: setup.label.clone(), image: setup.image.clone() }
+    }
+
+    /// Turns the power off, and says why the run has ended if that was too early.
+    fn end<T, C: PlantCoupling>(
+        &self,
+        ran: Result<T, Stopped>,
+        board: BoardUnderTest<C>,
+    ) -> Result<(T, PoweredOffBoard<C>), Error> {
+        let why = match ran {
+            Ok(found) => return Ok((found, board.off()?)),
+            Err(Stopped::Board(error)) => return Err(error),
+            // The one cause that is no mistake in the code: an image of other sources of the
+            // same version.
+            Err(Stopped::Differs(difference)) => {
+                let commit = &self.image.note.commit;
+                format!("the image is of commit {commit}; {}", difference.to_string().trim_end())
+            }
+            Err(Stopped::Misbehaves(why)) => {
+                format!("{why}; {}", board.off()?.harness.log.tail())
+            }
+        };
+        let Self { label, image } = self;
+        Err(Error::Emulator(format!("{label}, image {}: {why}", image.path.display())))
+    }
+}
