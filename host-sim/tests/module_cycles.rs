@@ -13,10 +13,20 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 /// The directories of the crates, from that of this package.
-const HOST: [&str; 8] =
-    [".", "dynamics", "emulator", "figure", "files", "simulator", "studies", "thesis"];
+const HOST: [&str; 9] = [
+    ".",
+    "dynamics",
+    "emulator",
+    "figure",
+    "files",
+    "simulator",
+    "studies",
+    "thesis",
+    "thesis/friction-lab",
+];
 /// The crates that have rooms; `emulator` and `figure` are one room each.
-const WITH_ROOMS: [&str; 6] = [".", "dynamics", "files", "simulator", "studies", "thesis"];
+const WITH_ROOMS: [&str; 7] =
+    [".", "dynamics", "files", "simulator", "studies", "thesis", "thesis/friction-lab"];
 const CORE: &str = "..";
 const JOBS: &str = "../xtask";
 

@@ -10,9 +10,8 @@ use simulator::device::simulated::{SimulatedDevice, Wires};
 use simulator::device::wire::SimulatedWire;
 use stiction::link::StateCode;
 use stiction::motion::jog::{JogBounds, JogEnd, JogFindings, JogRequest, Verdict};
-use stiction::parameters;
 use stiction::servo::{Boot, Input, State};
-use stiction::{Fault, Limits, Parameters, Servo};
+use stiction::{Fault, Limits, Parameters, Servo, parameters};
 
 use crate::first_run::{Bench, follow};
 use crate::fixture::{plans, srnf};

@@ -10,11 +10,10 @@ use stiction::control::drive::{DriveConfig, PwmMode};
 use stiction::control::encoder::{CounterBits, Direction};
 use stiction::control::laws::Gains;
 use stiction::control::reference::Corner;
-use stiction::parameters;
 use stiction::parameters::names::ValuePath;
 use stiction::units::position::Position;
 use stiction::units::value::{Key, Kind, Values};
-use stiction::{Motion, Parameters, ProfileLimits};
+use stiction::{Motion, Parameters, ProfileLimits, parameters};
 
 use crate::fixture::{parameters, plans, srnf};
 

@@ -12,8 +12,7 @@ use stiction::Fault;
 use stiction::link::StateCode;
 use stiction::motion::jog::{JogEnd, JogFindings, JogRequest, Verdict};
 
-use crate::common::firmware;
-use crate::common::plans;
+use crate::common::{firmware, plans};
 use crate::first_run::{Bench, follow, jogged};
 
 /// The thesis's joint with gains that do nothing; a slower PWM costs the emulator less time.

@@ -6,8 +6,7 @@
 //! words of the processor's size: it is the same on both sides.
 
 #[cfg(test)]
-use std::mem::offset_of;
-use std::mem::size_of;
+use std::mem::{offset_of, size_of};
 
 use rigless::emulator::{Error, Host};
 use rigless::soc::Width;

@@ -3,8 +3,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use dynamics::mechanism::Shape;
-use dynamics::solver::banded::BandCoupling;
+use friction_lab::mechanism::Shape;
+use friction_lab::solver::banded::BandCoupling;
 
 /// A whole file.
 #[derive(Clone, Debug, Deserialize)]

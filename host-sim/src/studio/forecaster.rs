@@ -14,11 +14,10 @@ use tokio::sync::mpsc::Sender;
 
 use super::cloud::cloud;
 use super::desk::{NONE_IDENTIFIED, StudioState, UnsavedJoint, answer};
-use super::form;
 use super::knobs::knobs;
 use super::machine_in_use::{MachineInUse, first_trajectory, no_joint};
-use super::prediction;
 use super::request::{JointSource, PredictionRequest, StudioAction};
+use super::{form, prediction};
 use files::error::Error;
 use files::machine::{PD, TrajectoryTable};
 use simulator::device::machine_file;

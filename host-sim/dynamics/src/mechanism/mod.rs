@@ -1,6 +1,6 @@
 //! Mechanisms: what friction acts on.
 //!
-//! A mechanism of the friction lab has `N` coordinates and is in SI. It says what multiplies its
+//! A mechanism has `N` coordinates and is in SI. It says what multiplies its
 //! accelerations and what drives them; friction and the way of solving come from elsewhere:
 //!
 //! ```text
@@ -8,27 +8,19 @@
 //! ```
 //!
 //! The coordinates are chosen so that each friction acts on exactly one of them: a joint's angle
-//! relative to the link before it, a block's position relative to what it slides on. A mechanism of
-//! your own, or a third link, is one more file with a `terms` in it, and one line in `thesis::lab`
-//! if the command line is to know it.
+//! relative to the link before it, a block's position relative to what it slides on. The friction
+//! lab of the thesis has more mechanisms.
 //!
 //! The robot's axis is apart: one degree of freedom in degrees and volts, with solvers of its own.
 
-mod block;
-mod drive;
-mod pendulum;
 mod robot_axis;
-mod spring_mass;
-mod two_blocks;
 mod two_link_arm;
 
-pub use block::DrivenBlock;
-pub use drive::{Pull, Shape, Wave};
-pub use pendulum::{GRAVITY, Pendulum};
 pub use robot_axis::RobotAxis;
-pub use spring_mass::SpringMass;
-pub use two_blocks::{CoupledBlocks, IndependentBlocks, TwoBlocks};
 pub use two_link_arm::TwoLinkArm;
+
+/// Acceleration of gravity, m/s^2.
+pub const GRAVITY: f64 = 9.81;
 
 /// What a mechanism is at one instant: `mass * q'' = force - friction`.
 #[derive(Clone, Copy, Debug, PartialEq)]

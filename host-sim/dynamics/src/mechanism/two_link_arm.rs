@@ -10,8 +10,7 @@
 //! D1 = (m1 + m2) g l1 sin theta1 + m2 g l2 sin(theta1 + theta2)      D2 = m2 g l2 sin(theta1 + theta2)
 //! ```
 
-use super::pendulum::GRAVITY;
-use super::{Mechanism, Terms};
+use super::{GRAVITY, Mechanism, Terms};
 
 /// Two links under constant torques.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,42 +1,17 @@
-//! Solvers: how the motion of a mechanism is found.
+//! Solvers of a joint: how its motion between two samples is found.
 //!
-//! A body with friction is a hybrid system: it has discrete modes (stick, slip one way or the
-//! other), a smooth motion in each, and events at which the mode changes.
-//!
-//! | solver | of | name for users |
-//! |---|---|---|
-//! | [`ExactAxis`], [`Rk4Axis`] | the robot's axis | `exact`, `rk4` |
-//! | [`event_driven`] | set-valued friction | `exact` |
-//! | [`piecewise_smooth`] | single-valued friction | `exact` |
-//! | [`fixed_step`], [`step_doubling`] | either, without event location | `rk4`, `rk4-adaptive` |
-//! | [`nonsmooth`] | either, by time stepping | `nonsmooth` |
-//!
-//! The first two of the friction lab locate events: a step of `dormand_prince.rs` is accepted by
-//! its error, its dense output is searched for the first zero of an event function, and the motion
-//! is integrated up to that. All solvers count their events by a guard against Zeno's.
+//! [`ExactAxis`] is the closed form of the robot's axis, and [`Rk4Axis`] the thesis's method (`exact`
+//! and `rk4` for users). A body with friction is a hybrid system: it has discrete [`modes`] (stick,
+//! slip one way or the other), a smooth motion in each, and events at which the mode changes.
 
-pub mod banded;
-mod dense_output;
-mod dormand_prince;
-pub mod dynamics;
-pub mod event_driven;
 mod exact;
-mod explicit;
-pub mod fixed_step;
-mod linear;
+pub mod linear;
 pub mod modes;
-pub mod nonsmooth;
-pub mod piecewise_smooth;
 mod rk4;
-pub(crate) mod roots;
-pub mod state;
-pub mod step_doubling;
-mod trouble;
-mod zeno_guard;
+pub mod roots;
 
 pub use exact::ExactAxis;
 pub use rk4::Rk4Axis;
-pub use trouble::SolverFailure;
 
 /// A change between sticking and slipping.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -20,6 +20,17 @@ use crate::mechanism::Terms;
 /// 0 for a body that sticks, else the sign of its slip.
 pub type BodyMode<const N: usize> = [i8; N];
 
+/// The sign of a velocity, zero for zero.
+pub fn direction(v: f64) -> i8 {
+    if v > 0.0 {
+        1
+    } else if v < 0.0 {
+        -1
+    } else {
+        0
+    }
+}
+
 /// Accelerations and frictions in a mode; a stuck body's friction is what holds it.
 #[inline(always)]
 pub fn accelerations<const N: usize, F: SetValued>(
@@ -76,7 +87,7 @@ pub fn decide<const N: usize, F: SetValued>(
 fn decode<const N: usize>(mut code: usize, v: &[f64; N]) -> BodyMode<N> {
     v.map(|v| {
         if v != 0.0 {
-            return super::dynamics::direction(v);
+            return direction(v);
         }
         let digit = code % 3;
         code /= 3;

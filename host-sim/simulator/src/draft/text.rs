@@ -7,9 +7,8 @@ use toml::Value;
 
 use super::answers::{Answer, Answers};
 use super::questions::{Question, typed};
-use super::range;
-use super::spread;
 use super::typical::Typical;
+use super::{range, spread};
 use crate::experiment::{Experiment, about_law};
 use crate::rules::{
     ControllerGains, DAMPING_RATIO, JointBounds, JointEstimate, MoveProfile, PdLoop, SampledLoop,

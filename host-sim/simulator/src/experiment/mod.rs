@@ -21,8 +21,9 @@ mod truth;
 pub use self::controller::about_law;
 pub use self::every_law::{every_controller, with_every_law};
 pub use self::motion::position;
-pub use self::parameters::{assembled, check_laws, validate};
-pub use self::parameters::{for_a_device, parameters, record, sectors};
+pub use self::parameters::{
+    assembled, check_laws, for_a_device, parameters, record, sectors, validate,
+};
 pub use self::plan::{Experiment, RunPlan};
 pub use self::task::Task;
 pub use files::document::{Builtin, Document, Origin, builtins, find};

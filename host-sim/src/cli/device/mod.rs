@@ -25,12 +25,11 @@ use super::{interrupt, print};
 use files::error::Error;
 use files::typed_number;
 use simulator::device::client::Client;
-use simulator::device::json;
 use simulator::device::log::SampleLog;
 use simulator::device::signals::Signals;
 use simulator::device::simulated::SimulatedDevice;
 use simulator::device::wire::{SimulatedWire, Wire};
-use simulator::device::words;
+use simulator::device::{json, words};
 use simulator::experiment::{Document, Experiment, RunPlan, builtins};
 use simulator::output::{OutputFile, OverwriteGuard};
 

@@ -2,14 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use super::edit;
-use super::first_run;
 use super::pulled_file::{keep, pulled};
+use super::{edit, first_run};
 use files::error::Error;
 use simulator::device::client::Client;
-use simulator::device::machine_file;
-use simulator::device::parameters;
 use simulator::device::wire::Wire;
+use simulator::device::{machine_file, parameters};
 use simulator::output::OutputFile;
 
 #[derive(Debug, clap::Subcommand)]

@@ -2,8 +2,6 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::arm_case;
-use super::assemble;
 use super::draw::Case;
 use super::measures::{
     CaseSample, SideMeasures, StepJudge, StepMeasures, TrackingJudge, TrackingMeasures,
@@ -11,6 +9,7 @@ use super::measures::{
 use super::motions::{Approach, Motions};
 use super::moves::{self, Wear};
 use super::rig::Rig;
+use super::{arm_case, assemble};
 use files::error::Error;
 use files::goal::PositionGoal;
 use simulator::rules::ControllerGains;

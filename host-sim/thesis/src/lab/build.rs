@@ -1,12 +1,12 @@
 //! Builds a mechanism from the tables of a file. Every value is checked here, once.
 
 use super::plan::LabPlan;
-use dynamics::mechanism::{
-    CoupledBlocks, DrivenBlock, GRAVITY, IndependentBlocks, Mechanism, Pendulum, Pull, SpringMass,
-    TwoBlocks, TwoLinkArm, Wave,
-};
+use dynamics::mechanism::{GRAVITY, Mechanism, TwoLinkArm};
 use files::error::Error;
 use files::setup::MechanismKind;
+use friction_lab::mechanism::{
+    CoupledBlocks, DrivenBlock, IndependentBlocks, Pendulum, Pull, SpringMass, TwoBlocks, Wave,
+};
 
 /// A boxed mechanism with `N` coordinates.
 pub type BoxedMechanism<const N: usize> = Box<dyn Mechanism<N> + Send + Sync>;

@@ -2,11 +2,12 @@
 
 use super::build::AnyMechanism;
 use super::plan::LabPlan;
-use dynamics::friction::{
-    Coulomb, Dahl, ElasticCoulomb, LuGre, MaxwellSlip, ResetIntegrator, Stribeck, Tanh,
-};
+use dynamics::friction::Coulomb;
 use files::error::{Error, rounded, suggestion};
 use files::setup::{FrictionModel, ModelTable, name_of};
+use friction_lab::friction::{
+    Dahl, ElasticCoulomb, LuGre, MaxwellSlip, ResetIntegrator, Stribeck, Tanh,
+};
 
 const ABOVE_ZERO: &str = "a number above 0";
 const NOT_BELOW_ZERO: &str = "a number not below 0";

@@ -3,8 +3,8 @@
 use std::borrow::Cow;
 
 use super::run::LabResult;
-use dynamics::solver::state::BodyEvent;
 use files::setup::name_of;
+use friction_lab::solver::state::BodyEvent;
 use simulator::output::json::{EventRecord, RunCost, RunRecord, object};
 
 /// The JSON of `stiction run`, indented.

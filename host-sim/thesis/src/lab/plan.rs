@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
-use dynamics::solver::banded::BandCoupling;
 use files::document::{Document, Origin};
 use files::error::{Error, rounded, shown};
 use files::setup::{FrictionModel, Setup, SolverName, name_of};
+use friction_lab::solver::banded::BandCoupling;
 
 /// Steps of a fixed-step solver, and a guess at those of the exact one: minutes.
 const MAX_STEPS: f64 = 1e8;

@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use dynamics::mechanism::Mechanism;
 use dynamics::solver::EventKind;
-use dynamics::solver::state::{BodyEvent, BodySample, Finish, Observer};
+use friction_lab::solver::state::{BodyEvent, BodySample, Finish, Observer};
 
 /// Samples of a run that lie evenly; those on both sides of events come on top. The Reset
 /// Integrator's oscillation on the thesis's spring has a period of 13 ms in 5 s: 25 samples.

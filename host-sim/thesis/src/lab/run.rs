@@ -8,17 +8,18 @@ use rayon::prelude::*;
 use super::build::AnyMechanism;
 use super::plan::LabPlan;
 use super::recorder::{EVEN_SAMPLES, LabMetrics, LabSample, Recorder};
-use dynamics::friction::{Implicit, SetValued, SingleValued};
+use dynamics::friction::SetValued;
 use dynamics::mechanism::Mechanism;
-use dynamics::solver::banded::Banded;
-use dynamics::solver::dynamics::{Dynamics, SingleValuedDynamics};
-use dynamics::solver::state::{BodyEvent, Finish, Observer};
-use dynamics::solver::step_doubling::Accuracy;
-use dynamics::solver::{
-    SolverFailure, event_driven, fixed_step, nonsmooth, piecewise_smooth, step_doubling,
-};
 use files::error::Error;
 use files::setup::{FrictionModel, SolverName};
+use friction_lab::friction::{Implicit, SingleValued};
+use friction_lab::solver::banded::Banded;
+use friction_lab::solver::dynamics::{Dynamics, SingleValuedDynamics};
+use friction_lab::solver::state::{BodyEvent, Finish, Observer};
+use friction_lab::solver::step_doubling::Accuracy;
+use friction_lab::solver::{
+    SolverFailure, event_driven, fixed_step, nonsmooth, piecewise_smooth, step_doubling,
+};
 
 /// Evaluations of `rk4-adaptive` before it is given up: minutes.
 const MAX_EVALUATIONS: u64 = 1_000_000_000;

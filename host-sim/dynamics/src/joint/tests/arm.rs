@@ -1,10 +1,7 @@
 //! The geared arm.
 
 use super::*;
-use crate::friction;
 use crate::mechanism::{Mechanism, Terms, TwoLinkArm};
-use crate::solver::event_driven;
-use crate::solver::state::BodyEvent;
 
 fn arm() -> ArmDescription {
     let curve = |coulomb, viscous| StribeckCurve {
@@ -23,7 +20,7 @@ fn arm() -> ArmDescription {
     }
 }
 
-/// The links with the rotors, for the friction lab's solver.
+/// The links with the rotors, for the second method.
 struct Links(TwoLinkArm, [f64; 2]);
 
 impl Mechanism<2> for Links {
@@ -36,38 +33,6 @@ impl Mechanism<2> for Links {
     fn start(&self) -> [f64; 2] {
         self.0.start
     }
-}
-
-/// From rest under constant efforts the arm moves as the friction lab's event-driven solver, which
-/// has another integrator and another search for switches. In the last case the first joint alone
-/// is driven beyond its limit, and its kick-back moves the second.
-#[test]
-fn constant_efforts_move_the_arm_as_the_event_driven_solver() {
-    let arm = arm();
-    let mut moved_by_kick_back = false;
-    for efforts in [[12.0, 0.0], [0.0, -9.0], [10.0, 7.5], [-40.0, 1.0]] {
-        let links =
-            TwoLinkArm { mass: arm.mass, length: arm.length, torque: efforts, start: arm.start };
-        let friction = arm.friction.map(|curve| friction::Stribeck {
-            levels: friction::Coulomb { stick: curve.stick, slip: curve.coulomb },
-            speed: curve.stribeck_velocity,
-            exponent: 2.0,
-            viscous: curve.viscous,
-        });
-        let mut events: Vec<BodyEvent> = Vec::new();
-        let wanted =
-            event_driven::run(&Links(links, arm.rotor), &friction, 1e-11, 1.0, &mut events)
-                .unwrap();
-        let mut joint = arm.build().unwrap();
-        (0..1000).for_each(|_| joint.hold(efforts, 1e-3));
-        for i in 0..2 {
-            let error = (joint.turn(i).position - wanted.q[i]).abs() / COUNT;
-            assert!(error < 0.05, "joint {i} under {efforts:?}: {error} counts");
-        }
-        assert!((wanted.q[0] - arm.start[0]).abs() + (wanted.q[1] - arm.start[1]).abs() > 0.1);
-        moved_by_kick_back |= efforts[1] == 1.0 && wanted.q[1] != arm.start[1];
-    }
-    assert!(moved_by_kick_back);
 }
 
 /// Under efforts that change, it moves as backward Euler with the convex problem of both joints at

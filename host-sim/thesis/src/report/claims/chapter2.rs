@@ -1,12 +1,11 @@
 //! Sections 2.2 and 2.4.
 
-use super::Claim;
 use super::Criterion::{Above, Below, Between};
 use super::friction::{
     accelerations_at_rest, after_stops, apart, changes_of_side, excess, held_at_stops, miss, peaks,
     reversals_at_rest, rows, swings, times, work,
 };
-use super::precision;
+use super::{Claim, precision};
 use crate::report::evidence::ReportEvidence;
 use dynamics::solver::EventKind;
 
