@@ -67,17 +67,8 @@ pub const ON_SPRING: [ResetIntegrator; 1] =
     [reset_integrator(SPRING_MASS_LEVELS[0], 1e-5, 2e4, 30.0, 0.25)];
 pub const OF_PENDULUM: [ResetIntegrator; 1] =
     [reset_integrator(PENDULUM_LEVELS[0], 5.7e-4 * DEG, 0.96 / (5.7e-4 * DEG), 246.0, 0.25)];
-pub const OF_ARM: [ResetIntegrator; 2] = [
-    reset_integrator(ARM_LEVELS[0], 5.7e-5 * DEG, 0.08 / (5.7e-5 * DEG), 217.7, 0.25),
-    reset_integrator(ARM_LEVELS[1], 5.7e-5 * DEG, 0.06 / (5.7e-5 * DEG), 189.1, 0.25),
-];
 pub const OF_BLOCK: [ResetIntegrator; 1] =
     [reset_integrator(BLOCK_LEVELS[0], 1e-4, 6000.0, 55.0, 1.0 / 3.0)];
-pub const OF_COUPLED: [ResetIntegrator; 2] = [
-    reset_integrator(COUPLED_LEVELS[0], 1e-5, 1e4, 40.0, 0.5),
-    reset_integrator(COUPLED_LEVELS[1], 1e-5, 2e4, 40.0, 0.5),
-];
-
 /// Every sample and event.
 #[derive(Default)]
 pub struct Everything<const N: usize> {

@@ -9,7 +9,6 @@
 )]
 
 mod arm;
-mod claims;
 mod common;
 mod models;
 mod no_hang;

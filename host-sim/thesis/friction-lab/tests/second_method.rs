@@ -9,10 +9,12 @@
 use dynamics::mechanism::Mechanism;
 use dynamics::solver::EventKind::{self, Break, Reverse, Stick};
 use friction_lab::mechanism::Shape;
+use friction_lab::solver::banded::{BandCoupling, Banded};
+use friction_lab::solver::fixed_step;
 
 use super::common::{
-    BLOCK_LEVELS, COUPLED, COUPLED_LEVELS, INDEPENDENT_LEVELS, assert_events, block, exact,
-    independent,
+    ARM, ARM_LEVELS, BLOCK_LEVELS, COUPLED, COUPLED_LEVELS, DEG, INDEPENDENT_LEVELS, assert_events,
+    block, exact, independent,
 };
 
 /// Under the square wave all motion is at constant acceleration: 1 s of (1 - 0.6) m/s^2, then 0.6
@@ -323,5 +325,25 @@ fn independent_blocks_do_what_their_taylor_series_do() {
             "{finish:?}, not \
             {end:?}"
         );
+    }
+}
+
+/// Banded Karnopp with the coupling neglected, and with accelerations of the step before: the final
+/// angles of the arm, against the exact ones and an independent simulation. `thesis` judges the
+/// claim of 2.2.2.2 on it.
+#[test]
+fn accelerations_of_the_step_before_are_not_more_accurate_than_none() {
+    let right = [0.00449854385477193, 0.0252895664467873];
+    let run = |coupling| {
+        let mut banded = Banded::new(&ARM, ARM_LEVELS, [5.7e-4 * DEG; 2], coupling);
+        fixed_step::run(&mut banded, 1e-5, 5.0, &mut Vec::new()).unwrap().q
+    };
+    let (neglected, previous) = (run(BandCoupling::Neglected), run(BandCoupling::PreviousStep));
+    for i in 0..2 {
+        let error = |q: [f64; 2]| (q[i] / right[i] - 1.0).abs();
+        assert!(error(neglected) < 0.01, "{neglected:?}");
+        assert!(error(previous) > 5.0 * error(neglected), "{previous:?}");
+        // An independent simulation.
+        assert!((previous[i] / [0.00412, 0.02733][i] - 1.0).abs() < 0.015, "{previous:?}");
     }
 }

@@ -142,6 +142,15 @@ fn every_claim_has_a_measured_value_and_a_verdict() {
     assert_eq!((holds, REPORT.claims.not_measured), (REPORT.claims.holds, 0));
 }
 
+/// A law, a model or a solver that changes a verdict changes this list, which is reviewed.
+#[test]
+fn every_verdict_is_the_reviewed_one() {
+    let evidence = ReportPlans::new().unwrap().run(&ProgressBar::hidden()).unwrap();
+    let claims = SECTIONS.iter().flat_map(|section| section.claims);
+    let lines = claims.map(|claim| format!("{:?}: {}", claim.judge(&evidence).1, claim.says));
+    insta::assert_snapshot!("verdicts", lines.collect::<Vec<_>>().join("\n"));
+}
+
 #[test]
 fn the_law_beyond_the_thesis_stands_beside_the_thesis_s_own_in_each_family() {
     let page = page();
