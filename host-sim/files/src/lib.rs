@@ -9,6 +9,7 @@ pub mod data_sheet;
 pub mod document;
 pub mod encoder;
 pub mod error;
+pub mod file_text;
 pub mod goal;
 pub mod hardware;
 pub mod keys;

@@ -83,6 +83,11 @@ pub fn parse_single(typed: &str) -> Result<f32, String> {
     }
 }
 
+/// Returns the number of a TOML value, whole or not.
+pub fn of_value(value: &toml::Value) -> Option<f64> {
+    value.as_float().or(value.as_integer().map(|whole| whole as f64))
+}
+
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod tests {

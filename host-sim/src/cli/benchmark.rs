@@ -110,8 +110,8 @@ impl TuningArguments {
             document,
         };
         let tuned = tune_each(&request, &controllers)?;
-        let set: Vec<String> = tuned.iter().flat_map(TuningResult::set).collect();
-        documents.iter_mut().try_for_each(|document| document.set(&set))?;
+        let set: Vec<(String, f64)> = tuned.iter().flat_map(TuningResult::set).collect();
+        documents.iter_mut().try_for_each(|document| document.set_numbers(&set))?;
         Ok(tuned)
     }
 }

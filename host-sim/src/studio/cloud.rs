@@ -39,11 +39,6 @@ const IN_A_JOINT: [&str; 6] = [
     "joint.",
 ];
 
-fn number(document: &Document, key: &str) -> Option<f64> {
-    let value = document.get(key)?;
-    value.as_float().or(value.as_integer().map(|whole| whole as f64))
-}
-
 /// Returns the spread of a joint in degrees and volts, and whether the file has one. A `[spread]`
 /// of the file is scaled with the sliders; without one, [`assumed`] applies.
 ///
@@ -52,7 +47,7 @@ fn number(document: &Document, key: &str) -> Option<f64> {
 fn spread(machine: &Document, turned: &Document) -> Result<(Vec<String>, bool), Error> {
     let written = machine.machine()?.spread;
     let written = written.into_iter().filter_map(|(key, [low, high])| {
-        let (before, after) = (number(machine, &key)?, number(turned, &key)?);
+        let (before, after) = (machine.number(&key)?, turned.number(&key)?);
         let ratio = if before == 0.0 { 1.0 } else { after / before };
         Some(format!("{key}={:?}..{:?}", low * ratio, high * ratio))
     });
@@ -110,9 +105,9 @@ impl<'a> JointDrawing<'a> {
         let mut machine = self.machine.drawn(&keys)?;
         // A slider scales a drawn value as it scales the value in use.
         let turned = |key: &str| {
-            let own = number(&machine.document, key)?;
+            let own = machine.document.number(key)?;
             let [is, was] =
-                [&self.turned, self.machine].map(|of| number(&of.document, key).unwrap_or(0.0));
+                [&self.turned, self.machine].map(|of| of.document.number(key).unwrap_or(0.0));
             Some(match (own == was, was == 0.0) {
                 (true, _) => is,
                 (false, true) => own,
@@ -129,7 +124,7 @@ impl<'a> JointDrawing<'a> {
         let written: Vec<String> =
             values.iter().map(|(key, value)| format!("{key}={value:?}")).collect();
         machine.document.set(&written)?;
-        let differs = |key: &str| number(&self.turned.document, key) != values.get(key).copied();
+        let differs = |key: &str| self.turned.document.number(key) != values.get(key).copied();
         let mut changed_keys: Vec<String> = OF_A_JOINT
             .into_iter()
             .filter(|key| differs(key))

@@ -25,10 +25,7 @@ const FACTOR: f64 = 8.0;
 /// Returns the sliders of a machine, those of the law in use first.
 pub fn knobs(machine: &MachineInUse) -> Vec<Value> {
     let declared = keys::rows();
-    let number = |path: &str| {
-        let value = machine.document.get(path)?;
-        value.as_float().or(value.as_integer().map(|whole| whole as f64))
-    };
+    let number = |path: &str| machine.document.number(path);
     let knob = |path: &str, of: &str, name: &str, value: f64, text: &str| {
         json!({
             "path": path, "of": of, "name": name, "value": value, "text": text,

@@ -97,7 +97,7 @@ fn tuned(sheet: &Document, law: &str, [seed, number]: [u64; 2]) -> Option<Pair> 
     truth.set(&flashed).unwrap();
     let standing = |document| request("arm.toml", document, vec![], 1).standing(law).unwrap();
     let before = standing(truth.clone()).figures;
-    truth.set(&tuned.set()).unwrap();
+    truth.set_numbers(&tuned.set()).unwrap();
     let after = standing(truth);
     let pair = Pair { before, after: after.figures };
     if pair.ratio() > SAME {

@@ -9,6 +9,7 @@ use super::sheet::DataSheet;
 use super::tables::DrivenBy;
 use super::units::{Mapping, WrittenDrive};
 use crate::error::shown;
+use crate::typed_number;
 
 /// Keys that are derived from a data sheet, and needed in a file without one.
 pub const OF_A_SHEET: [&str; 7] = [
@@ -31,8 +32,7 @@ fn get<'a>(table: &'a Table, key: &str) -> Option<&'a Value> {
 }
 
 fn number(table: &Table, key: &str) -> Option<f64> {
-    let value = get(table, key)?;
-    value.as_float().or(value.as_integer().map(|whole| whole as f64))
+    get(table, key).and_then(typed_number::of_value)
 }
 
 /// Maps a data sheet to the core's units, with the other keys of its file.

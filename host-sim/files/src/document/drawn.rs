@@ -40,10 +40,7 @@ impl Document {
             };
             let level = |key: &str| match place(key) {
                 Some(at) => drawn[at].split_once('=')?.1.trim().parse::<f64>().ok(),
-                None => {
-                    let value = self.get(key)?;
-                    value.as_float().or(value.as_integer().map(|whole| whole as f64))
-                }
+                None => self.number(key),
             };
             let (Some(slips), Some(sticks)) = (level(slip), level(stick)) else { continue };
             if slips <= sticks {
@@ -65,10 +62,7 @@ impl Document {
             ["friction.slip_nm", "friction.slip_reverse_nm"],
             ["friction.stick_nm", "friction.stick_reverse_nm"],
         ];
-        let of_file = |key: &str| {
-            let value = self.get(key)?;
-            value.as_float().or(value.as_integer().map(|whole| whole as f64))
-        };
+        let of_file = |key: &str| self.number(key);
         let of_joint = |key: &str| {
             let value = drawn.iter().find_map(|one| one.strip_prefix(key)?.strip_prefix('='));
             value.map_or_else(|| of_file(key), |value| value.trim().parse().ok())

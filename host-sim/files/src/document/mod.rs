@@ -27,6 +27,7 @@ use crate::error::{Error, suggestion};
 use crate::hardware::STM32F405;
 use crate::machine::{IdentifiedTable, MachineFile};
 use crate::setup::Setup;
+use crate::typed_number;
 
 /// Largest size of a file, bytes. A machine's file has a few kilobytes; a device or a recording
 /// given by mistake can be endless.
@@ -100,6 +101,20 @@ impl Document {
         self.check()
     }
 
+    /// Sets numbers, each under its key, and checks the result.
+    ///
+    /// # Errors
+    /// As [`set`](Self::set).
+    pub fn set_numbers(&mut self, numbers: &[(String, f64)]) -> Result<(), Error> {
+        for (key, number) in numbers {
+            let assignment = format!("{key}={number:?}");
+            self.put(key, Value::Float(*number), HOW_TO_SET)
+                .map_err(|why| Error::Input(format!("--set {}: {why}", brief(&assignment))))?;
+            self.origin.set.push(assignment);
+        }
+        self.check()
+    }
+
     fn assign(&mut self, assignment: &str) -> Result<(), String> {
         let (key, value) = assignment.split_once('=').ok_or(HOW_TO_SET)?;
         self.put(key.trim(), parse_value(value.trim())?, HOW_TO_SET)
@@ -163,6 +178,11 @@ impl Document {
         let mut path = key.split('.');
         let first = self.table.get(path.next()?)?;
         path.try_fold(first, |value, part| value.get(part))
+    }
+
+    /// Returns the number under a key, whole or not.
+    pub fn number(&self, key: &str) -> Option<f64> {
+        self.get(key).and_then(typed_number::of_value)
     }
 
     /// Reads the machine that the document describes.

@@ -114,10 +114,6 @@ fn in_volts(joint: &JointTable, off: &spread::Ranges, of: &Document) -> Vec<Cont
     if files::document::find(&of.origin.name).is_ok() {
         return vec![];
     }
-    let number = |key: &str| {
-        let value = of.get(key)?;
-        value.as_float().or(value.as_integer().map(|n| n as f64))
-    };
     let friction = &joint.friction;
     let of_joint = [
         ("joint.gain_deg_per_s2_per_v", joint.gain_deg_per_s2_per_v),
@@ -126,7 +122,7 @@ fn in_volts(joint: &JointTable, off: &spread::Ranges, of: &Document) -> Vec<Cont
         ("joint.friction.stick_v", friction.stick_v),
     ];
     let compared = of_joint.into_iter().filter_map(|(key, value)| {
-        Contradiction::between(key, (number(key)?, None), (value, *off.get(key)?))
+        Contradiction::between(key, (of.number(key)?, None), (value, *off.get(key)?))
     });
     compared.collect()
 }

@@ -30,6 +30,7 @@ use crate::draft::spread::{LEAST, rounded};
 use files::data_sheet::{DataSheet, Mapping};
 use files::document::Document;
 use files::error::shown;
+use files::typed_number::of_value as number;
 
 /// Largest ratio of the file's back-EMF braking to the measured viscous friction.
 const BRAKES: f64 = 1.25;
@@ -104,9 +105,7 @@ impl MergedSheet {
 /// Returns the sentence that lists the keys copied from a file; `None` if there are none.
 pub fn kept_words(kept: &[String], file: &str, new: &Document) -> Option<String> {
     let one = |key: &String| {
-        let value = new.get(key);
-        let number = value.and_then(|one| one.as_float().or(one.as_integer().map(|n| n as f64)));
-        number.map_or_else(|| key.clone(), |number| format!("{key} = {}", shown(number)))
+        new.number(key).map_or_else(|| key.clone(), |number| format!("{key} = {}", shown(number)))
     };
     let all: Vec<String> = kept.iter().map(one).collect();
     (!all.is_empty()).then(|| format!("kept from {file}, not measured: {}", all.join(", ")))
@@ -125,8 +124,7 @@ pub(super) fn kept(table: impl Fn(&str) -> Option<Table>, measured: &[String]) -
                 _ => false,
             };
             let is_core = MEASURED.contains(&path.as_str());
-            let number = value.as_float().or(value.as_integer().map(|n| n as f64));
-            let is_none = number.is_none_or(|number| number == 0.0);
+            let is_none = number(&value).is_none_or(|number| number == 0.0);
             if !(is_drive || is_core || is_none || measured.contains(&path)) {
                 kept.push(path);
             }
@@ -196,10 +194,7 @@ impl<'a> Sheet<'a> {
         let spread = self.of.get("spread")?;
         let range = |key: &str| -> Option<[f64; 2]> {
             let array = spread.get(key)?.as_array()?;
-            let end = |end: usize| {
-                let value = array.get(end)?;
-                value.as_float().or(value.as_integer().map(|n| n as f64))
-            };
+            let end = |end: usize| array.get(end).and_then(number);
             Some([end(0)?, end(1)?])
         };
         let in_degrees = || range(PER_DEGREE[0]).filter(|_| key == PER_DEGREE[1]);

@@ -11,6 +11,7 @@ use files::data_sheet::{OF_A_SHEET, UnseenSlack};
 use files::document::{Document, Origin, within};
 use files::error::{Error, rounded, shown, suggestion};
 use files::machine::{AxisSolverName, MachineFile, Variant};
+use files::typed_number::of_value as number;
 
 /// Largest number of samples of all runs together: a gigabyte of memory.
 pub(super) const MAX_SAMPLES: f64 = 1e7;
@@ -236,7 +237,6 @@ fn variants(
 
 /// Returns whether two values are equal in a machine's file, where 5 equals 5.0.
 fn same(a: &Value, b: &Value) -> bool {
-    let number = |value: &Value| value.as_float().or(value.as_integer().map(|whole| whole as f64));
     match (a, b) {
         (Value::Array(a), Value::Array(b)) => {
             a.len() == b.len() && a.iter().zip(b).all(|(a, b)| same(a, b))

@@ -13,7 +13,7 @@
 use std::f64::consts::TAU;
 
 use toml::Value;
-use toml_edit::{DocumentMut, Item, TableLike};
+use toml_edit::{DocumentMut, Item};
 
 use super::IdentifiedMachine;
 use super::effort_unit::EffortUnit;
@@ -21,6 +21,8 @@ use super::model::{FittedModel, MachineModel};
 use files::data_sheet::{DataSheet, Mapping, resting_torque};
 use files::document::Document;
 use files::error::{Error, rounded as digits};
+use files::file_text::put_number;
+use files::typed_number::of_value as number;
 use simulator::device::contradiction::Contradiction;
 use simulator::device::found_load::MeasuredLoad;
 use simulator::device::merged_sheet::{MeasuredJoint, MergedSheet, TABLES, kept_words};
@@ -165,14 +167,12 @@ impl MachineOfLog {
         }
         let dead_time_s = sheet.motor.dead_time_s;
         if measured.is_in_volts && dead_time_s > 0.0 {
-            put(&mut whole, "device", "dead_time_s", &Value::Float(dead_time_s));
+            put_number(&mut whole, &["device"], "dead_time_s", dead_time_s);
         }
         let starts = mapping.volts(breakaway(&measured));
-        let limit = document
-            .get("limits.breakaway_v")
-            .and_then(|value| value.as_float().or(value.as_integer().map(|whole| whole as f64)));
+        let limit = document.number("limits.breakaway_v");
         if let Some(limit) = limit.filter(|limit| *limit < starts) {
-            put(&mut whole, "limits", "breakaway_v", &Value::Float(rounded(starts)));
+            put_number(&mut whole, &["limits"], "breakaway_v", rounded(starts));
             contradicted.push(Contradiction::new("limits.breakaway_v", limit, [starts, 0.0]));
         }
         whole.remove("identified");
@@ -278,29 +278,11 @@ fn offset(fitted: &FittedModel) -> f64 {
 fn edit(whole: &mut DocumentMut, name: &str, before: Option<&toml::Table>, after: &toml::Table) {
     for (key, value) in after {
         if before.and_then(|before| before.get(key)) != Some(value) {
-            put(whole, name, key, value);
+            number(value).into_iter().for_each(|number| put_number(whole, &[name], key, number));
         }
     }
     let gone = before.into_iter().flatten().filter(|(key, _)| !after.contains_key(*key));
     if let Some(table) = whole.get_mut(name).and_then(Item::as_table_like_mut) {
         gone.for_each(|(key, _)| drop(table.remove(key)));
-    }
-}
-
-/// Sets a number in a table; the comment on its line stays.
-fn put(whole: &mut DocumentMut, name: &str, key: &str, value: &Value) {
-    let Some(number) = value.as_float().or(value.as_integer().map(|n| n as f64)) else { return };
-    let item = whole.entry(name).or_insert_with(toml_edit::table);
-    let Some(table) = item.as_table_like_mut() else { return };
-    set(table, key, number);
-}
-
-fn set(table: &mut dyn TableLike, key: &str, number: f64) {
-    if let Some(old) = table.get_mut(key).and_then(Item::as_value_mut) {
-        let decor = old.decor().clone();
-        *old = number.into();
-        *old.decor_mut() = decor;
-    } else {
-        table.insert(key, toml_edit::value(number));
     }
 }

@@ -18,10 +18,10 @@ pub(super) const CANDIDATES: usize = 5;
 /// search.
 pub(super) type Tried = (f64, Vec<f64>);
 
-/// Gains that passed: the keys that set them and their factors, with the rows of their joints.
+/// Gains that passed: their values by key and their factors, with the rows of their joints.
 pub(super) struct Passed {
     pub factors: Vec<f64>,
-    pub set: Vec<String>,
+    pub set: Vec<(String, f64)>,
     pub rows: Vec<CaseResult>,
 }
 
@@ -43,8 +43,8 @@ pub(super) fn first(
     mut tried: Vec<Tried>,
     before: &[CaseResult],
     (goal, limits): (TuningGoal, &[(String, f64)]),
-    set: impl Fn(&[f64]) -> Vec<String>,
-    rows: impl Fn(&[String]) -> Result<Option<Vec<CaseResult>>, Error>,
+    set: impl Fn(&[f64]) -> Vec<(String, f64)>,
+    rows: impl Fn(&[(String, f64)]) -> Result<Option<Vec<CaseResult>>, Error>,
 ) -> Result<Outcome, Error> {
     tried.retain(|(cost, _)| *cost < 0.0);
     tried.sort_by(|(a, _), (b, _)| a.total_cmp(b));
@@ -91,11 +91,11 @@ mod tests {
         let never = f64::INFINITY;
         let before = rows([2.0, 2.0, never]);
         let tried = tried.iter().map(|(cost, factor)| (*cost, vec![*factor])).collect();
-        let set = |factors: &[f64]| vec![format!("{:?}", factors[0])];
-        let run = |set: &[String]| Ok(Some(rows(after(&set[0]))));
+        let set = |factors: &[f64]| vec![(format!("{:?}", factors[0]), factors[0])];
+        let run = |set: &[(String, f64)]| Ok(Some(rows(after(&set[0].0))));
         let outcome = first(tried, &before, (TuningGoal::Settle, &[]), set, run).unwrap();
         let Outcome::Judged(passed) = outcome else { panic!("it was cancelled") };
-        passed.map(|passed| passed.set[0].clone())
+        passed.map(|passed| passed.set[0].0.clone())
     }
 
     #[test]
@@ -130,7 +130,7 @@ mod tests {
     }
 
     #[test]
-    fn so_many_candidates_are_judged_and_the_same_gains_once() {
+    fn at_most_five_candidates_are_judged_and_the_same_gains_once() {
         let tried: Vec<(f64, f64)> =
             (0u8..12).map(|n| (-20.0 + f64::from(n), 1.0 + f64::from(n / 2))).collect();
         let never = f64::INFINITY;

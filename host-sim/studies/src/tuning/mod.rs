@@ -128,12 +128,10 @@ impl TuningResult {
         !self.better && self.before.at_load.successes == 0
     }
 
-    /// The keys of a document that give it these gains; none if the file's stay.
-    pub fn set(&self) -> Vec<String> {
+    /// Returns these gains with their keys in a file; none if the file's stay.
+    pub fn set(&self) -> Vec<(String, f64)> {
         let gains = self.gains.iter().filter(|_| self.better);
-        let key =
-            |gain: &TunedGain| format!("controller.{}.{}={:?}", self.controller, gain.key, gain.to);
-        gains.map(key).collect()
+        gains.map(|gain| (path(&self.controller, gain.key), gain.to)).collect()
     }
 }
 
@@ -319,7 +317,7 @@ impl GainSearch {
     fn rows(
         &self,
         controller: &str,
-        set: &[String],
+        set: &[(String, f64)],
         [seed, cases]: [u64; 2],
     ) -> Result<Vec<CaseResult>, Error> {
         let mut rows = Vec::new();
@@ -333,12 +331,12 @@ impl GainSearch {
     fn ensemble(
         &self,
         controller: &str,
-        set: &[String],
+        set: &[(String, f64)],
         delay: u8,
     ) -> Result<MachineEnsemble, Error> {
         let mut document = self.document.clone();
         document.set(&[format!("run.delay_samples={delay}")])?;
-        document.set(set)?;
+        document.set_numbers(set)?;
         let controllers = [controller.to_owned()];
         let around =
             MachineOptions { controllers: &controllers, spreads: &self.spreads, rate_hz: None };
@@ -351,15 +349,15 @@ impl GainSearch {
     fn margins(
         &self,
         controller: &str,
-        set: &[String],
+        set: &[(String, f64)],
         goes_on: &(dyn Fn() -> bool + Sync),
     ) -> Result<Option<[f64; 2]>, Error> {
         const GAIN: &str = "joint.gain_deg_per_s2_per_v";
         const INERTIAS: [&str; 2] = ["load.inertia_kg_m2", "motor.rotor_inertia_kg_m2"];
         let exactly = |key: &str, value: f64| format!("{key}={value:?}..{value:?}");
         let around = |factor: f64| -> Vec<String> {
-            let gain = number(&self.document, GAIN).map(|gain| exactly(GAIN, gain * factor));
-            let inertia = |key| Some(exactly(key, number(&self.document, key)? / factor));
+            let gain = self.document.number(GAIN).map(|gain| exactly(GAIN, gain * factor));
+            let inertia = |key| Some(exactly(key, self.document.number(key)? / factor));
             gain.into_iter().chain(INERTIAS.into_iter().filter_map(inertia)).collect()
         };
         if around(1.0).is_empty() {
@@ -407,13 +405,16 @@ impl GainSearch {
     }
 }
 
-/// The keys of a controller with its gains turned.
-fn set(controller: &str, knobs: &[Knob], factors: &[f64]) -> Vec<String> {
+/// Returns the key of a controller's gain in a file.
+fn path(controller: &str, gain: &str) -> String {
+    format!("controller.{controller}.{gain}")
+}
+
+/// Returns the gains of a controller, each turned by its factor.
+fn set(controller: &str, knobs: &[Knob], factors: &[f64]) -> Vec<(String, f64)> {
     let pairs = knobs.iter().zip(factors);
     pairs
-        .map(|(Knob { key, start }, factor)| {
-            format!("controller.{controller}.{key}={:?}", rounded(start * factor))
-        })
+        .map(|(Knob { key, start }, factor)| (path(controller, key), rounded(start * factor)))
         .collect()
 }
 
@@ -446,23 +447,16 @@ pub fn assumed(document: &Document) -> Vec<String> {
         ["joint.friction.slip_v", "joint.friction.stick_v"],
         ["friction.slip_nm", "friction.stick_nm"],
     ];
-    let number = |key: &str| number(document, key);
     let range =
         |key: &str, low: f64, high: f64| format!("{key}={:?}..{:?}", rounded(low), rounded(high));
     let alone = ALONE.into_iter().filter_map(|(key, share)| {
-        let value = number(key)?;
+        let value = document.number(key)?;
         Some(range(key, value * (1.0 - share), value * (1.0 + share)))
     });
     let levels = LEVELS.into_iter().filter_map(|[slip, stick]| {
-        let (below, above) = (number(slip)?, number(stick)?);
+        let (below, above) = (document.number(slip)?, document.number(stick)?);
         let middle = 0.5 * (below + above);
         Some([range(slip, 0.75 * below, middle), range(stick, middle, 1.25 * above)])
     });
     alone.chain(levels.flatten()).collect()
-}
-
-/// The number that a file gives a key.
-fn number(document: &Document, key: &str) -> Option<f64> {
-    let value = document.get(key)?;
-    value.as_float().or(value.as_integer().map(|whole| whole as f64))
 }

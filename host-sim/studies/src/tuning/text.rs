@@ -1,10 +1,11 @@
 //! What tuning has found, as a new file, as a table and as JSON.
 
 use serde_json::{Map, Value, json};
-use toml_edit::{DocumentMut, value};
+use toml_edit::DocumentMut;
 
 use super::{SideFigures, TuningFigures, TuningResult};
 use files::error::{Error, rounded};
+use files::file_text::put_number;
 use simulator::output::grid;
 
 /// Writes the gains into the text of a file, of which everything else stays, comments included.
@@ -16,12 +17,7 @@ pub fn rewritten(text: &str, tuned: &[TuningResult]) -> Result<String, Error> {
         text.parse().map_err(|error| Error::Input(format!("the file: {error}")))?;
     for TuningResult { controller, gains, better, .. } in tuned {
         for gain in gains.iter().filter(|_| *better) {
-            let item = &mut document["controller"][controller.as_str()][gain.key];
-            let decor = item.as_value().map(|value| value.decor().clone());
-            *item = value(gain.to);
-            if let (Some(decor), Some(value)) = (decor, item.as_value_mut()) {
-                *value.decor_mut() = decor;
-            }
+            put_number(&mut document, &["controller", controller], gain.key, gain.to);
         }
     }
     Ok(document.to_string())
