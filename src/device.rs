@@ -6,7 +6,7 @@
 use embedded_storage::nor_flash::NorFlash;
 
 use crate::control::hardware::Hardware;
-use crate::link::{Kind, Machine, RequestRefusal, Session};
+use crate::link::{DeviceKind, Machine, RequestRefusal, Session};
 use crate::parameters::Parameters;
 use crate::parameters::store::Store;
 use crate::servo::{Boot, Input, Output, Servo};
@@ -31,7 +31,7 @@ impl<F: NorFlash> Device<F> {
         let boot = Boot { is_damaged: boot.is_damaged || store.is_damaged(), ..boot };
         let found = store.load().and_then(|found| found.fits(&hardware).map(|()| found));
         let servo = Servo::new(found.as_ref().map_err(|error| *error), boot, &hardware);
-        let mut session = Session::new(Kind::Simulated, found.ok());
+        let mut session = Session::new(DeviceKind::Simulated, found.ok());
         session.tell_damage(boot.is_damaged);
         Self { session, parts: Parts { hardware, servo, store } }
     }

@@ -25,7 +25,7 @@ mod app {
     use core::sync::atomic::Ordering;
 
     use heapless::spsc::{Consumer, Producer, Queue};
-    use stiction::link::{Kind, Session};
+    use stiction::link::{DeviceKind, Session};
     use stiction::parameters::store::Store;
     use stiction::safety::fault::Latched;
     use stiction::servo::{Boot, Output, State};
@@ -89,14 +89,14 @@ mod app {
         // First of all: reading the parameters takes longer than any of what follows.
         bridge::hold_enable_low(&cx.device.RCC, &cx.device.GPIOB);
         let init::LocalResources { outputs, session, servo, to_wire, .. } = cx.local;
-        let session = session.write(Session::new(Kind::Board, None));
+        let session = session.write(Session::new(DeviceKind::Board, None));
         let (output_producer, output_consumer) = outputs.split();
         let (to_wire_producer, to_wire_consumer) = to_wire.split();
         let (record, was_armed) = retained::take();
         let cause = reset::take_cause(&cx.device.RCC);
         let brown_out = reset::brown_out(&cx.device.FLASH);
         let may_be_dip = cause.may_be_dip(brown_out);
-        let settings = setup::Settings::read();
+        let settings = setup::BoardSettings::read();
         let fault = record.and_then(|record| record.fault()).or(cause.fault(was_armed));
         let board = setup::start(cx.device, cx.core, &settings, servo, |crystal| {
             let crystal = match crystal {

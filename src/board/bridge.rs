@@ -64,7 +64,7 @@ pub struct Pwm {
 
 impl TimerBridge {
     /// Sets the PWM and the pins up with a neutral duty and the outputs off.
-    pub fn new(timer: pac::TIM1, pins: Pins, settings: &Settings, rcc: &mut Rcc) -> Self {
+    pub fn new(timer: pac::TIM1, pins: Pins, settings: &BridgeSettings, rcc: &mut Rcc) -> Self {
         pac::TIM1::enable(rcc);
         pac::TIM1::reset(rcc);
         timer.ccmr1_output().write(|w| w.oc1m().pwm_mode1().oc1pe().enabled());
@@ -87,8 +87,8 @@ impl TimerBridge {
     }
 
     /// Sets another PWM, mode and dead time, with a neutral duty and the outputs off.
-    pub fn reconfigure(&mut self, settings: &Settings) {
-        let Settings { top, neutral, control, blanking } = *settings;
+    pub fn reconfigure(&mut self, settings: &BridgeSettings) {
+        let BridgeSettings { top, neutral, control, blanking } = *settings;
         // The pins are as the last mode left them off, until they are the next mode's.
         self.neutral_when_off = false;
         // The top is taken over where the counter turns, as the compare value is.
@@ -143,7 +143,7 @@ impl TimerBridge {
 
 /// The settings of a bridge.
 #[derive(Clone, Copy)]
-pub struct Settings {
+pub struct BridgeSettings {
     /// Compare value of full duty.
     pub top: u16,
     /// Duty of no effort.
@@ -154,7 +154,7 @@ pub struct Settings {
     pub blanking: u32,
 }
 
-impl Settings {
+impl BridgeSettings {
     /// Settings of a board without parameters: 22 kHz, with the output off.
     pub const IDLE: Self = Self {
         top: 3818,

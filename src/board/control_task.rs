@@ -12,7 +12,7 @@ use super::encoder::Quadrature;
 use super::stopwatch::Stopwatch;
 use super::supply::Supply;
 use super::tick::{Period, TickTimer};
-use super::traits::{Bridge, Encoder};
+use super::traits::{Bridge, EncoderInput};
 
 /// Whether the bridge's driver has pulled the break input. Its interrupt sets this, and
 /// [`ControlTask::mend`] ends it.
@@ -105,7 +105,7 @@ impl ControlTask {
 
     /// Takes another sample time, PWM and dead time. The output is off. The next tick comes a whole
     /// sample time from now.
-    pub fn reconfigure(&mut self, bridge: &bridge::Settings, period: &Period) {
+    pub fn reconfigure(&mut self, bridge: &bridge::BridgeSettings, period: &Period) {
         self.bridge.reconfigure(bridge);
         self.period = *period;
         self.resume();

@@ -5,7 +5,7 @@ use stm32f4xx_hal::gpio::{Alternate, PA0, PA1};
 use stm32f4xx_hal::pac;
 use stm32f4xx_hal::rcc::{Enable, Rcc, Reset};
 
-use super::traits::Encoder;
+use super::traits::EncoderInput;
 
 /// The counter of the encoder's edges.
 pub struct Quadrature {
@@ -37,7 +37,7 @@ impl Quadrature {
     }
 }
 
-impl Encoder for Quadrature {
+impl EncoderInput for Quadrature {
     fn counter(&self) -> u32 {
         self.timer.cnt().read().bits()
     }

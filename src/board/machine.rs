@@ -131,7 +131,7 @@ impl<C: Mutex<T = ControlTask>, W: Mutex<T = Independent>> Machine for BoardMach
     fn reconfigure(&mut self, parameters: &Parameters) -> Result<(), RequestRefusal> {
         let sample_time = parameters.controller.sample_time;
         let (bridge, period) =
-            (bridge::Settings::of(parameters), Period::new(sample_time, self.clock));
+            (bridge::BridgeSettings::of(parameters), Period::new(sample_time, self.clock));
         // The watchdog comes first: the next tick, which lets the feeder run, may come later than
         // the old timeout.
         let before = self.watchdog.lock(|watchdog| watchdog.timeout());

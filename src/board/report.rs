@@ -9,12 +9,12 @@ use defmt_rtt as _;
 use stiction::Fault;
 use stiction::motion::jog::{JogFindings, Verdict};
 use stiction::parameters::DecodeError;
-use stiction::servo::{Levels, Output, State};
+use stiction::servo::{FrictionLevels, Output, State};
 
 use crate::board::crystal::Crystal;
-use crate::board::reset_cause::{BrownOut, Cause};
+use crate::board::reset_cause::{BrownOut, ResetCause};
 use crate::board::retained::RetainedFault;
-use crate::board::setup::{Board, Settings};
+use crate::board::setup::{Board, BoardSettings};
 
 /// Rate of the trace, lines a second.
 const TRACE_HZ: f32 = 10.0;
@@ -37,10 +37,10 @@ impl Report {
     pub fn banner(
         &self,
         board: &Board,
-        (cause, brown_out): (Cause, BrownOut),
+        (cause, brown_out): (ResetCause, BrownOut),
         record: Option<&RetainedFault>,
         last: Option<Fault>,
-        settings: &Settings,
+        settings: &BoardSettings,
     ) {
         let source = match board.crystal {
             Crystal::Right => "crystal",
@@ -154,7 +154,7 @@ impl Report {
     }
 
     /// Writes what a ramp or a jog has found, if it has come to its end.
-    pub fn motion_over(&self, levels: Option<Levels>, found: Option<JogFindings>) {
+    pub fn motion_over(&self, levels: Option<FrictionLevels>, found: Option<JogFindings>) {
         if let Some(levels) = levels {
             told_levels(&levels);
         }
@@ -164,7 +164,7 @@ impl Report {
     }
 }
 
-fn told_levels(levels: &Levels) {
+fn told_levels(levels: &FrictionLevels) {
     match (levels.stick, levels.slip) {
         (Some(stick), Some(slip)) => {
             info!("friction: stick {=f32} V, slip {=f32} V", stick, slip)

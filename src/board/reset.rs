@@ -3,13 +3,13 @@
 
 use stm32f4xx_hal::pac;
 
-use super::reset_cause::{BrownOut, Cause};
+use super::reset_cause::{BrownOut, ResetCause};
 
 /// Reads the cause of the last reset, and clears its flags for the next time.
-pub fn take_cause(rcc: &pac::RCC) -> Cause {
+pub fn take_cause(rcc: &pac::RCC) -> ResetCause {
     let flags = rcc.csr().read().bits();
     rcc.csr().modify(|_, w| w.rmvf().clear());
-    Cause::of(flags)
+    ResetCause::of(flags)
 }
 
 /// Reads the level of the brown-out reset.

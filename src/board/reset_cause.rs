@@ -1,4 +1,4 @@
-//! Cause of a reset, and whether it may have been a dip of the supply, from the flags of the
+//! ResetCause of a reset, and whether it may have been a dip of the supply, from the flags of the
 //! registers (RM0090: RCC_CSR, and BOR_LEV of FLASH_OPTCR).
 //!
 //! A part comes out of the factory with its brown-out reset off. A dip of the supply is then no
@@ -19,7 +19,7 @@ const IWDGRSTF: u32 = 1 << 29;
 
 /// The cause of the last reset.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Cause {
+pub enum ResetCause {
     /// Power came up.
     PowerOn,
     /// The supply sagged below the brown-out level. Only parts whose option bytes enable that level
@@ -35,7 +35,7 @@ pub enum Cause {
     Other,
 }
 
-impl Cause {
+impl ResetCause {
     /// Returns the cause that the flags of RCC_CSR show.
     pub const fn of(flags: u32) -> Self {
         // Every internal reset pulls the pin as well, and power-on sets the brown-out flag: the

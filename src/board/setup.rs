@@ -30,7 +30,7 @@ use super::{clock, sectors, voltage_detector};
 const IDLE_SAMPLE_TIME: f32 = 0.001;
 
 /// The settings of the board: the parameters that the sectors hold, or why there are none.
-pub struct Settings {
+pub struct BoardSettings {
     found: Result<(Parameters, u8), DecodeError>,
     /// Whether a sector holds something that is no valid record.
     pub is_damaged: bool,
@@ -56,7 +56,7 @@ pub struct Board {
     pub timer_clock: u32,
 }
 
-impl Settings {
+impl BoardSettings {
     /// Reads the parameters, and refuses those that are not for this board.
     #[inline(never)]
     pub fn read() -> Self {
@@ -84,8 +84,8 @@ impl Settings {
         self.parameters().map_or(IDLE_SAMPLE_TIME, |parameters| parameters.controller.sample_time)
     }
 
-    fn bridge(&self) -> bridge::Settings {
-        self.parameters().map_or(bridge::Settings::IDLE, bridge::Settings::of)
+    fn bridge(&self) -> bridge::BridgeSettings {
+        self.parameters().map_or(bridge::BridgeSettings::IDLE, bridge::BridgeSettings::of)
     }
 }
 
@@ -94,7 +94,7 @@ impl Settings {
 pub fn start(
     device: pac::Peripherals,
     mut core: cortex_m::Peripherals,
-    settings: &Settings,
+    settings: &BoardSettings,
     place: &'static mut MaybeUninit<Servo>,
     boot: impl FnOnce(Crystal) -> Boot,
 ) -> Board {

@@ -4,7 +4,7 @@
 use stiction::control::drive::Duty;
 
 /// A counter of encoder edges that runs by itself.
-pub trait Encoder {
+pub trait EncoderInput {
     /// Returns the counter's present reading, which wraps.
     fn counter(&self) -> u32;
 }

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::model::{Estimate, Model, Search};
+use super::model::{Model, ModelEstimate, Search};
 use super::plan::{PLACES, SPEEDS};
 use crate::safety::open_loop::Bound;
 
@@ -64,7 +64,7 @@ impl From<Bound> for Outcome {
 /// The breakaway efforts in one sense, V, without their sign and with the load. They are zero where
 /// nothing was found.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Levels {
+pub struct BreakawayLevels {
     /// The least of all places.
     pub least: f32,
     /// The median.
@@ -121,9 +121,9 @@ pub struct Summary {
     /// Number of steps that were done.
     pub steps: u8,
     /// The breakaway in the positive and in the negative sense.
-    pub breakaway: [Levels; 2],
+    pub breakaway: [BreakawayLevels; 2],
     /// The parameters, if the rows determine them.
-    pub estimate: Option<Estimate>,
+    pub estimate: Option<ModelEstimate>,
     /// The angle that the joint has gone through, deg.
     pub range: f32,
     /// What there is to doubt.
@@ -153,7 +153,7 @@ pub struct Findings {
     pub map: [[MapPoint; 2]; SPEEDS],
 }
 
-impl Levels {
+impl BreakawayLevels {
     fn of(levels: &[f32; PLACES]) -> Self {
         let mut sorted = *levels;
         sorted.sort_unstable_by(f32::total_cmp);
@@ -181,8 +181,8 @@ fn is_uneven(levels: &[[f32; PLACES]; 2], load_may_vary: bool) -> bool {
     for ((mean, one), other) in without_load.iter_mut().zip(positive).zip(negative) {
         *mean = if *one > 0.0 && *other > 0.0 { 0.5 * (one + other) } else { 0.0 };
     }
-    Levels::of(&without_load).is_uneven()
-        || !load_may_vary && levels.iter().any(|one| Levels::of(one).is_uneven())
+    BreakawayLevels::of(&without_load).is_uneven()
+        || !load_may_vary && levels.iter().any(|one| BreakawayLevels::of(one).is_uneven())
 }
 
 impl Findings {
@@ -195,7 +195,7 @@ impl Findings {
     #[inline(never)]
     pub fn summary_of(&self, search: &Search) -> Summary {
         let [positive, negative] = &self.levels;
-        let breakaway = [Levels::of(positive), Levels::of(negative)];
+        let breakaway = [BreakawayLevels::of(positive), BreakawayLevels::of(negative)];
         let estimate = self.model.estimate_at(search);
         let found_gravity = estimate.is_none_or(|found| found.gravity[0][1] > 0.0);
         let mut doubts = Doubts {
@@ -228,13 +228,14 @@ mod tests {
     #[test]
     fn levels_are_the_order_statistics_of_what_was_found() {
         let of = |levels| {
-            let Levels { least, median, largest, places } = Levels::of(&levels);
+            let BreakawayLevels { least, median, largest, places } = BreakawayLevels::of(&levels);
             ([least, median, largest], places)
         };
         assert_eq!(of([0.3, 0.5, 0.1, 0.2, 0.4]), ([0.1, 0.3, 0.5], 5));
         assert_eq!(of([0.0, 0.5, 0.0, 0.25, 0.0]), ([0.25, 0.375, 0.5], 2));
         assert_eq!(of([0.0; 5]), ([0.0; 3], 0));
-        let spread = |largest| Levels { least: 0.93, median: 1.0, largest, places: 5 }.is_uneven();
+        let spread =
+            |largest| BreakawayLevels { least: 0.93, median: 1.0, largest, places: 5 }.is_uneven();
         assert_eq!([1.07, 1.09].map(spread), [false, true]);
     }
 

@@ -27,13 +27,13 @@ mod settings;
 mod window;
 
 pub use breakaway::{Breakaway, Push};
-pub use findings::{Doubts, Findings, Levels, MapPoint, Outcome, Summary};
+pub use findings::{BreakawayLevels, Doubts, Findings, MapPoint, Outcome, Summary};
 pub use follower::Follower;
-pub use model::{CANDIDATES, COLUMNS, Estimate, Model, Search};
+pub use model::{CANDIDATES, COLUMNS, Model, ModelEstimate, Search};
 pub use plan::{PLACES, SPEEDS};
 pub(crate) use ramp::{HOLD, RATE};
 pub use ramp::{MAX_TICKS, Ramp, RampFindings, RampState};
 pub use sequence::Identification;
 pub(crate) use settings::{EFFORT, SPEED, TIME, TRAVEL};
-pub use settings::{IdentificationRequest, LEAST_TRAVEL_COUNTS, Settings};
-pub use window::{Row, Window};
+pub use settings::{IdentificationPlan, IdentificationRequest, LEAST_TRAVEL_COUNTS};
+pub use window::{RegressionRow, Window};

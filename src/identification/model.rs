@@ -32,7 +32,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::givens::{Solution, Triangle};
-use super::window::Row;
+use super::window::RegressionRow;
 
 /// Number of speeds for which there is a Stribeck column.
 pub const CANDIDATES: usize = 7;
@@ -102,7 +102,7 @@ pub struct Model {
 
 /// The parameters of a joint with their standard deviations, in volts, degrees and seconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Estimate {
+pub struct ModelEstimate {
     /// J, V/(deg/s^2).
     pub inertia: [f32; 2],
     /// B, V/(deg/s).
@@ -149,7 +149,7 @@ impl Model {
     }
 
     /// Takes a row of sliding: of a leg at a constant speed, or of a swing.
-    pub fn add(&mut self, row: &Row, is_of_leg: bool) {
+    pub fn add(&mut self, row: &RegressionRow, is_of_leg: bool) {
         let sense = if row.velocity < 0.0 { -1.0 } else { 1.0 };
         let [sin, cos] = row.gravity;
         let mut x = [0.0; COLUMNS];
@@ -227,13 +227,13 @@ impl Model {
     /// Returns the parameters, if the rows determine them. `range` is the angle that the joint has
     /// gone through, deg.
     #[cfg(test)]
-    fn estimate(&self, range: f32) -> Option<Estimate> {
+    fn estimate(&self, range: f32) -> Option<ModelEstimate> {
         self.estimate_at(&Search::whole(self, range))
     }
 
     /// Returns the parameters at the end of a search, if the rows determine them.
     #[inline(never)]
-    pub fn estimate_at(&self, search: &Search) -> Option<Estimate> {
+    pub fn estimate_at(&self, search: &Search) -> Option<ModelEstimate> {
         let Search { gravity, .. } = *search;
         let step = search.best.map(usize::from);
         let mut fit = self.fit(step, gravity, false);
@@ -249,10 +249,10 @@ impl Model {
         fit.suppose_unexplained(self.uncertain(&fit, terms, self.freedom()));
         let solution = fit.solve(TOLERANCE)?;
         let of_step = libm::expf(libm::logf(self.ratio) / STEPS as f32);
-        let estimate = Estimate::of(&solution);
+        let estimate = ModelEstimate::of(&solution);
         let found = |is_found: bool, value: [f32; 2]| if is_found { value } else { [0.0; 2] };
         let speed = |step: usize| (0..step).fold(self.first, |speed, _| speed * of_step);
-        Some(Estimate {
+        Some(ModelEstimate {
             stribeck_velocity: step.map_or(0.0, speed),
             relative_residual,
             rows: self.rows(),
@@ -315,7 +315,7 @@ impl Search {
     }
 }
 
-impl Estimate {
+impl ModelEstimate {
     fn of(solution: &Solution<FITTED>) -> Self {
         let Solution { values, deviations, .. } = solution;
         let [inertia, viscous, delay, coulomb, offset, sin, cos, stribeck, _] = *values;
@@ -371,7 +371,10 @@ mod tests {
                 + gravity * angle.sin()
                 + noise * random();
             let gravity = [angle.sin(), angle.cos()];
-            model.add(&Row { acceleration, velocity, spread: 0.0, effort, rate, gravity }, true);
+            model.add(
+                &RegressionRow { acceleration, velocity, spread: 0.0, effort, rate, gravity },
+                true,
+            );
         }
         model
     }
@@ -455,8 +458,10 @@ mod tests {
                 let effort = j * acceleration + b * velocity + delay * rate + sense * level + off;
                 let effort = effort + 0.001 * (random * 1013.0).sin();
                 let gravity = [0.0, 1.0];
-                model
-                    .add(&Row { acceleration, velocity, spread: 0.0, effort, rate, gravity }, true);
+                model.add(
+                    &RegressionRow { acceleration, velocity, spread: 0.0, effort, rate, gravity },
+                    true,
+                );
             }
             let fits = (0..LAST.into()).map(|step| model.fit(Some(step), false, true));
             let best = fits.min_by(|a, b| a.unexplained().total_cmp(&b.unexplained())).unwrap();
@@ -489,7 +494,8 @@ mod tests {
                 let effort =
                     j * acceleration + b * velocity + delay * rate + sense * c + off + noise;
                 let gravity = [0.0, 1.0];
-                let row = Row { acceleration, velocity, spread: 0.0, effort, rate, gravity };
+                let row =
+                    RegressionRow { acceleration, velocity, spread: 0.0, effort, rate, gravity };
                 model.add(&row, is_of_leg);
             }
             model.estimate(0.0).unwrap().inertia[1]
@@ -508,7 +514,14 @@ mod tests {
             let velocity = 1.0 + index as f32;
             let acceleration = (index * index % 17) as f32;
             let gravity = [0.0, 1.0];
-            let row = Row { acceleration, velocity, spread: 0.0, effort: 0.4, rate: 0.0, gravity };
+            let row = RegressionRow {
+                acceleration,
+                velocity,
+                spread: 0.0,
+                effort: 0.4,
+                rate: 0.0,
+                gravity,
+            };
             model.add(&row, true);
         }
         assert_eq!(model.estimate(90.0), None);

@@ -21,7 +21,7 @@
 //! accelerations, the inertia of such pulses is between 0.14 and 1.9 of the true one, and that of
 //! the others between 0.94 and 1.17: a test holds these figures.
 
-use super::settings::Settings;
+use super::settings::IdentificationPlan;
 
 /// The efforts, in rough breakaway efforts, and the part of the effort's bound that the stronger
 /// one stays below.
@@ -95,7 +95,7 @@ impl Pulse {
     }
 
     /// Returns whether a pulse has shown enough, or has reached its bound.
-    fn is_enough(&self, settings: &Settings) -> bool {
+    fn is_enough(&self, settings: &IdentificationPlan) -> bool {
         let Self { moved, elapsed, .. } = *self;
         let bounds = &settings.bounds;
         // The speed at the end is twice the mean one.
@@ -122,7 +122,7 @@ impl Pulses {
     }
 
     /// Takes a tick of a pulse, whose joint is at `counts`.
-    pub fn update(&mut self, pulse: &Pulse, counts: i32, settings: &Settings) -> Next {
+    pub fn update(&mut self, pulse: &Pulse, counts: i32, settings: &IdentificationPlan) -> Next {
         let Pulse { strong, reverse, size, elapsed, moved } = *pulse;
         let longest = settings.ticks(LONGEST_S);
         if !pulse.is_enough(settings) {
@@ -168,9 +168,17 @@ mod tests {
     const COUNT: f32 = 0.01;
 
     /// With a bound of the speed, counts a tick.
-    fn settings(speed: f32) -> Settings {
+    fn settings(speed: f32) -> IdentificationPlan {
         let bounds = Bounds { effort: 4.0, travel: 18_000, speed, ticks: 300_000 };
-        Settings { bounds, tick: TICK, count: COUNT, quiet: 200, window: 200, fast: 1.0, slow: 0.1 }
+        IdentificationPlan {
+            bounds,
+            tick: TICK,
+            count: COUNT,
+            quiet: 200,
+            window: 200,
+            fast: 1.0,
+            slow: 0.1,
+        }
     }
 
     /// A rigid joint with a breakaway effort of 1 V that slides with `slip` (V).
@@ -186,7 +194,7 @@ mod tests {
 
     /// Pulses of a joint by the closed form `x = a t^2 / 2`: the inertia that they find over the
     /// true one, and the most counts and ticks of a strong pulse.
-    fn pulsed(joint: Joint, settings: &Settings) -> (Pulses, f64, [u32; 2]) {
+    fn pulsed(joint: Joint, settings: &IdentificationPlan) -> (Pulses, f64, [u32; 2]) {
         let mut pulses = Pulses::default();
         let mut longest = [0; 2];
         for (strong, reverse) in [(false, false), (false, true), (true, false), (true, true)] {

@@ -31,8 +31,8 @@ use super::follower::Follower;
 use super::model::Model;
 use super::plan::{SPEEDS, Task, at, share};
 use super::pulses::{Next, Pulse, Pulses};
-use super::settings::Settings;
-use super::window::{Row, Window};
+use super::settings::IdentificationPlan;
+use super::window::{RegressionRow, Window};
 use crate::safety::monitor::Standstill;
 use crate::safety::open_loop::{Bound, OpenLoopState};
 use crate::units::saturation::bounded;
@@ -70,7 +70,7 @@ enum Phase {
 /// An identification with its state.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Identification {
-    settings: Settings,
+    settings: IdentificationPlan,
     open_loop: OpenLoopState,
     standstill: Standstill,
     phase: Phase,
@@ -99,7 +99,7 @@ pub struct Identification {
 
 impl Identification {
     /// Returns an identification before its first tick.
-    pub fn new(settings: &Settings) -> Self {
+    pub fn new(settings: &IdentificationPlan) -> Self {
         let slow = settings.slow.max(share(SPEEDS - 1) * settings.fast);
         let model = Model::new(slow, settings.fast);
         Self {
@@ -138,7 +138,7 @@ impl Identification {
     }
 
     /// Returns its bounds.
-    pub const fn settings(&self) -> &Settings {
+    pub const fn settings(&self) -> &IdentificationPlan {
         &self.settings
     }
 
@@ -165,7 +165,7 @@ impl Identification {
         if self.is_over() {
             return 0.0;
         }
-        let Settings { tick, count, .. } = self.settings;
+        let IdentificationPlan { tick, count, .. } = self.settings;
         let still = self.standstill.update(counts);
         let [low, high] = &mut self.range;
         (*low, *high) = ((*low).min(counts), (*high).max(counts));
@@ -348,7 +348,7 @@ impl Identification {
 
     /// Returns the acceleration of the legs, deg/s^2.
     fn acceleration(&self) -> f32 {
-        let Settings { bounds, fast, .. } = self.settings;
+        let IdentificationPlan { bounds, fast, .. } = self.settings;
         let [positive, negative] = self.rough;
         let left = (bounds.effort - positive.max(negative)).max(0.0);
         (fast / self.settings.window_time()).min(0.5 * left / self.pulses.inertia)
@@ -370,7 +370,7 @@ impl Identification {
     }
 
     fn lead(&mut self, counts: i32) -> f32 {
-        let Settings { tick, count, window, .. } = self.settings;
+        let IdentificationPlan { tick, count, window, .. } = self.settings;
         let task = self.task();
         let speed = self.speed;
         let patience = 3.0 * self.way / speed.abs() + RUNS_ON_S;
@@ -408,7 +408,7 @@ impl Identification {
     }
 
     /// Takes a row, and counts it for the map if it is of a leg.
-    fn take(&mut self, row: &Row) {
+    fn take(&mut self, row: &RegressionRow) {
         let task = self.task();
         self.findings.model.add(row, matches!(task, Some(Task::Leg { .. })));
         let Some(Task::Leg { speed, reverse }) = task else { return };

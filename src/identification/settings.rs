@@ -56,7 +56,7 @@ pub struct IdentificationRequest {
 
 /// An identification that is prepared for a loop.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Settings {
+pub struct IdentificationPlan {
     pub(super) bounds: Bounds,
     /// Time of a tick, s, and angle of a count, deg.
     pub(super) tick: f32,
@@ -70,7 +70,7 @@ pub struct Settings {
     pub(super) slow: f32,
 }
 
-impl Settings {
+impl IdentificationPlan {
     /// Prepares an identification within what a client asks for.
     ///
     /// # Errors
@@ -133,12 +133,12 @@ impl Settings {
     /// ```
     /// use stiction::identification::IdentificationRequest;
     /// use stiction::units::value::Table as _;
-    /// use stiction::{ControllerConfig, Limits, ProfileLimits, identification::Settings};
+    /// use stiction::{ControllerConfig, Limits, ProfileLimits, identification::IdentificationPlan};
     /// let controller = ControllerConfig::EXAMPLE; // 0.0024 deg, 20 ms, 5 rad/s
     /// let of = |speed| {
     ///     let asked = IdentificationRequest { speed: Some(speed), ..IdentificationRequest::default() };
     ///     let (limits, profile) = (Limits::EXAMPLE, ProfileLimits::EXAMPLE);
-    ///     Settings::new(&asked, &controller, &limits, &profile).unwrap().least_speed()
+    ///     IdentificationPlan::new(&asked, &controller, &limits, &profile).unwrap().least_speed()
     /// };
     /// // 2 * 3 * 5 rad/s * 0.00242 deg / 0.7
     /// let least = of(0.05).unwrap();

@@ -43,7 +43,7 @@ use core::f32::consts::{FRAC_PI_2, PI, TAU};
 
 /// The means over a window, in volts, degrees and seconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Row {
+pub struct RegressionRow {
     /// Mean acceleration, deg/s^2.
     pub acceleration: f32,
     /// Mean velocity, deg/s.
@@ -121,7 +121,7 @@ impl Window {
         effort: f32,
         length: u32,
         [tick, count]: [f32; 2],
-    ) -> Option<Row> {
+    ) -> Option<RegressionRow> {
         self.tick = self.tick.saturating_add(1);
         let per_tick = 1.0 / length as f32;
         let s = self.tick as f32 * per_tick;
@@ -148,7 +148,7 @@ impl Window {
         let angle = (position / area + self.origin as f32) * count * (PI / 180.0);
         let acceleration = acceleration / area * count * per_second * per_second;
         let rate = -rate / area * per_second;
-        let row = Row {
+        let row = RegressionRow {
             acceleration,
             // phi is the density of Beta(4, 4), whose variance is 1/36.
             spread: acceleration.abs() / per_second / 6.0,
@@ -171,7 +171,7 @@ mod tests {
     const LENGTH: u32 = 200;
 
     /// The row of a motion `q(t)` (deg) and an effort `u(t)`, with counts of `count` deg.
-    fn row(q: impl Fn(f64) -> f64, u: impl Fn(f64) -> f64, count: f64) -> Row {
+    fn row(q: impl Fn(f64) -> f64, u: impl Fn(f64) -> f64, count: f64) -> RegressionRow {
         let counts = |k: u32| (q(f64::from(k) * 1e-3) / count).round() as i32;
         let mut window = Window::begin(counts(0));
         let mut row = None;

@@ -26,8 +26,8 @@ mod telemetry;
 
 pub use frame::{Deframer, Frame, MAX_FRAME, MAX_MESSAGE, encode};
 pub use reply::{
-    FaultReport, Identity, Kind, Message, Reply, RequestRefusal, SignalDescription, StateCode,
-    Status, WireErrors,
+    DeviceKind, FaultReport, Identity, Message, Reply, RequestRefusal, SignalDescription,
+    StateCode, Status, WireErrors,
 };
 pub use request::{Numbered, REQUEST, Request, decode_request, encode_request};
 pub use sample::{MAX_SIGNALS, Sample};

@@ -11,7 +11,7 @@ use crate::identification::{MapPoint, SPEEDS, Summary};
 use crate::motion::jog::JogFindings;
 use crate::parameters::DecodeError;
 use crate::parameters::store::SaveError;
-use crate::servo::{self, Levels};
+use crate::servo::{self, FrictionLevels};
 use crate::units::error::{Allowed, Error};
 use crate::units::value::Key;
 
@@ -53,7 +53,7 @@ pub enum Reply {
     Signal(SignalDescription),
     /// The answer to [`Request::ReadLevels`](super::Request::ReadLevels). There are no levels if
     /// the ramp is not over or was ended before, or if there was no ramp.
-    Levels(Option<Levels>),
+    Levels(Option<FrictionLevels>),
     /// The answer to [`Request::ReadJog`](super::Request::ReadJog). There is nothing if the jog is
     /// not over, if a stop or a fault ended it, or if there was no jog.
     Jog(Option<JogFindings>),
@@ -83,14 +83,14 @@ pub struct Identity {
     /// The device's version of the protocol, [`PROTOCOL`](super::PROTOCOL).
     pub protocol: u16,
     /// The kind of device.
-    pub kind: Kind,
+    pub kind: DeviceKind,
     /// The version of the device's core.
     pub version: String<16>,
 }
 
 /// The kinds of devices.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Kind {
+pub enum DeviceKind {
     /// A microcontroller. An emulated one reports this, too: it cannot detect its emulation.
     Board,
     /// The core in a program on a host: no motor moves or stops.

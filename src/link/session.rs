@@ -14,7 +14,9 @@ use heapless::String;
 
 use super::frame::{Deframer, Frame, encode};
 use super::outbox::{FOR_ANSWERS, Outbox};
-use super::reply::{Identity, Kind, Message, Reply, RequestRefusal, StateCode, Status, WireErrors};
+use super::reply::{
+    DeviceKind, Identity, Message, Reply, RequestRefusal, StateCode, Status, WireErrors,
+};
 use super::request::{Numbered, Request, decode_request};
 use super::telemetry::Subscription;
 use super::{CHUNK, PROTOCOL};
@@ -70,7 +72,7 @@ pub trait Machine {
 /// A session: the device's end of a link.
 #[derive(Debug)]
 pub struct Session<const RING: usize = WAITING> {
-    kind: Kind,
+    kind: DeviceKind,
     deframer: Deframer,
     /// The parameters in use, if there are any.
     parameters: Option<Parameters>,
@@ -99,7 +101,7 @@ pub struct Session<const RING: usize = WAITING> {
 
 impl<const RING: usize> Session<RING> {
     /// Makes a session before its first byte. `parameters` are those in use.
-    pub const fn new(kind: Kind, parameters: Option<Parameters>) -> Self {
+    pub const fn new(kind: DeviceKind, parameters: Option<Parameters>) -> Self {
         Self {
             kind,
             deframer: Deframer::new(),

@@ -17,7 +17,7 @@ use crate::control::hardware::Hardware;
 use crate::control::laws::{self, Gains};
 use crate::control::pd::PdGains;
 use crate::control::profile::ProfileLimits;
-use crate::identification::{self, Ramp, Settings};
+use crate::identification::{self, IdentificationPlan, Ramp};
 use crate::motion::jog::{Jog, JogBounds, JogRequest};
 use crate::motion::{self, Course, Motion};
 use crate::safety::monitor::Limits;
@@ -184,8 +184,8 @@ impl Parameters {
     pub fn identify(
         &self,
         asked: &identification::IdentificationRequest,
-    ) -> Result<Settings, Error> {
-        Settings::new(asked, &self.controller, &self.limits, &self.profile)
+    ) -> Result<IdentificationPlan, Error> {
+        IdentificationPlan::new(asked, &self.controller, &self.limits, &self.profile)
     }
 }
 

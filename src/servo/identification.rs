@@ -2,7 +2,7 @@
 //! found.
 
 use super::{ControlLoop, Refusal, Servo};
-use crate::identification::{Findings, Identification, Settings};
+use crate::identification::{Findings, Identification, IdentificationPlan};
 use crate::motion::Course;
 
 impl Servo {
@@ -13,7 +13,7 @@ impl Servo {
     /// # Errors
     /// Says what is in the way. A travel that leads out of the range of positions is; an armed
     /// servo identifies nothing.
-    pub fn identify(&mut self, settings: &Settings) -> Result<(), Refusal> {
+    pub fn identify(&mut self, settings: &IdentificationPlan) -> Result<(), Refusal> {
         let here = self.follower.seen.position;
         let control_loop = self.ready_to_arm()?;
         if control_loop.is_too_near_to_the_end(settings.travel(), here) {
@@ -60,7 +60,7 @@ impl ControlLoop {
 
     /// Prepares an identification in its place: it is most of a kilobyte.
     #[inline(never)]
-    fn begin_identification(&mut self, settings: &Settings) {
+    fn begin_identification(&mut self, settings: &IdentificationPlan) {
         self.begin(Course::Identification(Identification::new(settings)));
     }
 }

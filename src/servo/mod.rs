@@ -54,7 +54,7 @@ pub use boot::Boot;
 pub use control_loop::ControlLoop;
 use follower::Follower;
 pub use output::{Input, Output};
-pub use ramp::Levels;
+pub use ramp::FrictionLevels;
 pub use refusal::Refusal;
 use wake_up::WakeUp;
 

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 /// The friction levels that a ramp has found, in volts of effort. A level is none if the joint did
 /// not move, or did not rest.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Levels {
+pub struct FrictionLevels {
     /// Effort at the first count of the motion, V: the stick level.
     pub stick: Option<f32>,
     /// Effort at the last count before rest, V: the slip level.
@@ -16,7 +16,7 @@ pub struct Levels {
 
 impl Servo {
     /// Returns the levels that the ramp has found, once it is over.
-    pub fn levels(&self) -> Option<Levels> {
+    pub fn levels(&self) -> Option<FrictionLevels> {
         let ControlLoop { course: Course::Ramp(ramp), state, .. } = self.control_loop.as_ref()?
         else {
             return None;
@@ -26,6 +26,6 @@ impl Servo {
         state
             .ramp()
             .is_over()
-            .then(|| Levels { stick: volts(found.stick), slip: volts(found.slip) })
+            .then(|| FrictionLevels { stick: volts(found.stick), slip: volts(found.slip) })
     }
 }

@@ -260,7 +260,10 @@ fn a_ramp_stops_by_itself_and_tells_its_levels() {
         // without any.
         assert_eq!(last, 100 + 101);
         // It is at rung 42 - 47 by then: at zero, and held there.
-        assert_eq!(servo.levels(), Some(Levels { stick: Some(41.0 * 0.005), slip: Some(0.0) }));
+        assert_eq!(
+            servo.levels(),
+            Some(FrictionLevels { stick: Some(41.0 * 0.005), slip: Some(0.0) })
+        );
         assert!((0..200).all(|_| !tick(&mut servo, moved(0)).enable));
     }
 }
@@ -287,7 +290,7 @@ fn a_supply_too_low_for_the_effort_ends_a_ramp_without_levels() {
     let ticks =
         (0..2000).take_while(|_| servo.tick(Input { counter: 0, supply: 1365 }).enable).count();
     assert_eq!(ticks, 666);
-    assert_eq!((servo.state(), servo.levels()), (State::Stopped, Some(Levels::default())));
+    assert_eq!((servo.state(), servo.levels()), (State::Stopped, Some(FrictionLevels::default())));
 }
 
 #[test]

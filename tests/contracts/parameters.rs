@@ -184,24 +184,24 @@ fn laws_depend_on_their_loop_where_their_equations_say_so() {
 #[test]
 fn states_are_small_enough_to_be_copied_in_a_tick() {
     // These are the sizes without any padding: an integral, an integral, an offset and a timer.
-    assert_eq!(size_of::<reset_integral::State>(), 4);
-    assert_eq!(size_of::<rate_variable_integral::State>(), 4);
-    assert_eq!(size_of::<reset_offset_integral::State>(), 8);
+    assert_eq!(size_of::<reset_integral::ResetIntegralState>(), 4);
+    assert_eq!(size_of::<rate_variable_integral::RateVariableIntegralState>(), 4);
+    assert_eq!(size_of::<reset_offset_integral::ResetOffsetIntegralState>(), 8);
     // Three estimates, and a count of ticks.
-    assert_eq!(size_of::<disturbance_observer::State>(), 16);
+    assert_eq!(size_of::<disturbance_observer::DisturbanceObserverState>(), 16);
     // A sum has room for the largest of them, and for which it is. Of the laws that live on the
     // host, the impulsive one has the largest state: six numbers and a flag.
     let largest = if cfg!(feature = "rivals") { 28 } else { 20 };
     assert_eq!(size_of::<LawState>(), largest);
     // The one that is too large for a sum has its own place.
-    let alone = size_of::<robust::State>();
+    let alone = size_of::<robust::RobustState>();
     assert_eq!(size_of::<CompensatorState>(), MAX_TERMS * largest + alone);
     // Besides these a controller has the position, the velocity's fifteen increments, the tick, and
     // three words of the output stage: the ticks of the soft start, what is applied, and whether
     // that is less than was asked for.
     let besides = 4 * (1 + 15 + 1 + 3);
     assert_eq!(size_of::<ControllerState>(), MAX_TERMS * largest + besides + alone);
-    const { assert!(size_of::<LawState>() <= 64 && size_of::<robust::State>() <= 256) };
+    const { assert!(size_of::<LawState>() <= 64 && size_of::<robust::RobustState>() <= 256) };
     const { assert!(size_of::<ControllerState>() <= 448) };
 }
 

@@ -13,7 +13,7 @@ use simulator::device::simulated::SimulatedDevice;
 use simulator::device::wire::{SimulatedWire, Wire};
 use simulator::experiment::RunPlan;
 use stiction::Fault;
-use stiction::link::{Kind, Sample, StateCode};
+use stiction::link::{DeviceKind, Sample, StateCode};
 
 use crate::common::{firmware, plans};
 
@@ -75,7 +75,7 @@ fn a_move_is_that_of_the_simulated_device_to_the_bit() {
 fn it_says_what_it_is_and_stops_at_once() {
     let mut client = emulated(&plan("pd", &[]));
     let identity = client.identity().unwrap();
-    assert_eq!((identity.kind, &*identity.version), (Kind::Board, stiction::VERSION));
+    assert_eq!((identity.kind, &*identity.version), (DeviceKind::Board, stiction::VERSION));
     assert_eq!(client.wire().warning(), Some("EMULATED DEVICE: no motor moves or stops."));
     assert_eq!(client.status().unwrap().state, StateCode::Stopped);
     client.arm().unwrap();

@@ -12,7 +12,7 @@ use std::fs;
 use std::path::Path;
 
 use stiction::control::laws::RobustGains;
-use stiction::control::laws::robust::{EncoderSide, State};
+use stiction::control::laws::robust::{EncoderSide, RobustState};
 use stiction::units::value::Table;
 
 use super::golden::traces;
@@ -30,7 +30,7 @@ struct Written {
 }
 
 impl Written {
-    fn see(&mut self, effort: f32, state: &State) {
+    fn see(&mut self, effort: f32, state: &RobustState) {
         let mode = state.mode() as u8;
         if mode != self.mode || self.ticks.is_multiple_of(EVERY) {
             let (tick, held, gain) = (self.ticks, state.hold_effort(), state.gain());

@@ -12,7 +12,7 @@
 use std::io::Read;
 
 use flate2::read::GzDecoder;
-use stiction::control::laws::robust::{EncoderSide, State};
+use stiction::control::laws::robust::{EncoderSide, RobustState};
 use stiction::control::laws::{Law, LawInput, Loop, Robust, RobustGains};
 use stiction::control::reference::Setpoint;
 use stiction::units::position::Position;
@@ -135,10 +135,10 @@ pub fn traces() -> Vec<Trace> {
 impl Trace {
     /// Runs the law along the trace, fed with its own effort, and calls `f` with each row and what
     /// the law gave there.
-    pub fn replay(&self, gains: &RobustGains, mut f: impl FnMut(usize, &Row, f32, &State)) {
+    pub fn replay(&self, gains: &RobustGains, mut f: impl FnMut(usize, &Row, f32, &RobustState)) {
         let law = self.header.law(gains);
         let count = self.header.number("q");
-        let (mut state, mut applied) = (State::default(), 0.0);
+        let (mut state, mut applied) = (RobustState::default(), 0.0);
         for (tick, row) in self.rows.iter().enumerate() {
             let place = row.reference / count;
             let position = Position {

@@ -1,6 +1,6 @@
 //! A rigid joint with Coulomb friction and stiction, a load and a wall, and the law around it.
 
-use stiction::control::laws::robust::State;
+use stiction::control::laws::robust::RobustState;
 use stiction::control::laws::{Law, LawInput, Loop, Robust, RobustGains};
 use stiction::control::reference::Setpoint;
 use stiction::units::position::Position;
@@ -73,7 +73,7 @@ impl Joint {
 /// The law around a joint.
 pub struct ClosedLoop {
     pub joint: Joint,
-    pub state: State,
+    pub state: RobustState,
     law: Robust,
     /// Effort of the last tick, V.
     pub applied: f32,
@@ -81,7 +81,12 @@ pub struct ClosedLoop {
 
 impl ClosedLoop {
     pub fn new(joint: Joint, gains: &RobustGains) -> Self {
-        Self { joint, state: State::default(), law: Robust::new(gains, &AROUND), applied: 0.0 }
+        Self {
+            joint,
+            state: RobustState::default(),
+            law: Robust::new(gains, &AROUND),
+            applied: 0.0,
+        }
     }
 
     /// Runs for a time, s, with the set point at rest, deg; calls `f` after each tick.

@@ -4,7 +4,7 @@
 #[path = "../../src/board/reset_cause.rs"]
 mod of_the_board;
 
-use of_the_board::{BrownOut, Cause};
+use of_the_board::{BrownOut, ResetCause};
 use stiction::Fault;
 
 /// FLASH_OPTCR as the factory leaves it (RM0090: 0x0FFF_AAED), with another BOR_LEV (bits 3, 2).
@@ -40,19 +40,19 @@ fn a_factory_part_has_no_brown_out_reset_and_the_levels_are_the_manuals() {
 #[test]
 fn each_cause_has_its_flags_and_nobody_asked_for_a_brown_out_or_a_watchdog() {
     for (flags, cause, fault) in [
-        (POWER_ON, Cause::PowerOn, None),
-        (BROWN_OUT, Cause::BrownOut, Some(Fault::BrownOut)),
-        (PIN, Cause::Pin, None),
-        (SOFTWARE, Cause::Software, None),
-        (WATCHDOG, Cause::Watchdog, Some(Fault::Watchdog)),
-        (0, Cause::Other, None),
+        (POWER_ON, ResetCause::PowerOn, None),
+        (BROWN_OUT, ResetCause::BrownOut, Some(Fault::BrownOut)),
+        (PIN, ResetCause::Pin, None),
+        (SOFTWARE, ResetCause::Software, None),
+        (WATCHDOG, ResetCause::Watchdog, Some(Fault::Watchdog)),
+        (0, ResetCause::Other, None),
     ] {
-        assert_eq!((Cause::of(flags), cause.fault(false)), (cause, fault), "{flags:#x}");
+        assert_eq!((ResetCause::of(flags), cause.fault(false)), (cause, fault), "{flags:#x}");
         // The RAM says that the motor was driven: whatever it was, it was not commanded.
         assert_eq!(cause.fault(true), Some(fault.unwrap_or(Fault::ResetWhileArmed)));
     }
-    let words =
-        [POWER_ON, BROWN_OUT, PIN, SOFTWARE, WATCHDOG, 0].map(|flags| Cause::of(flags).describe());
+    let words = [POWER_ON, BROWN_OUT, PIN, SOFTWARE, WATCHDOG, 0]
+        .map(|flags| ResetCause::of(flags).describe());
     let mut different = words.to_vec();
     different.sort_unstable();
     different.dedup();
@@ -70,7 +70,7 @@ fn only_a_part_with_a_brown_out_reset_can_tell_power_on_from_a_dip() {
         (SOFTWARE, false, false),
         (WATCHDOG, false, false),
     ] {
-        let may_be = |bits| Cause::of(flags).may_be_dip(BrownOut::of(options(bits)));
+        let may_be = |bits| ResetCause::of(flags).may_be_dip(BrownOut::of(options(bits)));
         assert_eq!((may_be(0b11), may_be(0b10), may_be(0b00)), (without, with, with), "{flags:#x}");
     }
 }

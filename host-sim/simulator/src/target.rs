@@ -137,7 +137,7 @@ impl WatchedServo {
     }
 
     /// Returns the findings of a ramp.
-    pub fn levels(&self) -> Option<stiction::servo::Levels> {
+    pub fn levels(&self) -> Option<stiction::servo::FrictionLevels> {
         self.servo.levels()
     }
 }

@@ -4,7 +4,7 @@ use std::sync::atomic::Ordering;
 
 use serde_json::{Value, json};
 use stiction::control::signal::name;
-use stiction::link::{Kind, Sample, StateCode, Status};
+use stiction::link::{DeviceKind, Sample, StateCode, Status};
 
 use super::form;
 use super::request::RequestedMotion;
@@ -94,7 +94,7 @@ impl<W: Wire> Worker<'_, W> {
         let warning = self.client.warning();
         let identity = self.client.identity();
         let kind = match identity.map(|identity| identity.kind) {
-            Some(Kind::Simulated) => "simulated",
+            Some(DeviceKind::Simulated) => "simulated",
             _ if warning.is_some() => "emulated",
             _ => "board",
         };

@@ -11,7 +11,7 @@ use std::time::Duration;
 use serialport::{SerialPort, TTYPort};
 use simulator::device::simulated::SimulatedDevice;
 use simulator::experiment::{Document, Experiment};
-use stiction::link::{Deframer, Identity, Kind, Message, Numbered, PROTOCOL, Reply, encode};
+use stiction::link::{Deframer, DeviceKind, Identity, Message, Numbered, PROTOCOL, Reply, encode};
 use stiction::servo::State;
 
 use crate::program::{self, SPAWNING, pseudoterminal};
@@ -121,7 +121,7 @@ fn run(manner: Manner, mut master: TTYPort, done: &AtomicBool, progress: &Atomic
             Manner::Later if count > 0 => {
                 let identity = Identity {
                     protocol: PROTOCOL + 1,
-                    kind: Kind::Board,
+                    kind: DeviceKind::Board,
                     version: "9.8.7".try_into().unwrap(),
                 };
                 let reply = Numbered { number: 1, content: Reply::Hello(identity) };

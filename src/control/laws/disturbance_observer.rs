@@ -26,7 +26,7 @@
 //! effort at rest, up to the slip friction. It takes a missing inertia for a disturbance, which is
 //! late: a joint of half of `J` rings with a sample of delay, unless the PD loop is slow.
 
-use super::robust::extended_state_observer::{Estimate, ExtendedStateObserver};
+use super::robust::extended_state_observer::{ExtendedStateObserver, ObserverState};
 use super::{Law, LawInput, Loop};
 use crate::units::error::HUGE;
 use crate::units::saturation::bounded;
@@ -71,17 +71,17 @@ pub struct DisturbanceObserver {
 
 /// The state of the observer.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct State {
+pub struct DisturbanceObserverState {
     /// The estimates; the position is that from where the joint is, so that nothing is lost far
     /// from the origin.
-    estimate: Estimate,
+    estimate: ObserverState,
     /// Ticks without a count.
     still: u32,
 }
 
 impl Law for DisturbanceObserver {
     type Gains = DisturbanceObserverGains;
-    type State = State;
+    type State = DisturbanceObserverState;
 
     fn new(gains: &DisturbanceObserverGains, around: &Loop) -> Self {
         let DisturbanceObserverGains { bandwidth, inertia, viscous, slip, band, ramp, largest } =
@@ -102,7 +102,7 @@ impl Law for DisturbanceObserver {
     /// Returns the law's v_c for one tick, V.
     ///
     /// ```
-    /// use stiction::control::laws::disturbance_observer::State;
+    /// use stiction::control::laws::disturbance_observer::DisturbanceObserverState;
     /// use stiction::control::laws::{DisturbanceObserver, DisturbanceObserverGains};
     /// use stiction::control::laws::{Law, LawInput, Loop};
     /// let gains = DisturbanceObserverGains {
@@ -115,15 +115,15 @@ impl Law for DisturbanceObserver {
     ///     largest: 2.0,
     /// };
     /// let law = DisturbanceObserver::new(&gains, &Loop::EXAMPLE);
-    /// let mut state = State::default();
+    /// let mut state = DisturbanceObserverState::default();
     /// let rest = |error| LawInput { error, ..LawInput::default() };
     /// // At rest beyond the band it rises by 0.25 V a tick; within the band it stays.
     /// let v_c = [0.75, 0.75, 0.75, 0.75, 0.25, 0.25].map(|e| law.update(&mut state, &rest(e)));
     /// assert_eq!(v_c, [0.0, 0.0, 0.25, 0.5, 0.5, 0.5]);
     /// ```
-    fn update(&self, state: &mut State, input: &LawInput) -> f32 {
+    fn update(&self, state: &mut DisturbanceObserverState, input: &LawInput) -> f32 {
         let LawInput { error, setpoint, travel, applied, .. } = *input;
-        let State { estimate, still } = state;
+        let DisturbanceObserverState { estimate, still } = state;
         *still = if travel == 0 { still.saturating_add(1) } else { 0 };
         if *still >= REST && setpoint.velocity == 0.0 {
             (estimate.position, estimate.velocity) = (0.0, 0.0);

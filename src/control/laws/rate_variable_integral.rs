@@ -48,13 +48,13 @@ pub struct RateVariableIntegral {
 
 /// The integral of the law.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct State {
+pub struct RateVariableIntegralState {
     v_c: f32,
 }
 
 impl Law for RateVariableIntegral {
     type Gains = RateVariableIntegralGains;
-    type State = State;
+    type State = RateVariableIntegralState;
 
     fn new(gains: &RateVariableIntegralGains, around: &Loop) -> Self {
         Self {
@@ -69,17 +69,17 @@ impl Law for RateVariableIntegral {
     /// ```
     /// use stiction::control::laws::{Law, LawInput, Loop};
     /// use stiction::control::laws::{RateVariableIntegral, RateVariableIntegralGains};
-    /// use stiction::control::laws::rate_variable_integral::State;
+    /// use stiction::control::laws::rate_variable_integral::RateVariableIntegralState;
     /// let around = Loop::EXAMPLE;
     /// let gains = RateVariableIntegralGains { ki: 50.0, gamma: 0.25 };
     /// let law = RateVariableIntegral::new(&gains, &around);
-    /// let mut state = State::default();
+    /// let mut state = RateVariableIntegralState::default();
     /// let at_rest = LawInput { error: 0.5, ..LawInput::default() };
     /// assert_eq!(law.update(&mut state, &at_rest), 0.5);
     /// let moving = LawInput { velocity: 0.5, ..at_rest };
     /// assert_eq!(law.update(&mut state, &moving), 0.5); // (0.5 + 0.5) / 2
     /// ```
-    fn update(&self, state: &mut State, input: &LawInput) -> f32 {
+    fn update(&self, state: &mut RateVariableIntegralState, input: &LawInput) -> f32 {
         let rate_factor = self.gamma_h / (self.gamma_h + input.velocity * input.velocity);
         state.v_c =
             saturate((state.v_c + self.ki_h * input.error) * rate_factor, self.full_scale).0;

@@ -41,13 +41,13 @@ pub struct ResetIntegral {
 
 /// The integral of the law.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct State {
+pub struct ResetIntegralState {
     v_c: f32,
 }
 
 impl Law for ResetIntegral {
     type Gains = ResetIntegralGains;
-    type State = State;
+    type State = ResetIntegralState;
 
     fn new(gains: &ResetIntegralGains, around: &Loop) -> Self {
         Self {
@@ -61,16 +61,16 @@ impl Law for ResetIntegral {
     ///
     /// ```
     /// use stiction::control::laws::{Law, LawInput, Loop, ResetIntegral, ResetIntegralGains};
-    /// use stiction::control::laws::reset_integral::State;
+    /// use stiction::control::laws::reset_integral::ResetIntegralState;
     /// let around = Loop { sample_time: 0.25, ..Loop::EXAMPLE };
     /// let law = ResetIntegral::new(&ResetIntegralGains { ki: 4.0, theta_ri: 0.5 }, &around);
-    /// let mut state = State::default();
+    /// let mut state = ResetIntegralState::default();
     /// let near = LawInput { error: 0.5, ..LawInput::default() };
     /// assert_eq!(law.update(&mut state, &near), 0.5);
     /// assert_eq!(law.update(&mut state, &near), 1.0);
     /// assert_eq!(law.update(&mut state, &LawInput { error: 0.6, ..near }), 0.0);
     /// ```
-    fn update(&self, state: &mut State, input: &LawInput) -> f32 {
+    fn update(&self, state: &mut ResetIntegralState, input: &LawInput) -> f32 {
         state.v_c = if input.error.abs() <= self.theta_ri {
             saturate(state.v_c + self.ki_h * input.error, self.full_scale).0
         } else {

@@ -47,7 +47,7 @@ pub struct ResetOffsetIntegral {
 
 /// The offset of the law and its timer.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct State {
+pub struct ResetOffsetIntegralState {
     v_c: f32,
     /// Ticks since the last increment, or since activity began.
     elapsed: u32,
@@ -55,7 +55,7 @@ pub struct State {
 
 impl Law for ResetOffsetIntegral {
     type Gains = ResetOffsetIntegralGains;
-    type State = State;
+    type State = ResetOffsetIntegralState;
 
     fn new(gains: &ResetOffsetIntegralGains, around: &Loop) -> Self {
         let period = libm::roundf(gains.t_roi / around.sample_time) as u32;
@@ -67,17 +67,17 @@ impl Law for ResetOffsetIntegral {
     /// ```
     /// use stiction::control::laws::{Law, LawInput, Loop};
     /// use stiction::control::laws::{ResetOffsetIntegral, ResetOffsetIntegralGains};
-    /// use stiction::control::laws::reset_offset_integral::State;
+    /// use stiction::control::laws::reset_offset_integral::ResetOffsetIntegralState;
     /// let around = Loop::EXAMPLE;
     /// let gains = ResetOffsetIntegralGains { t_roi: 0.04, v_roi: 2.33 };
     /// let law = ResetOffsetIntegral::new(&gains, &around);
-    /// let mut state = State::default();
+    /// let mut state = ResetOffsetIntegralState::default();
     /// let input = LawInput { v_pd: 0.25, ..LawInput::default() };
     /// let v_c = [(); 6].map(|()| law.update(&mut state, &input));
     /// assert_eq!(v_c, [0.0, 0.0, 0.25, 0.25, 0.5, 0.5]);
     /// assert_eq!(law.update(&mut state, &LawInput { velocity_error: 2.4, ..input }), 0.0);
     /// ```
-    fn update(&self, state: &mut State, input: &LawInput) -> f32 {
+    fn update(&self, state: &mut ResetOffsetIntegralState, input: &LawInput) -> f32 {
         if input.velocity_error.abs() < self.v_roi {
             // Not only equal: the state may be that of a longer period.
             if state.elapsed >= self.period {
@@ -86,7 +86,7 @@ impl Law for ResetOffsetIntegral {
             }
             state.elapsed += 1;
         } else {
-            *state = State::default();
+            *state = ResetOffsetIntegralState::default();
         }
         state.v_c
     }

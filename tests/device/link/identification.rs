@@ -11,7 +11,7 @@ use simulator::device::simulated::{SimulatedDevice, Wires};
 use simulator::device::wire::SimulatedWire;
 use simulator::experiment::Document;
 use stiction::identification::{IdentificationRequest, Outcome, Summary};
-use stiction::link::{Kind, Machine, Reply, Request, RequestRefusal, Session, StateCode};
+use stiction::link::{DeviceKind, Machine, Reply, Request, RequestRefusal, Session, StateCode};
 use stiction::parameters::Parameters;
 use stiction::servo::Servo;
 use stiction::{Fault, Hardware};
@@ -189,7 +189,7 @@ fn the_answer_with_the_fits_comes_once_at_its_end_and_not_after_another_request(
     identified(&mut client, IdentificationRequest::default()).unwrap();
     let servo = client.wire().simulated.device.servo();
     let summary = servo.identified().unwrap().summary();
-    let mut session = Session::new(Kind::Simulated, None);
+    let mut session = Session::new(DeviceKind::Simulated, None);
     let mut bare = Bare(servo);
     session.receive(&hello(1, 7), &mut bare);
     let mut device = Piecewise { session, bare };

@@ -8,13 +8,13 @@ use simulator::device::wire::SimulatedWire;
 use simulator::experiment::Task;
 use stiction::Fault;
 use stiction::link::StateCode;
-use stiction::servo::Levels;
+use stiction::servo::FrictionLevels;
 
 use super::client;
 use crate::fixture::plans;
 
 /// Lets a ramp run to its end, and returns what it has found.
-fn identified(client: &mut Client<SimulatedWire>) -> Option<Levels> {
+fn identified(client: &mut Client<SimulatedWire>) -> Option<FrictionLevels> {
     while client.pass(Duration::from_secs(1)).unwrap().state == StateCode::Armed {}
     client.levels().unwrap()
 }

@@ -1,6 +1,6 @@
 //! Plausibility of a data sheet: warnings before a run, and an error if the joint cannot move.
 
-use super::refusal::{Cause, SheetRefusal};
+use super::refusal::{RefusalCause, SheetRefusal};
 use super::sheet::DataSheet;
 use super::suspect::Suspect;
 use super::tables::DrivenBy;
@@ -63,7 +63,7 @@ impl DataSheet {
             rounded(stall),
             self.listed(&STALL_TORQUE),
         );
-        let cause = Some(Cause { keys: &STALL_TORQUE, sentence: follows });
+        let cause = Some(RefusalCause { keys: &STALL_TORQUE, sentence: follows });
         Err(SheetRefusal { cause, ..SheetRefusal::number(key, found, &allowed) })
     }
 

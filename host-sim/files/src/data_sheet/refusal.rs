@@ -12,12 +12,12 @@ pub struct SheetRefusal {
     /// Sentence with the value found and the allowed values.
     pub sentence: String,
     /// What made the key's range, if it follows from other keys.
-    pub cause: Option<Cause>,
+    pub cause: Option<RefusalCause>,
 }
 
 /// Keys from which an allowed range follows. If one of them was set by hand, it is blamed.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Cause {
+pub struct RefusalCause {
     /// The keys.
     pub keys: &'static [&'static str],
     /// What follows from them.

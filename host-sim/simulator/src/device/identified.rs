@@ -2,7 +2,9 @@
 
 use serde_json::{Value, json};
 use stiction::Parameters;
-use stiction::identification::{Doubts, Estimate, Levels, MapPoint, Outcome, Summary};
+use stiction::identification::{
+    BreakawayLevels, Doubts, MapPoint, ModelEstimate, Outcome, Summary,
+};
 
 use super::client::Map;
 use dynamics::joint::CoreUnits;
@@ -87,7 +89,7 @@ const LATE: f64 = 0.1 / 20.0;
 /// times that of the mean; the rounding of the drive; and the lateness of the readings. Two rates
 /// correct most of the lateness; the rest counts as uniformly distributed up to its bound. A single
 /// place shows no spread, so the result is `None`.
-pub fn breakaway_deviation(levels: &Levels, lsb: f64) -> Option<f64> {
+pub fn breakaway_deviation(levels: &BreakawayLevels, lsb: f64) -> Option<f64> {
     let [least, median, largest] = [levels.least, levels.median, levels.largest].map(f64::from);
     let further = usize::from(levels.places).checked_sub(2)?;
     let range = RANGES[further.min(RANGES.len() - 1)];
@@ -104,7 +106,7 @@ fn wide(value: [f32; 2]) -> [f64; 2] {
     value.map(f64::from)
 }
 
-fn lines(estimate: &Estimate) -> Vec<Line> {
+fn lines(estimate: &ModelEstimate) -> Vec<Line> {
     let torque: fn(&CoreUnits) -> f64 = |units| units.effort(1.0);
     let per_angle: fn(&CoreUnits) -> f64 = |units| 1.0 / units.per_degree(1.0);
     let mut lines: Vec<Line> = vec![
@@ -157,7 +159,7 @@ impl IdentifiedJoint {
         };
         let torque: fn(&CoreUnits) -> f64 = |units| units.effort(1.0);
         for (levels, sense) in breakaway.iter().zip(["+", "-"]) {
-            let Levels { least, median, largest, places } = levels;
+            let BreakawayLevels { least, median, largest, places } = levels;
             if *places > 0 {
                 let deviation = breakaway_deviation(levels, self.lsb());
                 let si = si(f64::from(*median), deviation, "N m", torque);
@@ -205,7 +207,7 @@ impl IdentifiedJoint {
     /// Returns the JSON object for scripts.
     pub fn json(&self, warning: Option<&str>) -> Value {
         let Summary { outcome, steps, breakaway, estimate, range, doubts: doubted } = &self.summary;
-        let level = |levels: &Levels| {
+        let level = |levels: &BreakawayLevels| {
             (levels.places > 0).then(|| {
                 json!({
                     "min_v": single(levels.least),

@@ -7,7 +7,7 @@
 
 use std::collections::VecDeque;
 
-use stiction::link::Kind;
+use stiction::link::DeviceKind;
 use stiction::parameters::store::Store;
 use stiction::servo::{Boot, Input, Output};
 use stiction::{Device, Parameters};
@@ -173,7 +173,7 @@ impl SimulatedDevice {
     }
 
     /// Returns the kind of device that it reports.
-    pub const fn kind(&self) -> Kind {
-        Kind::Simulated
+    pub const fn kind(&self) -> DeviceKind {
+        DeviceKind::Simulated
     }
 }

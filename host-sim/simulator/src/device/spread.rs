@@ -28,7 +28,7 @@
 
 use std::collections::BTreeMap;
 
-use stiction::identification::{Levels, Summary};
+use stiction::identification::{BreakawayLevels, Summary};
 
 use super::identified::{IdentifiedJoint, doubts};
 use crate::draft;
@@ -71,7 +71,7 @@ pub fn spread(found: &IdentifiedJoint, joint: &JointTable) -> Ranges {
     let mut slips = around(friction.slip_v, deviation(estimate.coulomb), slip);
     let mut viscouses = around(joint.viscous_v_per_deg_per_s, deviation(estimate.viscous), viscous);
     // The load cancels in the mean of both senses.
-    let read = |of: fn(&Levels) -> f64| breakaway.iter().map(of).sum::<f64>() / 2.0;
+    let read = |of: fn(&BreakawayLevels) -> f64| breakaway.iter().map(of).sum::<f64>() / 2.0;
     let [least, largest] = [read(|of| of.least.into()), read(|of| of.largest.into())];
     let mut sticks = wider([least, largest], around(friction.stick_v, 0.0, stick));
     if doubts.uneven {
@@ -116,7 +116,7 @@ pub fn inside(joint: &mut JointTable, ranges: &Ranges) {
 }
 
 /// Returns the number of places less one, at least 1.
-fn further(levels: &Levels) -> f64 {
+fn further(levels: &BreakawayLevels) -> f64 {
     f64::from(levels.places.saturating_sub(1).max(1))
 }
 

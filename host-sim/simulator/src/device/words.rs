@@ -3,7 +3,7 @@
 use stiction::Fault;
 use stiction::link::{FaultReport, RequestRefusal, StateCode, Status, WireErrors};
 use stiction::parameters::names::{NamedError, ValuePath};
-use stiction::servo::Levels;
+use stiction::servo::FrictionLevels;
 
 /// Returns why a request was refused, and what to do.
 pub fn refused(refused: &RequestRefusal) -> String {
@@ -320,7 +320,7 @@ pub fn status(status: &Status) -> String {
 }
 
 /// Returns the results of a ramp of `rate` (V/s) as text.
-pub fn levels(levels: &Levels, rate: f32) -> String {
+pub fn levels(levels: &FrictionLevels, rate: f32) -> String {
     let stick = match levels.stick {
         Some(v) => format!("stick      {v:.4} V: the effort at which the joint broke away"),
         None => {

@@ -79,7 +79,7 @@ pub struct Impulsive {
 
 /// The state of the law.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct State {
+pub struct ImpulsiveState {
     /// Ticks without a count since the last one, or since the last pulse.
     still: u32,
     /// Ticks that are left of the pulse.
@@ -94,7 +94,7 @@ pub struct State {
     content: bool,
 }
 
-impl Default for State {
+impl Default for ImpulsiveState {
     fn default() -> Self {
         Self { still: 0, left: 0, effort: 0.0, from: 0.0, reach: [1.0; 2], content: false }
     }
@@ -125,7 +125,7 @@ impl Impulsive {
     }
 
     /// Adapts the reach to what the last pulse did, if there was one.
-    fn judge(state: &mut State, error: f32) {
+    fn judge(state: &mut ImpulsiveState, error: f32) {
         if state.from == 0.0 {
             return;
         }
@@ -143,7 +143,7 @@ impl Impulsive {
 
 impl Law for Impulsive {
     type Gains = ImpulsiveGains;
-    type State = State;
+    type State = ImpulsiveState;
 
     const ON_THE_DEVICE: bool = false;
 
@@ -166,17 +166,17 @@ impl Law for Impulsive {
     /// Returns the law's v_c for one tick, V.
     ///
     /// ```
-    /// use stiction::control::laws::rival::impulsive::State;
+    /// use stiction::control::laws::rival::impulsive::ImpulsiveState;
     /// use stiction::control::laws::{Impulsive, ImpulsiveGains, Law, LawInput, Loop};
     /// let gains = ImpulsiveGains { inertia: 0.0004, low: 1.0, high: 1.0, largest: 2.0 };
     /// let law = Impulsive::new(&gains, &Loop::EXAMPLE);
-    /// let mut state = State::default();
+    /// let mut state = ImpulsiveState::default();
     /// // 2 V for 20 ms against 1 V move 4e-4 V/(deg/s^2) by 2 (2 - 1) 0.02^2/(2 * 0.0004) = 1 deg.
     /// let input = LawInput { error: 1.0, v_pd: 0.25, ..LawInput::default() };
     /// let v_c = [(); 4].map(|()| law.update(&mut state, &input));
     /// assert_eq!(v_c, [0.0, 0.0, 1.75, 0.0]);
     /// ```
-    fn update(&self, state: &mut State, input: &LawInput) -> f32 {
+    fn update(&self, state: &mut ImpulsiveState, input: &LawInput) -> f32 {
         let LawInput { error, v_pd, setpoint, .. } = *input;
         state.still = if input.travel == 0 { state.still.saturating_add(1) } else { 0 };
         if setpoint.velocity != 0.0 {

@@ -41,13 +41,13 @@ pub struct Pid {
 
 /// The integral of the law.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct State {
+pub struct PidState {
     v_c: f32,
 }
 
 impl Law for Pid {
     type Gains = PidGains;
-    type State = State;
+    type State = PidState;
 
     const ON_THE_DEVICE: bool = false;
 
@@ -58,18 +58,18 @@ impl Law for Pid {
     /// Returns the law's v_c for one tick, V.
     ///
     /// ```
-    /// use stiction::control::laws::rival::pid::State;
+    /// use stiction::control::laws::rival::pid::PidState;
     /// use stiction::control::laws::{Law, LawInput, Loop, Pid, PidGains};
     /// let around = Loop { sample_time: 0.25, ..Loop::EXAMPLE };
     /// let law = Pid::new(&PidGains { ki: 4.0 }, &around);
-    /// let mut state = State::default();
+    /// let mut state = PidState::default();
     /// let input = LawInput { error: 0.5, ..LawInput::default() };
     /// assert_eq!(law.update(&mut state, &input), 0.5);
     /// let limited = LawInput { applied: 5.0, saturated: true, ..input };
     /// assert_eq!(law.update(&mut state, &limited), 0.5);
     /// assert_eq!(law.update(&mut state, &LawInput { error: -0.25, ..limited }), 0.25);
     /// ```
-    fn update(&self, state: &mut State, input: &LawInput) -> f32 {
+    fn update(&self, state: &mut PidState, input: &LawInput) -> f32 {
         // During a soft start the effort may be limited to nothing, which has no sign.
         let asks_for_more = input.saturated && input.applied * input.error >= 0.0;
         if !asks_for_more {

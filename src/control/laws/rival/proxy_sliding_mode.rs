@@ -71,7 +71,7 @@ pub struct ProxySlidingMode {
 
 /// The state of the law.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct State {
+pub struct ProxySlidingModeState {
     /// Lead of the proxy w, deg, and its integral a, deg s.
     lead: f32,
     area: f32,
@@ -79,7 +79,7 @@ pub struct State {
 
 impl Law for ProxySlidingMode {
     type Gains = ProxySlidingModeGains;
-    type State = State;
+    type State = ProxySlidingModeState;
 
     const REPLACES_PD: bool = true;
     const ON_THE_DEVICE: bool = false;
@@ -103,7 +103,7 @@ impl Law for ProxySlidingMode {
     /// Returns the law's v_c for one tick, V.
     ///
     /// ```
-    /// use stiction::control::laws::rival::proxy_sliding_mode::State;
+    /// use stiction::control::laws::rival::proxy_sliding_mode::ProxySlidingModeState;
     /// use stiction::control::laws::{Law, LawInput, Loop, ProxySlidingMode, ProxySlidingModeGains};
     /// let gains = ProxySlidingModeGains {
     ///     stiffness: 2.0,
@@ -112,14 +112,14 @@ impl Law for ProxySlidingMode {
     ///     surface_time: 0.02,
     /// };
     /// let law = ProxySlidingMode::new(&gains, &Loop::EXAMPLE);
-    /// let mut state = State::default();
+    /// let mut state = ProxySlidingModeState::default();
     /// let input = LawInput { error: 1.0, ..LawInput::default() };
     /// // The proxy goes half the way in the first tick, since H is one sample.
     /// assert_eq!(law.update(&mut state, &input), 1.0);
     /// assert_eq!(law.update(&mut state, &input), 1.5);
     /// ```
-    fn update(&self, state: &mut State, input: &LawInput) -> f32 {
-        let State { lead, area } = *state;
+    fn update(&self, state: &mut ProxySlidingModeState, input: &LawInput) -> f32 {
+        let ProxySlidingModeState { lead, area } = *state;
         let past = self.integral * area - self.damping * lead;
         let ahead = input.error + self.surface_time * input.velocity_error + self.surface * lead;
         let (v_c, _) = saturate(self.gain * ahead + past, self.full_scale);

@@ -60,7 +60,7 @@ pub struct TwoResetPid {
 
 /// The state of the law.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct State {
+pub struct TwoResetPidState {
     /// Integral x, V.
     integral: f32,
     /// Estimate of the load w, V.
@@ -74,7 +74,7 @@ pub struct State {
 
 impl Law for TwoResetPid {
     type Gains = TwoResetPidGains;
-    type State = State;
+    type State = TwoResetPidState;
 
     const ON_THE_DEVICE: bool = false;
 
@@ -87,11 +87,11 @@ impl Law for TwoResetPid {
     /// Returns the law's v_c for one tick, V.
     ///
     /// ```
-    /// use stiction::control::laws::rival::two_reset_pid::State;
+    /// use stiction::control::laws::rival::two_reset_pid::TwoResetPidState;
     /// use stiction::control::laws::{Law, LawInput, Loop, TwoResetPid, TwoResetPidGains};
     /// let around = Loop { sample_time: 0.25, ..Loop::EXAMPLE };
     /// let law = TwoResetPid::new(&TwoResetPidGains { ki: 4.0, load_time: 1e6 }, &around);
-    /// let mut state = State::default();
+    /// let mut state = TwoResetPidState::default();
     /// let sample = |error, velocity| LawInput { error, velocity, ..LawInput::default() };
     /// assert_eq!(law.update(&mut state, &sample(0.5, 0.0)), 0.5);
     /// // Across the target: the sign changes, and then it is integrated further.
@@ -99,7 +99,7 @@ impl Law for TwoResetPid {
     /// // At rest: it is emptied.
     /// assert_eq!(law.update(&mut state, &sample(-0.25, 0.0)), -0.25);
     /// ```
-    fn update(&self, state: &mut State, input: &LawInput) -> f32 {
+    fn update(&self, state: &mut TwoResetPidState, input: &LawInput) -> f32 {
         let LawInput { error, velocity, .. } = *input;
         if !state.crossed && error * state.error < 0.0 {
             state.integral = -state.integral;

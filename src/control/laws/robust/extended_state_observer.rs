@@ -46,7 +46,7 @@ pub struct ExtendedStateObserver {
 
 /// The estimates.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Estimate {
+pub struct ObserverState {
     /// Position x1, deg from the law's origin.
     pub position: f32,
     /// Velocity x2, deg/s.
@@ -80,12 +80,12 @@ impl ExtendedStateObserver {
 
     /// Takes the position of a tick (deg from the origin) and the effort (V) before it.
     #[inline]
-    pub fn update(&self, estimate: &mut Estimate, effort: f32, position: f32) {
-        let Estimate { position: x1, velocity: x2, disturbance: x3 } = *estimate;
+    pub fn update(&self, estimate: &mut ObserverState, effort: f32, position: f32) {
+        let ObserverState { position: x1, velocity: x2, disturbance: x3 } = *estimate;
         let acceleration = (effort - self.viscous * x2) * self.per_inertia + x3;
         let predicted = x1 + self.sample_time * x2 + self.half_square * acceleration;
         let error = position - predicted;
-        *estimate = Estimate {
+        *estimate = ObserverState {
             position: position - self.rest * error,
             velocity: x2 + self.sample_time * acceleration + self.to_velocity * error,
             disturbance: bounded(x3 + self.to_disturbance * error, self.limit),
@@ -101,9 +101,9 @@ mod tests {
 
     /// The position of a joint with the inertia 2 and without friction under 3 V, of which a load
     /// takes 1 V: from rest it has gone t^2 / 2.
-    fn observed(ticks: u32, limit: f32) -> Estimate {
+    fn observed(ticks: u32, limit: f32) -> ObserverState {
         let observer = ExtendedStateObserver::new(H, [2.0, 0.0], 100.0, limit);
-        let mut estimate = Estimate::default();
+        let mut estimate = ObserverState::default();
         for tick in 1..=ticks {
             let t = tick as f32 * H;
             observer.update(&mut estimate, 3.0, 0.5 * t * t);

@@ -89,15 +89,15 @@ pub struct Robust {
 
 /// The state of the law from tick to tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct State {
-    supervisor: supervisor::State,
+pub struct RobustState {
+    supervisor: supervisor::SupervisorState,
     /// Position of the origin, counts.
     origin: i32,
     /// Whether a tick has set the origin.
     begun: bool,
 }
 
-impl State {
+impl RobustState {
     /// Lets the law begin anew at its next tick, which sets everything else. One flag and not all
     /// of the state: a tick that latches a fault has the bridge to turn off.
     pub const fn forget(&mut self) {
@@ -124,7 +124,7 @@ impl Robust {
     /// Begins anew, at rest where the joint is now. In place: copying the whole state would be a
     /// tenth of the tick.
     #[cold]
-    fn begin(&self, state: &mut State, counts: i32) {
+    fn begin(&self, state: &mut RobustState, counts: i32) {
         self.supervisor.start(&mut state.supervisor);
         (state.origin, state.begun) = (counts, true);
     }
@@ -132,7 +132,7 @@ impl Robust {
 
 impl Law for Robust {
     type Gains = RobustGains;
-    type State = State;
+    type State = RobustState;
 
     const REPLACES_PD: bool = true;
     const SIGNALS: &'static [LawSignal] = &[
@@ -172,7 +172,7 @@ impl Law for Robust {
     /// let v_c = law.update(&mut state, &input);
     /// assert!(v_c > 1.25 + 0.35 && v_c < 2.5, "{v_c}");
     /// ```
-    fn update(&self, state: &mut State, input: &LawInput) -> f32 {
+    fn update(&self, state: &mut RobustState, input: &LawInput) -> f32 {
         if !state.begun {
             self.begin(state, input.counts);
         }
@@ -192,7 +192,7 @@ impl Law for Robust {
         self.supervisor.update(&mut state.supervisor, &seen)
     }
 
-    fn signals(&self, state: &State) -> [f32; MAX_LAW_SIGNALS] {
+    fn signals(&self, state: &RobustState) -> [f32; MAX_LAW_SIGNALS] {
         let s = &state.supervisor;
         let [backward, forward] = s.friction;
         [
@@ -207,11 +207,11 @@ impl Law for Robust {
         ]
     }
 
-    fn has_given_up(state: &State) -> bool {
+    fn has_given_up(state: &RobustState) -> bool {
         state.begun && matches!(state.mode(), Mode::GiveUp)
     }
 
-    fn begin_motion(state: &mut State) {
+    fn begin_motion(state: &mut RobustState) {
         state.supervisor.try_again();
     }
 
@@ -268,7 +268,7 @@ mod tests {
     fn guard_halves_the_damping_of_a_motion_and_nothing_else() {
         let gains = RobustGains { bandwidth: 40.0, ..RobustGains::EXAMPLE };
         let law = Robust::new(&gains, &Loop::EXAMPLE);
-        let mut state = State::default();
+        let mut state = RobustState::default();
         law.update(&mut state, &LawInput::default());
         // The first tick of a profile that sets out.
         let setpoint = Setpoint::at_rest(Position::from_counts(1000));

@@ -5,7 +5,7 @@
 
 mod attempt;
 
-use super::extended_state_observer::{Estimate, ExtendedStateObserver};
+use super::extended_state_observer::{ExtendedStateObserver, ObserverState};
 use super::give_up::{Attempts, GiveUp};
 use super::hold_effort::{Held, HoldEffort};
 use super::load_rule::LoadRule;
@@ -40,10 +40,10 @@ pub enum Mode {
 
 /// The state from tick to tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct State {
+pub(super) struct SupervisorState {
     pub profile: Limited,
     pub rest: Rest,
-    pub estimate: Estimate,
+    pub estimate: ObserverState,
     pub guarded: Guarded,
     pub held: Held,
     /// Sliding friction R_i and what pulses taught: backwards and forwards.
@@ -126,7 +126,7 @@ pub(super) struct Supervisor {
     leave_ticks: u16,
 }
 
-impl State {
+impl SupervisorState {
     /// Leaves GIVE_UP as after a motion, with all attempts ahead.
     pub fn try_again(&mut self) {
         if self.mode == Mode::GiveUp {
@@ -199,25 +199,25 @@ impl Supervisor {
     }
 
     /// Begins anew, for a joint at rest at the origin.
-    pub fn start(&self, state: &mut State) {
+    pub fn start(&self, state: &mut SupervisorState) {
         let gain = if self.reverse.is_some() { 0.5 } else { 1.0 };
-        *state = State {
+        *state = SupervisorState {
             guarded: self.guard.start(),
             held: self.hold_effort.start(self.configured_hold),
             friction: [self.friction.first; 2],
             learned: [Learned { gain, least: self.planner.least }; 2],
             reverse: 1.0,
-            ..State::default()
+            ..SupervisorState::default()
         };
     }
 
     /// Returns whether the joint rests.
-    pub fn rests(&self, state: &State) -> bool {
+    pub fn rests(&self, state: &SupervisorState) -> bool {
         state.rest.ticks >= self.rest_ticks
     }
 
     /// Moves the origin by a distance, deg.
-    pub fn rebase(&self, state: &mut State, by: f32) {
+    pub fn rebase(&self, state: &mut SupervisorState, by: f32) {
         state.profile.position -= by;
         state.rest.anchor -= by;
         state.rest.mean -= by;
@@ -227,7 +227,7 @@ impl Supervisor {
 
     /// Runs a tick, and returns the effort, V.
     #[inline]
-    pub fn update(&self, s: &mut State, seen: &Seen) -> f32 {
+    pub fn update(&self, s: &mut SupervisorState, seen: &Seen) -> f32 {
         let Seen { position, reference, velocity, applied } = *seen;
         self.rest.update(&mut s.rest, position);
         self.observer_of(s).update(&mut s.estimate, applied, position);
@@ -297,7 +297,7 @@ impl Supervisor {
 
     /// Returns the observer of this tick: the fast one sees a pulse and what comes of it at once.
     #[inline]
-    fn observer_of(&self, s: &State) -> &ExtendedStateObserver {
+    fn observer_of(&self, s: &SupervisorState) -> &ExtendedStateObserver {
         let swings = s.mode == Mode::Move || s.mode == Mode::Coast && s.attempt.wait == 0;
         if swings { &self.observer_in_motion } else { &self.observer }
     }
@@ -305,7 +305,7 @@ impl Supervisor {
     /// The joint is elsewhere: the profile leads it back from where it is. It was pushed there
     /// unless the set point has left the profile.
     #[cold]
-    fn find(&self, s: &mut State, position: f32, reference: f32) {
+    fn find(&self, s: &mut SupervisorState, position: f32, reference: f32) {
         let pushed = (reference - s.profile.position).abs() < self.count;
         s.profile.position = position;
         s.profile.velocity = 0.0;
@@ -324,14 +324,14 @@ impl Supervisor {
     /// Returns the observer's disturbance of a joint at rest: none, but for a configured load
     /// (L5).
     #[inline]
-    fn disturbance_at_rest(&self, s: &State) -> f32 {
+    fn disturbance_at_rest(&self, s: &SupervisorState) -> f32 {
         if self.load_rule.acts { -s.held.effort * self.per_inertia } else { 0.0 }
     }
 
     /// MOVE while the profile runs: `u = Kp (p - y) + d Kd (p' - x2) + J p'' + B p' - g_e J x3 +
     /// (1 - g_e) R_i s`.
     #[inline]
-    fn follow(&self, s: &mut State, seen: &Seen, gains: LoopGains) -> f32 {
+    fn follow(&self, s: &mut SupervisorState, seen: &Seen, gains: LoopGains) -> f32 {
         let Limited { position, velocity, acceleration } = s.profile;
         let forward = velocity > 0.0;
         let sign = if forward { 1.0 } else { -1.0 };
@@ -365,7 +365,7 @@ impl Supervisor {
     #[inline]
     fn settle(
         &self,
-        s: &mut State,
+        s: &mut SupervisorState,
         error: f32,
         velocity: f32,
         rests: bool,
@@ -389,7 +389,7 @@ impl Supervisor {
 
     /// HOLD: the latched effort, until the error is beyond the stop band for long, or by far.
     #[inline]
-    fn hold(&self, s: &mut State, error: f32) -> f32 {
+    fn hold(&self, s: &mut SupervisorState, error: f32) -> f32 {
         let error = error.abs();
         s.outside = if error > self.stop_band { s.outside.saturating_add(1) } else { 0 };
         let far = error > self.far_band;
@@ -405,7 +405,7 @@ impl Supervisor {
 
     /// STUCK: `u = u_b + Kp e - Kd x2`. At rest the joint is held, or the next attempt begins.
     #[inline]
-    fn decide(&self, s: &mut State, position: f32, error: f32, gains: LoopGains) -> f32 {
+    fn decide(&self, s: &mut SupervisorState, position: f32, error: f32, gains: LoopGains) -> f32 {
         let effort =
             s.held.effort + gains.proportional * error - gains.derivative * s.estimate.velocity;
         if s.rest.ticks < self.rest_ticks {

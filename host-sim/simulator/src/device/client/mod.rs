@@ -39,7 +39,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 pub use self::motion::{Map, position_of};
-use stiction::link::{Deframer, Identity, Kind, PROTOCOL, Reply, Request};
+use stiction::link::{Deframer, DeviceKind, Identity, PROTOCOL, Reply, Request};
 
 use self::exchange::Heard;
 use self::telemetry::Subscription;
@@ -103,8 +103,9 @@ impl<W: Wire> Client<W> {
 
     /// Returns the warning that precedes every output about the device. A board needs none.
     pub fn warning(&self) -> Option<&'static str> {
-        let simulated =
-            || self.identity.as_ref().is_some_and(|identity| identity.kind == Kind::Simulated);
+        let simulated = || {
+            self.identity.as_ref().is_some_and(|identity| identity.kind == DeviceKind::Simulated)
+        };
         // Only its hello identifies a simulated device behind a port.
         self.wire.warning().or_else(|| simulated().then_some(SIMULATED))
     }

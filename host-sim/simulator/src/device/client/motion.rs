@@ -3,7 +3,7 @@
 use stiction::identification::{self, LEAST_TRAVEL_COUNTS, MapPoint, SPEEDS, Summary};
 use stiction::link::{Reply, Request, RequestRefusal, StateCode};
 use stiction::motion::jog::{JogFindings, JogRequest};
-use stiction::servo::Levels;
+use stiction::servo::FrictionLevels;
 use stiction::units::position::Position;
 use stiction::{Limits, Motion, Parameters};
 
@@ -214,7 +214,7 @@ impl<W: Wire> Client<W> {
     ///
     /// # Errors
     /// Returns an error if the device does not answer.
-    pub fn levels(&mut self) -> Result<Option<Levels>, Error> {
+    pub fn levels(&mut self) -> Result<Option<FrictionLevels>, Error> {
         match self.ask(Request::ReadLevels)? {
             Reply::Levels(levels) => Ok(levels),
             _ => Err(self.unexpected()),

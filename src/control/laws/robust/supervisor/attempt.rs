@@ -1,7 +1,7 @@
 //! An attempt at rest, from its plan to its judgement: a step of the hold effort, or a pulse.
 
 use super::super::pulse_planner::{Learned, Pulse};
-use super::{LoopGains, Mode, State, Supervisor};
+use super::{LoopGains, Mode, Supervisor, SupervisorState};
 use crate::units::saturation::bounded;
 
 /// What an attempt is.
@@ -38,7 +38,7 @@ pub(super) struct Attempt {
 impl Supervisor {
     /// Begins an attempt: a step of the hold effort, or a pulse.
     #[inline]
-    pub(super) fn attempt(&self, s: &mut State, error: f32) {
+    pub(super) fn attempt(&self, s: &mut SupervisorState, error: f32) {
         let sign = if error > 0.0 { 1.0 } else { -1.0 };
         let started = Attempt { error, ..Attempt::default() };
         if self.hold_effort.step(&mut s.held, sign) {
@@ -56,7 +56,7 @@ impl Supervisor {
     }
 
     /// Returns the distance that a pulse for an error is planned for, deg.
-    fn distance(&self, s: &State, error: f32) -> f32 {
+    fn distance(&self, s: &SupervisorState, error: f32) -> f32 {
         let size = error.abs();
         let wanted = match &self.reverse {
             Some(rule) if size > rule.farthest => rule.farthest,
@@ -65,7 +65,7 @@ impl Supervisor {
         wanted * s.learned[usize::from(error > 0.0)].gain
     }
 
-    fn fire(&self, s: &mut State, sign: f32, Pulse { effort, ticks }: Pulse) {
+    fn fire(&self, s: &mut SupervisorState, sign: f32, Pulse { effort, ticks }: Pulse) {
         s.attempt.output = s.held.effort + sign * effort;
         s.attempt.left = ticks;
         s.mode = Mode::Pulse;
@@ -73,7 +73,7 @@ impl Supervisor {
 
     /// PULSE: its effort, for its ticks.
     #[inline]
-    pub(super) fn pulse(&self, s: &mut State) -> f32 {
+    pub(super) fn pulse(&self, s: &mut SupervisorState) -> f32 {
         s.attempt.left = s.attempt.left.saturating_sub(1);
         if s.attempt.left == 0 {
             s.mode = Mode::Coast;
@@ -85,7 +85,7 @@ impl Supervisor {
     /// COAST: `u = u_b - Kd x2`, and `+ Kp e` after a step, until the joint has rested and the
     /// attempt is judged.
     #[inline]
-    pub(super) fn coast(&self, s: &mut State, error: f32, gains: LoopGains) -> f32 {
+    pub(super) fn coast(&self, s: &mut SupervisorState, error: f32, gains: LoopGains) -> f32 {
         let sign = if s.attempt.error > 0.0 { 1.0 } else { -1.0 };
         let wanted = s.attempt.error.abs();
         let moved = (s.attempt.error - error) * sign;
@@ -134,7 +134,14 @@ impl Supervisor {
 
     /// Learns from a pulse after which the joint has come to rest, `moved` from where it was and
     /// still `ahead` of its target. Returns whether it is time to give up.
-    fn judge_pulse(&self, s: &mut State, sign: f32, wanted: f32, moved: f32, ahead: f32) -> bool {
+    fn judge_pulse(
+        &self,
+        s: &mut SupervisorState,
+        sign: f32,
+        wanted: f32,
+        moved: f32,
+        ahead: f32,
+    ) -> bool {
         let peak = s.attempt.peak;
         if let Some(rule) = &self.reverse
             && s.attempt.braked
