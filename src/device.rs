@@ -50,7 +50,7 @@ impl<F: NorFlash> Device<F> {
     /// Runs one tick, which is due once a sample time.
     pub fn tick(&mut self, input: Input) -> Output {
         let output = self.parts.servo.tick(input);
-        self.session.tick(&output);
+        self.session.queue_sample(&output);
         output
     }
 

@@ -44,7 +44,7 @@ mod app {
     use crate::board::sectors::Sectors;
     use crate::board::setup::{self, Board};
     use crate::board::traits::Watchdog;
-    use crate::board::usart::{self, Port, Received};
+    use crate::board::usart::{self, Port, ReceiveQueue};
     use crate::board::watchdog::Independent;
     use crate::board::{fatal, reset};
 
@@ -72,7 +72,7 @@ mod app {
         output_consumer: Consumer<'static, Output>,
         report: Report,
         port: Port,
-        received: Received,
+        received: ReceiveQueue,
         to_wire_producer: Producer<'static, u8>,
         to_wire_consumer: Consumer<'static, u8>,
         timer_clock: u32,
@@ -249,10 +249,10 @@ mod app {
         let local = cx.local;
         while let Some(output) = local.output_consumer.dequeue() {
             let sample_time = cx.shared.session.lock(|session| {
-                session.tick(&output);
+                session.queue_sample(&output);
                 session.parameters().map(|parameters| parameters.controller.sample_time)
             });
-            let before = local.report.tick(&output, sample_time.unwrap_or(1.0));
+            let before = local.report.report_tick(&output, sample_time.unwrap_or(1.0));
             let servo = &mut cx.shared.control_task;
             match (before, output.state) {
                 (Some(_), State::Armed) => {

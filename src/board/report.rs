@@ -112,9 +112,9 @@ impl Report {
         }
     }
 
-    /// Takes one tick of a loop with this sample time (s), and returns the state before the tick if
+    /// Reports a tick of a loop with this sample time (s), and returns the state before the tick if
     /// that has changed it.
-    pub fn tick(&mut self, output: &Output, sample_time: f32) -> Option<State> {
+    pub fn report_tick(&mut self, output: &Output, sample_time: f32) -> Option<State> {
         let changed = (output.state != self.state).then_some(self.state);
         if changed.is_some() {
             self.state = output.state;

@@ -22,7 +22,7 @@ use super::sectors::{SLOTS, Sectors};
 use super::stopwatch::Stopwatch;
 use super::supply::Supply;
 use super::tick::{Period, TickTimer};
-use super::usart::{Port, Received};
+use super::usart::{Port, ReceiveQueue};
 use super::watchdog::{Independent, Timeout};
 use super::{clock, sectors, voltage_detector};
 
@@ -45,7 +45,7 @@ pub struct Board {
     /// The port of the link's wire.
     pub port: Port,
     /// What has come over the wire.
-    pub received: Received,
+    pub received: ReceiveQueue,
     /// The store in which parameters are saved.
     pub store: Store<Sectors>,
     /// What is known of the crystal.

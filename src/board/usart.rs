@@ -53,7 +53,7 @@ pub struct Port {
 }
 
 /// What has come over the wire, which the link reads.
-pub struct Received {
+pub struct ReceiveQueue {
     reader: Reader,
 }
 
@@ -72,7 +72,7 @@ impl Port {
         out: PA9<Alternate<7>>,
         into: PA10<Alternate<7>>,
         rcc: &mut Rcc,
-    ) -> (Self, Received) {
+    ) -> (Self, ReceiveQueue) {
         pac::USART1::enable(rcc);
         pac::USART1::reset(rcc);
         pac::DMA2::enable(rcc);
@@ -100,7 +100,7 @@ impl Port {
             .write(|w| w.ue().enabled().te().enabled().re().enabled().rxneie().enabled());
         let (writer, seen) = (Writer::default(), Errors::default());
         let port = Self { registers, dma, writer, seen, _pins: (out, into) };
-        (port, Received { reader: Reader::default() })
+        (port, ReceiveQueue { reader: Reader::default() })
     }
 
     /// Deals with an interrupt: looks what has come, and sends the byte that `next` gives, if there
@@ -148,7 +148,7 @@ pub fn acknowledge_half() {
     unsafe { (*pac::DMA2::ptr()).lifcr() }.write(|w| w.chtif2().clear().ctcif2().clear());
 }
 
-impl Received {
+impl ReceiveQueue {
     /// Returns the next byte.
     #[inline]
     pub fn next(&mut self) -> Option<u8> {

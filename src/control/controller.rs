@@ -100,7 +100,7 @@ impl ControllerState {
     }
 
     /// Returns the number of the next tick, counted from the begin of the motion.
-    pub const fn tick(&self) -> u32 {
+    pub const fn next_tick(&self) -> u32 {
         self.tick
     }
 

@@ -176,10 +176,10 @@ impl<const RING: usize> Session<RING> {
         decode_request(message)
     }
 
-    /// Takes a tick's output, and queues a sample of it if one is due.
+    /// Queues a sample of a tick if one is due.
     #[inline(never)]
-    pub fn tick(&mut self, output: &Output) {
-        let Some(sample) = self.subscription.tick(output) else { return };
+    pub fn queue_sample(&mut self, output: &Output) {
+        let Some(sample) = self.subscription.sample(output) else { return };
         let frame = encode(&Message::Sample(sample));
         self.outbox.put(frame.as_ref(), FOR_ANSWERS);
     }

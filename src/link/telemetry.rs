@@ -35,9 +35,9 @@ impl Subscription {
         })
     }
 
-    /// Takes a tick, and returns a sample if one is due. Ticks may be missing; samples that were
+    /// Returns the sample of a tick if one is due. Ticks may be missing; samples that were
     /// due in them count, too.
-    pub fn tick(&mut self, output: &Output) -> Option<Sample> {
+    pub fn sample(&mut self, output: &Output) -> Option<Sample> {
         let every = u32::from(self.every);
         let since = output.clock.wrapping_sub(self.next.unwrap_or(output.clock));
         // There is no subscription, or it is not time yet.
@@ -76,7 +76,7 @@ mod tests {
             let (state, tick) = (State::Stopped, Tick::default());
             let output =
                 Output { enable: false, wakes: false, state, tick, clock, wound_up: false };
-            subscription.tick(&output).map(|sample| (sample.number, sample.clock))
+            subscription.sample(&output).map(|sample| (sample.number, sample.clock))
         };
         ticks.into_iter().filter_map(sample).collect()
     }

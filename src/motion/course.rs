@@ -115,8 +115,8 @@ impl CourseState {
     }
 
     /// Returns the number of the next tick, counted from the begin of the motion.
-    pub const fn tick(&self) -> u32 {
-        self.controller.tick()
+    pub const fn next_tick(&self) -> u32 {
+        self.controller.next_tick()
     }
 
     /// Returns the state of the controller.

@@ -160,10 +160,10 @@ impl ControlLoop {
     pub(super) fn setpoint(&self) -> Setpoint {
         match &self.course {
             // Before its first tick, a step has not been commanded yet.
-            Course::Follow(_) if self.state.tick() == 0 => {
+            Course::Follow(_) if self.state.next_tick() == 0 => {
                 Setpoint::at_rest(Position::from_counts(self.state.counts()))
             }
-            Course::Follow(reference) => reference.at(self.state.tick().saturating_sub(1)),
+            Course::Follow(reference) => reference.at(self.state.next_tick().saturating_sub(1)),
             Course::Profile(profile) => profile.setpoint(),
             Course::Ramp(_) | Course::Jog(_) | Course::Identification(_) => {
                 Setpoint::at_rest(Position::from_counts(self.state.counts()))

@@ -7,7 +7,7 @@
 
 use proptest::prelude::*;
 use stiction::control::pd::PdGains;
-use stiction::control::profile::{BoundedAcceleration, Limited, Profile, ProfileLimits};
+use stiction::control::profile::{BoundedAcceleration, LimitedReference, Profile, ProfileLimits};
 use stiction::control::reference::Setpoint;
 use stiction::parameters::DeviceConfig;
 use stiction::parameters::names::NamedError;
@@ -349,7 +349,7 @@ proptest! {
     ) {
         let acceleration = velocity / reach;
         let limits = BoundedAcceleration::new(velocity, acceleration, h);
-        let mut state = Limited { position: begin, ..Limited::default() };
+        let mut state = LimitedReference { position: begin, ..LimitedReference::default() };
         for tick in 0..500 {
             // It stands, and moves.
             let (reference, of) = if tick < 250 { (3.0, 0.0) } else {
@@ -372,7 +372,14 @@ proptest! {
 }
 
 /// One tick of the equation, and whether it is so near the edge of landing that rounding decides.
-fn second(before: &Limited, r: f32, dr: f32, v: f32, a: f32, h: f32) -> (f64, f64, f64, bool) {
+fn second(
+    before: &LimitedReference,
+    r: f32,
+    dr: f32,
+    v: f32,
+    a: f32,
+    h: f32,
+) -> (f64, f64, f64, bool) {
     let [p, dp, r, dr, v, a, h] = [before.position, before.velocity, r, dr, v, a, h].map(f64::from);
     let (d, step) = (r - p - h * dr, a * h);
     let (near, slow) = (d.abs() / (1.01 * step * h), (dp - dr).abs() / (1.01 * step));

@@ -236,13 +236,13 @@ impl Probe {
     pub fn hit(&mut self, hit: &Hit) {
         self.disturbed |= self.points.above.contains(&hit.address);
         if let Some(interrupt) = self.handler.hit(hit) {
-            self.tick(interrupt);
+            self.end_interrupt(interrupt);
         }
         self.core.hit(hit);
         self.tracer.hit(hit);
     }
 
-    fn tick(&mut self, interrupt: u32) {
+    fn end_interrupt(&mut self, interrupt: u32) {
         // Without a core's tick the loop is open, and the interrupt has little to do.
         let (Some(core), passage) = (self.core.take(), self.tracer.take()) else { return };
         let Some(Passage { whole, part: Some(part), instructions }) = passage else {
@@ -267,7 +267,7 @@ impl Probe {
     /// If the emulator refuses to read its own memory.
     pub fn detach(&mut self, host: &mut dyn Host) -> Result<(), HostError> {
         if let Some(interrupt) = self.handler.take() {
-            self.tick(interrupt);
+            self.end_interrupt(interrupt);
         }
         let stack = self.points.stack.clone();
         self.stack = (stack.end - stack.start) as u32;

@@ -7,7 +7,7 @@ use files::document::Document;
 use files::error::{Error, rounded};
 use files::machine::MachineFile;
 use studies::benchmark::Score;
-use studies::ensemble::{CaseResult, Sorted};
+use studies::ensemble::{CaseResult, SortedValues};
 use studies::selftest::{
     MoveMeasures, MoveRange, Prediction, bounds, ends, late, late_at_load, rest_at_load,
 };
@@ -298,7 +298,7 @@ pub fn expected(
     });
     let spread = |place: usize, digits: usize, of: &dyn Fn(&MoveMeasures) -> f64| {
         let all = prediction.moves.iter().filter_map(|moves| moves.get(place)).map(of);
-        let sorted = Sorted::new(all);
+        let sorted = SortedValues::new(all);
         let both = sorted.quantile(0.0).zip(sorted.max());
         both.map_or("-".into(), |(low, high)| ends([low, high], digits, " to "))
     };

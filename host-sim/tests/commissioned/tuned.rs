@@ -18,7 +18,7 @@ use simulator::experiment::{Document, Experiment, RunPlan};
 use stiction::identification::IdentificationRequest;
 use stiction::link::StateCode;
 use stiction::servo::Boot;
-use studies::ensemble::{KeySpread, Sorted, drawn_keys};
+use studies::ensemble::{KeySpread, SortedValues, drawn_keys};
 use studies::tuning::{GainSearch, TuningFigures, TuningGoal, spreads};
 
 const GOAL: TuningGoal = TuningGoal::Settle;
@@ -126,7 +126,7 @@ fn tuned_is_no_worse(typical: &str, seed: u64, joints: u64) {
             (0..joints).filter_map(|number| tuned(&sheet, law, [seed, number])).collect();
         let ratios: Vec<f64> = pairs.iter().map(Pair::ratio).collect();
         let median = |of: &dyn Fn(&Pair) -> f64| {
-            Sorted::new(pairs.iter().map(of)).quantile(0.5).unwrap_or(f64::NAN)
+            SortedValues::new(pairs.iter().map(of)).quantile(0.5).unwrap_or(f64::NAN)
         };
         let count = |holds: &dyn Fn(f64) -> bool| ratios.iter().filter(|one| holds(**one)).count();
         // Of both delays.

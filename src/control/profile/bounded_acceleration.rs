@@ -40,7 +40,7 @@ pub struct BoundedAcceleration {
 
 /// What is remembered from tick to tick: the reference as it is limited.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Limited {
+pub struct LimitedReference {
     /// Position p, from the caller's origin.
     pub position: f32,
     /// Velocity p'.
@@ -66,14 +66,14 @@ impl BoundedAcceleration {
     /// Runs a tick towards the reference `r` with its velocity `r'`.
     ///
     /// ```
-    /// use stiction::control::profile::{BoundedAcceleration, Limited};
+    /// use stiction::control::profile::{BoundedAcceleration, LimitedReference};
     /// // 1 unit in steps of 1/2: up, and down again.
-    /// let (limits, mut state) = (BoundedAcceleration::new(2.0, 0.5, 1.0), Limited::default());
+    /// let (limits, mut state) = (BoundedAcceleration::new(2.0, 0.5, 1.0), LimitedReference::default());
     /// let positions = [(); 3].map(|()| { limits.update(&mut state, 1.0, 0.0); state.position });
     /// assert_eq!(positions, [0.5, 1.0, 1.0]);
     /// ```
     #[inline]
-    pub fn update(&self, state: &mut Limited, reference: f32, velocity: f32) {
+    pub fn update(&self, state: &mut LimitedReference, reference: f32, velocity: f32) {
         let distance = reference - state.position - self.sample_time * velocity;
         let ahead = state.velocity - velocity;
         if distance.abs() <= self.lands_within && ahead.abs() <= self.lands_from {

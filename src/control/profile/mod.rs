@@ -37,7 +37,7 @@ mod derived;
 mod grid;
 mod limits;
 
-pub use bounded_acceleration::{BoundedAcceleration, Limited};
+pub use bounded_acceleration::{BoundedAcceleration, LimitedReference};
 pub use limits::ProfileLimits;
 
 use crate::control::reference::Setpoint;

@@ -22,7 +22,7 @@ mod path {
     use core::hint::black_box;
 
     use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
-    use stiction::link::{Kind, Machine, RequestRefusal, Session};
+    use stiction::link::{DeviceKind, Machine, RequestRefusal, Session};
     use stiction::parameters::store::Store;
     use stiction::safety::deadline::Deadline;
     use stiction::servo::{Boot, Input, Output};
@@ -112,13 +112,13 @@ mod path {
     extern "C" fn link_path() {
         let servo = black_box(Servo::blank());
         let mut parts = Parts { servo, store: Store::new(AnyFlash, black_box([0; 2])) };
-        let mut session = Session::<768>::new(Kind::Board, None);
+        let mut session = Session::<768>::new(DeviceKind::Board, None);
         loop {
             let bytes: &[u8] = black_box(&[0; 16]);
             black_box(&mut session).receive(bytes, &mut parts);
             black_box(black_box(&mut session).work(&mut parts));
             let output: Output = black_box(parts.servo.tick(black_box(Input::default())));
-            session.tick(&output);
+            session.queue_sample(&output);
             black_box(session.transmit(black_box(&mut [0; 16])));
         }
     }

@@ -12,7 +12,7 @@ use stiction::{Allowed, ControllerConfig, Limits, ProfileLimits};
 use super::{FileScalar, scalar};
 
 /// The declarations of a table of the file.
-pub trait Declared {
+pub trait DeclaredTable {
     /// Returns the declarations of all values of the table.
     fn about() -> Vec<&'static About>;
 
@@ -41,7 +41,7 @@ pub trait Declared {
 
 macro_rules! declared {
     ($($table:ty),+) => {
-        $(impl Declared for $table {
+        $(impl DeclaredTable for $table {
             fn about() -> Vec<&'static About> {
                 <$table as Table>::ABOUT.iter().collect()
             }
@@ -71,7 +71,7 @@ pub(crate) fn shown(law: &Gains) -> String {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AllGains;
 
-impl Declared for AllGains {
+impl DeclaredTable for AllGains {
     fn about() -> Vec<&'static About> {
         let mut all: Vec<&About> = PdGains::ABOUT.iter().collect();
         for about in Gains::ABOUT.iter().flat_map(|law| law.iter()) {

@@ -8,7 +8,7 @@ use serde::{Deserialize, Deserializer};
 use stiction::Allowed;
 use stiction::units::value::{About, Kind};
 
-use super::{Declared, Extras, FileScalar, OFF, ParameterTable};
+use super::{DeclaredTable, Extras, FileScalar, OFF, ParameterTable};
 
 /// Reads the key of a table, and refuses an unknown one.
 struct Name<'a>(&'a [&'static str]);
@@ -130,7 +130,7 @@ impl Visitor<'_> for Choice {
     }
 }
 
-impl<'de, T: Declared, E: Extras> Deserialize<'de> for ParameterTable<T, E> {
+impl<'de, T: DeclaredTable, E: Extras> Deserialize<'de> for ParameterTable<T, E> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         deserializer.deserialize_map(TableVisitor(PhantomData))
     }
@@ -138,7 +138,7 @@ impl<'de, T: Declared, E: Extras> Deserialize<'de> for ParameterTable<T, E> {
 
 struct TableVisitor<T, E>(PhantomData<(T, E)>);
 
-impl<'de, T: Declared, E: Extras> Visitor<'de> for TableVisitor<T, E> {
+impl<'de, T: DeclaredTable, E: Extras> Visitor<'de> for TableVisitor<T, E> {
     type Value = ParameterTable<T, E>;
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

@@ -6,10 +6,10 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use stiction::Allowed;
 use stiction::units::value::{About, Absent, Kind};
 
-use super::{Declared, Extras, FileScalar, OFF, ParameterTable, single};
+use super::{DeclaredTable, Extras, FileScalar, OFF, ParameterTable, single};
 use crate::error::shown;
 
-impl<T: Declared, E: Extras> JsonSchema for ParameterTable<T, E> {
+impl<T: DeclaredTable, E: Extras> JsonSchema for ParameterTable<T, E> {
     fn inline_schema() -> bool {
         true
     }

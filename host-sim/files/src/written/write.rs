@@ -4,9 +4,9 @@ use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
 use stiction::units::value::Kind;
 
-use super::{Declared, Extras, FileScalar, OFF, ParameterTable};
+use super::{DeclaredTable, Extras, FileScalar, OFF, ParameterTable};
 
-impl<T: Declared, E: Extras> Serialize for ParameterTable<T, E> {
+impl<T: DeclaredTable, E: Extras> Serialize for ParameterTable<T, E> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let mut map = serializer.serialize_map(None)?;
         for about in T::about() {

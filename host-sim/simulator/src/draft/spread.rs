@@ -72,7 +72,7 @@ pub fn table<'a>(ranges: impl IntoIterator<Item = (&'a str, [f64; 2])>) -> Strin
 }
 
 /// A key with its range, and whether the range was answered and not assumed.
-pub type Ranged = (&'static str, [f64; 2], bool);
+pub type KeyRange = (&'static str, [f64; 2], bool);
 
 /// Shares by which an inertia and a viscous friction may be off, if a single number was answered:
 /// those that `tune` assumes of a file without `[spread]`.
@@ -97,7 +97,7 @@ const OF_STALL: f64 = 0.99;
 /// beside it has the range that `tune` assumes: an inertia of 20 % and a viscous friction of 50 %
 /// to either side, a dynamic friction from 25 % below to the middle between both levels, and a
 /// static friction from there to 25 % above.
-pub fn answered(answers: &Answers) -> Option<Vec<Ranged>> {
+pub fn answered(answers: &Answers) -> Option<Vec<KeyRange>> {
     if !RANGED.iter().any(|key| answers.only_range(key).is_some()) {
         return None;
     }
@@ -128,7 +128,7 @@ pub fn highest_stick(answers: &Answers) -> Option<f64> {
 }
 
 /// Writes the table of a joint's ranges with the source of each.
-pub fn commented(ranges: Vec<Ranged>) -> String {
+pub fn commented(ranges: Vec<KeyRange>) -> String {
     let mut text = "\n\
         # Ranges of the joint. `tune`, `ensemble` and `device selftest` draw their joints from\n\
         # here; where the dynamic friction comes out above the static one, it is lowered to it.\n\

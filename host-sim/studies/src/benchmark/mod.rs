@@ -9,7 +9,7 @@ mod ranking;
 
 use serde::Serialize;
 
-pub use self::ranking::{COLUMNS, Disqualified, Weights};
+pub use self::ranking::{COLUMNS, Disqualification, Weights};
 use files::data_sheet::UnseenSlack;
 use files::error::Error;
 use files::goal::PositionGoal;
@@ -53,7 +53,7 @@ pub struct Score {
     /// Whether any of its runs is unstable or diverged.
     pub unstable: bool,
     /// The reason why it is not ranked, if there is one. Its other values say little then.
-    pub disqualified: Option<Disqualified>,
+    pub disqualified: Option<Disqualification>,
     /// Weighted mean of its places in the columns, 1 if it is the best in every one; none if it is
     /// disqualified.
     pub mean_place: Option<f64>,
@@ -131,11 +131,11 @@ fn score(controller: &str, results: &[&RunResult], watched: &[RunResult]) -> Sco
     let runs = || steps.iter().chain(&trajectories);
     let unstable = runs().copied().chain(watched.iter().copied()).any(|result| result.unstable);
     let disqualified = if unstable {
-        Some(Disqualified::Unstable)
+        Some(Disqualification::Unstable)
     } else if !runs().any(|result| moves(result)) {
-        Some(Disqualified::NeverMoves)
+        Some(Disqualification::NeverMoves)
     } else {
-        Some(Disqualified::NeverSettles).filter(|_| !settles)
+        Some(Disqualification::NeverSettles).filter(|_| !settles)
     };
     Score {
         controller: controller.into(),
@@ -210,7 +210,7 @@ mod tests {
         assert!((100.0..166.0).contains(&pd.rest_error_counts.unwrap()));
         assert_eq!((pd.settling_time_s, pd.hunting_counts), (None, Some(0.0)));
         assert!((0.43..0.50).contains(&pd.tracking_rms_deg.unwrap()));
-        assert_eq!((pd.disqualified, pd.mean_place), (Some(Disqualified::NeverSettles), None));
+        assert_eq!((pd.disqualified, pd.mean_place), (Some(Disqualification::NeverSettles), None));
         // Section 3.3.6: feedforward leaves PD's rest error as it is.
         let last: Vec<&str> =
             benchmark.scores.iter().rev().take(2).map(|score| &*score.controller).collect();
@@ -227,7 +227,7 @@ mod tests {
         };
         let heavy = ["loop.controller=srnf", "joint.friction.stick_v=6", "joint.friction.slip_v=6"];
         let (stuck, _) = judged("step-response", &heavy);
-        assert_eq!(stuck.disqualified, Some(Disqualified::NeverMoves));
+        assert_eq!(stuck.disqualified, Some(Disqualification::NeverMoves));
         // SRNF climbs at 0.02 deg/s: each stick of the solver's is one, but for that at the end. At
         // the thesis's own speeds it has none.
         let slow = [

@@ -48,7 +48,7 @@ fn settling_s(score: &Score) -> Option<f64> {
 /// The reason why a controller is not ranked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Disqualified {
+pub enum Disqualification {
     /// A run is unstable or diverged.
     Unstable,
     /// The joint did not move by a count in any run.
@@ -58,7 +58,7 @@ pub enum Disqualified {
     NeverSettles,
 }
 
-impl Disqualified {
+impl Disqualification {
     /// Returns the reason in words.
     pub const fn describe(self) -> &'static str {
         match self {
@@ -229,8 +229,8 @@ mod tests {
             ..score(name, [Some(rest), Some(0.0), None, Some(0.0), Some(0.0), Some(0.0), None])
         };
         let scores = vec![
-            out("stuck", Disqualified::NeverMoves, 900.0),
-            out("short", Disqualified::NeverSettles, 400.0),
+            out("stuck", Disqualification::NeverMoves, 900.0),
+            out("short", Disqualification::NeverSettles, 400.0),
             score("good", [Some(9.0); 7]),
         ];
         let expected = [("good", Some(1.0)), ("short", None), ("stuck", None)];

@@ -3,7 +3,7 @@
 //! A row of it is that of the worse joint in each measure, so a success is one of both.
 
 use super::arm_rig::ArmRig;
-use super::assemble::{self, Tracked};
+use super::assemble::{self, TrackedTrajectory};
 use super::case::{CaseResult, JudgedMotion, goal, near_counts};
 use super::draw::Case;
 use super::measures::{CaseSample, SideMeasures, StepJudge, TrackingJudge};
@@ -67,7 +67,7 @@ fn step(
     rig.go_to(approach, targets)?;
     let mut last = [CaseSample::default(); 2];
     for k in 0..=samples {
-        last = rig.tick(case.count());
+        last = rig.step(case.count());
         if rig.fault().is_some() {
             break;
         }
@@ -104,14 +104,14 @@ fn trajectory(
     mut show: impl FnMut(f64, &CaseSample),
 ) -> Result<(), Error> {
     let h = case.bounds.sampled.sample_time;
-    let Tracked { reference, window, top } = assemble::trapezoid(case)?;
+    let TrackedTrajectory { reference, window, top } = assemble::trapezoid(case)?;
     let second = case.arm.as_ref().map_or(case.trapezoid, |arm| arm.trapezoid);
     let of_second = assemble::trapezoid_of(case, &second)?;
     let mut judges = [0, 1].map(|_| TrackingJudge::new(window, top));
     let mut rig = ArmRig::armed(case, gains)?;
     let follows = rig.follow([reference, of_second.reference]);
     for k in (0..=window[1]).take_while(|_| follows) {
-        let samples = rig.tick(case.count());
+        let samples = rig.step(case.count());
         if rig.fault().is_some() {
             break;
         }

@@ -52,7 +52,7 @@ impl ArmRig {
         let sample_time_s = case.bounds.sampled.sample_time;
         let mut rig = Self { arm, joints, bounds, armed_at, sample_time_s };
         for _ in 0..lead_in {
-            rig.tick(case.encoder.count);
+            rig.step(case.encoder.count);
         }
         Ok(rig)
     }
@@ -87,7 +87,7 @@ impl ArmRig {
 
     /// Runs a tick, and moves the arm on to the next one; returns where its joints were at the
     /// tick. `count` is the angle of a count, rad.
-    pub fn tick(&mut self, count: f64) -> [CaseSample; 2] {
+    pub fn step(&mut self, count: f64) -> [CaseSample; 2] {
         let turns = [self.arm.turn(0), self.arm.turn(1)];
         let encoder =
             dynamics::joint::JointEncoder { count, side: dynamics::joint::DiscSide::Motor };

@@ -45,7 +45,7 @@ pub fn parameters(bounds: &JointBounds, gains: &ControllerGains) -> Parameters {
 }
 
 /// A trajectory with the ticks in which it is judged.
-pub struct Tracked {
+pub struct TrackedTrajectory {
     /// What is followed.
     pub reference: Reference,
     /// From the begin of the first blend to the end of the last.
@@ -59,7 +59,7 @@ pub struct Tracked {
 ///
 /// # Errors
 /// If the core refuses it, which it does at a rate that has no tick in half a blend.
-pub fn trapezoid(case: &Case) -> Result<Tracked, Error> {
+pub fn trapezoid(case: &Case) -> Result<TrackedTrajectory, Error> {
     trapezoid_of(case, &case.trapezoid)
 }
 
@@ -67,7 +67,7 @@ pub fn trapezoid(case: &Case) -> Result<Tracked, Error> {
 ///
 /// # Errors
 /// As [`trapezoid`].
-pub fn trapezoid_of(case: &Case, of_joint: &Trapezoid) -> Result<Tracked, Error> {
+pub fn trapezoid_of(case: &Case, of_joint: &Trapezoid) -> Result<TrackedTrajectory, Error> {
     let Trapezoid { distance, speed, dwell_s, half_blend_s } = *of_joint;
     let way_s = distance.abs() / speed;
     let times_s = [1.0, 1.0 + way_s, 1.0 + way_s + dwell_s, 1.0 + 2.0 * way_s + dwell_s];
@@ -82,7 +82,7 @@ pub fn trapezoid_of(case: &Case, of_joint: &Trapezoid) -> Result<Tracked, Error>
         Error::Input(format!("--rate {}: the trajectory does not fit it: {error:?}", 1.0 / h))
     })?;
     let [first, last] = [times_s[0] - half_blend_s, times_s[3] + half_blend_s];
-    Ok(Tracked {
+    Ok(TrackedTrajectory {
         reference: Reference::Trajectory(trajectory),
         window: [(first / h).round() as u32, (last / h).round() as u32],
         top: speed * h / case.count(),

@@ -276,7 +276,7 @@ fn stepped(
     rig.go_to(approach, target)?;
     let mut last = CaseSample::default();
     for k in 0..=samples {
-        last = rig.tick();
+        last = rig.step();
         if rig.fault().is_some() {
             break;
         }
@@ -312,7 +312,7 @@ fn tracked(
     let mut rig = Rig::armed(case, gains)?;
     let follows = rig.follow(motion.reference);
     for k in (0..=motion.window[1]).take_while(|_| follows) {
-        let sample = rig.tick();
+        let sample = rig.step();
         if rig.fault().is_some() {
             break;
         }

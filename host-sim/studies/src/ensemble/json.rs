@@ -6,7 +6,7 @@
 use serde_json::{Map, Value, json};
 
 use super::rows::{EnsembleHeader, Group};
-use super::statistics::Sorted;
+use super::statistics::SortedValues;
 use super::summary::{LawSummary, MovesSummary, SideSummary};
 use super::trips::{EndedMotion, FalseTrip};
 
@@ -44,7 +44,7 @@ fn share(successes: usize, cases: usize) -> Option<f64> {
 }
 
 fn law(summary: &LawSummary, seed: u64) -> Value {
-    let quantiles = |sorted: &Sorted, shares: &[(&str, f64)]| {
+    let quantiles = |sorted: &SortedValues, shares: &[(&str, f64)]| {
         let of =
             |(name, share): &(&str, f64)| ((*name).to_owned(), number(sorted.quantile(*share)));
         Value::Object(shares.iter().map(of).collect())
@@ -110,7 +110,7 @@ fn law(summary: &LawSummary, seed: u64) -> Value {
     if let Some(MovesSummary { moves, judged, missed, missed_of_all, tracking_rms }) =
         &summary.moves
     {
-        let tenth = |missed: u64, rms: &Sorted| {
+        let tenth = |missed: u64, rms: &SortedValues| {
             let rms = quantiles(rms, &usual);
             json!({ "moves": judged, "missed": missed, "tracking_rms": rms })
         };

@@ -74,7 +74,7 @@ pub use rows::{
     sort as sort_rows,
 };
 pub use run::{Ensemble, run};
-pub use statistics::{Sorted, wilson};
+pub use statistics::{SortedValues, wilson};
 pub use summary::{LawSummary, MovesSummary, SideSummary, summaries};
 pub use table::render;
 pub use trips::{EndedMotion, FalseTrip};

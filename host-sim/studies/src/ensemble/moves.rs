@@ -80,7 +80,7 @@ pub fn run(case: &Case, gains: &ControllerGains, motions: Motions) -> Result<Wea
             if rig.fault().is_some() {
                 break;
             }
-            error = rig.tick().error;
+            error = rig.step().error;
             for (square, is_judged) in squares.iter_mut().zip(tenths) {
                 if is_judged && !next.is_step && k < motion {
                     *square = (square.0 + error * error, square.1 + 1);

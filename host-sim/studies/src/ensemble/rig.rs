@@ -133,7 +133,7 @@ impl Rig {
             armed_at,
         };
         for _ in 0..lead_in {
-            rig.tick();
+            rig.step();
         }
         rig.joint.set_brake(0.0);
         Ok(rig)
@@ -181,7 +181,7 @@ impl Rig {
 
     /// Runs a tick, and moves the joint on to the next one; returns where it was at the tick.
     #[inline]
-    pub fn tick(&mut self) -> CaseSample {
+    pub fn step(&mut self) -> CaseSample {
         let noise = self.noise.as_mut().map_or(0, CountNoise::next);
         let counter = self.encoder.read(&self.joint).wrapping_add(noise) as u32;
         let tick = self.amplified.servo.tick(counter).unwrap_or_default();

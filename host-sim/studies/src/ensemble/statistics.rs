@@ -35,9 +35,9 @@ pub fn wilson(k: usize, n: usize) -> [f64; 2] {
 
 /// Values in order, of which quantiles are asked.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Sorted(Vec<f64>);
+pub struct SortedValues(Vec<f64>);
 
-impl Sorted {
+impl SortedValues {
     /// Sorts values. What is not a number counts as infinite: nothing is known of it that is good.
     pub fn new(values: impl IntoIterator<Item = f64>) -> Self {
         let mut values: Vec<f64> =
@@ -98,12 +98,15 @@ mod tests {
 
     #[test]
     fn a_quantile_is_the_value_of_a_case_and_infinity_is_one() {
-        let ten = Sorted::new((1..=10).rev().map(f64::from));
+        let ten = SortedValues::new((1..=10).rev().map(f64::from));
         let quantiles = [0.0, 0.1, 0.11, 0.5, 0.51, 0.95, 1.0].map(|p| ten.quantile(p));
         assert_eq!(quantiles, [1.0, 1.0, 2.0, 5.0, 6.0, 10.0, 10.0].map(Some));
-        let never = Sorted::new([1.0, f64::INFINITY, f64::NAN, 2.0]);
+        let never = SortedValues::new([1.0, f64::INFINITY, f64::NAN, 2.0]);
         assert_eq!(never.quantile(0.5), Some(2.0));
         assert_eq!([never.quantile(0.75), never.max()], [Some(f64::INFINITY); 2]);
-        assert_eq!((Sorted::default().quantile(0.5), Sorted::default().max()), (None, None));
+        assert_eq!(
+            (SortedValues::default().quantile(0.5), SortedValues::default().max()),
+            (None, None)
+        );
     }
 }

@@ -6,7 +6,7 @@ use super::case::CaseResult;
 use super::measures::HUNTING_REVERSALS;
 use super::motions::Approach;
 use super::rows::{EnsembleHeader, Group};
-use super::statistics::{Sorted, wilson};
+use super::statistics::{SortedValues, wilson};
 use super::trips::{self, FalseTrip};
 
 /// The cases that are named as the worst.
@@ -25,9 +25,9 @@ pub struct SideSummary {
     /// Wilson's 95 % interval of their share.
     pub success_ci: [f64; 2],
     /// Settling, s.
-    pub settled_s: Sorted,
+    pub settled_s: SortedValues,
     /// Rest error, counts.
-    pub rest_counts: Sorted,
+    pub rest_counts: SortedValues,
 }
 
 /// A law on a family. Every quantile is over all cases; what never settles takes infinitely long.
@@ -47,34 +47,34 @@ pub struct LawSummary {
     /// Wilson's 95 % interval of their share.
     pub success_ci: [f64; 2],
     /// Settling, s.
-    pub settling_s: Sorted,
+    pub settling_s: SortedValues,
     /// Settling into the wider band, s; empty if the family has none.
-    pub near_s: Sorted,
+    pub near_s: SortedValues,
     /// When the law gave up before a wall, s; empty without a wall.
-    pub gave_up_s: Sorted,
+    pub gave_up_s: SortedValues,
     /// Largest effort afterwards, in the family's unit.
-    pub effort_after: Sorted,
+    pub effort_after: SortedValues,
     /// Rest error, counts.
-    pub rest_counts: Sorted,
+    pub rest_counts: SortedValues,
     /// Rest error of a load that the encoder does not see, counts; empty if there is none.
-    pub load_rest_counts: Sorted,
+    pub load_rest_counts: SortedValues,
     /// Cases that hunt.
     pub hunting_cases: usize,
     /// Distance of their extremes, counts.
-    pub hunting_counts: Sorted,
+    pub hunting_counts: SortedValues,
     /// Their periods, s.
-    pub hunting_period_s: Sorted,
+    pub hunting_period_s: SortedValues,
     /// Tracking error, in the family's unit; infinite if a fault ended the motion, and empty if
     /// there was no trajectory.
-    pub tracking_rms: Sorted,
+    pub tracking_rms: SortedValues,
     /// Stops in motion.
-    pub sticks_in_motion: Sorted,
+    pub sticks_in_motion: SortedValues,
     /// Mean total variation of the effort at rest, per second.
     pub variation_rest_per_s: f64,
     /// The same in motion.
     pub variation_motion_per_s: f64,
     /// Root mean square of the effort at rest, in the family's unit.
-    pub held_effort: Sorted,
+    pub held_effort: SortedValues,
     /// Cases in which a monitor tripped.
     pub false_trips: usize,
     /// How often each fault was the cause, in steps, trajectories and rows of moves.
@@ -101,7 +101,7 @@ pub struct MovesSummary {
     /// Those of all moves.
     pub missed_of_all: u64,
     /// Tracking error, in the family's unit.
-    pub tracking_rms: [Sorted; 2],
+    pub tracking_rms: [SortedValues; 2],
 }
 
 /// Summarises the rows of each family and law. The rows are sorted as [`super::sort_rows`] does it.
@@ -129,8 +129,8 @@ impl SideSummary {
         Self {
             success,
             success_ci: wilson(success, rows.len()),
-            settled_s: Sorted::new(settled_s),
-            rest_counts: Sorted::new(of.iter().map(|(.., rest_counts)| *rest_counts)),
+            settled_s: SortedValues::new(settled_s),
+            rest_counts: SortedValues::new(of.iter().map(|(.., rest_counts)| *rest_counts)),
         }
     }
 }
@@ -144,7 +144,7 @@ impl LawSummary {
     /// Summarises the rows of one family and law.
     fn of(group: &Group, law: &str, approach: Approach, rows: &[&CaseResult]) -> Self {
         let is_success = |row: &CaseResult| row.is_success(group.settles_within_s);
-        let all = |of: fn(&CaseResult) -> f64| Sorted::new(rows.iter().map(|row| of(row)));
+        let all = |of: fn(&CaseResult) -> f64| SortedValues::new(rows.iter().map(|row| of(row)));
         let mean = |of: fn(&CaseResult) -> f64| {
             rows.iter().map(|row| of(row)).sum::<f64>() / rows.len().max(1) as f64
         };
@@ -157,7 +157,7 @@ impl LawSummary {
         }
         let late = |of: fn(&CaseResult) -> Option<f64>, is_asked: bool| {
             let rows = rows.iter().filter(|_| is_asked);
-            Sorted::new(rows.map(|row| of(row).unwrap_or(f64::INFINITY)))
+            SortedValues::new(rows.map(|row| of(row).unwrap_or(f64::INFINITY)))
         };
         let has_trajectory =
             rows.iter().any(|row| row.tracking_rms.is_some() || row.tracking_fault.is_some());
@@ -175,12 +175,12 @@ impl LawSummary {
             settling_s: all(|row| row.settled_s.unwrap_or(f64::INFINITY)),
             near_s: late(|row| row.near_s, group.near.is_some()),
             gave_up_s: late(|row| row.gave_up_s, group.has_wall),
-            effort_after: Sorted::new(rows.iter().filter_map(|row| row.effort_after)),
+            effort_after: SortedValues::new(rows.iter().filter_map(|row| row.effort_after)),
             rest_counts: all(|row| row.rest_counts),
-            load_rest_counts: Sorted::new(rows.iter().filter_map(|row| row.load_rest_counts)),
+            load_rest_counts: SortedValues::new(rows.iter().filter_map(|row| row.load_rest_counts)),
             hunting_cases: hunting.len(),
-            hunting_counts: Sorted::new(hunting.iter().map(|row| row.swing_counts)),
-            hunting_period_s: Sorted::new(hunting.iter().filter_map(|row| row.period_s)),
+            hunting_counts: SortedValues::new(hunting.iter().map(|row| row.swing_counts)),
+            hunting_period_s: SortedValues::new(hunting.iter().filter_map(|row| row.period_s)),
             tracking_rms: late(|row| row.tracking_rms, has_trajectory),
             sticks_in_motion: all(|row| f64::from(row.sticks_in_motion)),
             variation_rest_per_s: mean(|row| row.variation_rest_per_s),
@@ -199,8 +199,9 @@ impl LawSummary {
 impl MovesSummary {
     fn of(rows: &[&CaseResult]) -> Option<Self> {
         let moves = rows.first()?.moves;
-        let rms =
-            |of: fn(&CaseResult) -> Option<f64>| Sorted::new(rows.iter().filter_map(|row| of(row)));
+        let rms = |of: fn(&CaseResult) -> Option<f64>| {
+            SortedValues::new(rows.iter().filter_map(|row| of(row)))
+        };
         let sum = |of: fn(&CaseResult) -> u32| rows.iter().map(|row| u64::from(of(row))).sum();
         (moves > 0).then(|| Self {
             moves,

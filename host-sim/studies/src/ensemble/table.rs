@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use super::motions::Approach;
 use super::rows::{EnsembleHeader, Group};
-use super::statistics::Sorted;
+use super::statistics::SortedValues;
 use super::summary::{LawSummary, MovesSummary, SideSummary};
 use simulator::output::grid::{self, number};
 use simulator::rules::{GainRule, RULES, TUNING_SEEDS};
@@ -57,7 +57,7 @@ the load can be off by the backlash and by the wind-up of the shaft.
 /// in the benchmark: no law corrects what its encoder cannot see.
 fn ranked<'a>(group: &Group, summaries: &'a [LawSummary]) -> Vec<&'a LawSummary> {
     let mut ranked: Vec<&LawSummary> = summaries.iter().collect();
-    let p = |sorted: &Sorted, share| sorted.quantile(share).unwrap_or(f64::INFINITY);
+    let p = |sorted: &SortedValues, share| sorted.quantile(share).unwrap_or(f64::INFINITY);
     let judged = |summary: &'a LawSummary| match group.unseen_slack {
         Some(_) => (summary.at_encoder.success, &summary.at_encoder.settled_s),
         None => (summary.success, &summary.settling_s),

@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 use super::measures::{AtLoad, MoveMeasures, SessionFigures};
 use super::prediction::Prediction;
 use super::verdict::SelfTestCheck;
-use crate::ensemble::Sorted;
+use crate::ensemble::SortedValues;
 use files::data_sheet::UnseenSlack;
 use files::goal::PositionGoal;
 use files::lines::wrapped;
@@ -100,7 +100,7 @@ fn predicted(
     of: impl Fn(&MoveMeasures) -> f64,
 ) -> Option<[f64; 3]> {
     let all = prediction.moves.iter().filter_map(|moves| moves.get(number)).map(of);
-    let sorted = Sorted::new(all);
+    let sorted = SortedValues::new(all);
     let [least, median] = [0.0, 0.5].map(|share| sorted.quantile(share));
     Some([least?, median?, sorted.max()?])
 }

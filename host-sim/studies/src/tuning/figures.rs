@@ -6,7 +6,7 @@
 use clap::ValueEnum;
 use serde::Deserialize;
 
-use crate::ensemble::{CaseResult, Sorted};
+use crate::ensemble::{CaseResult, SortedValues};
 
 /// A success settles so soon, s; what does not is taken for twice as late.
 const WITHIN_S: f64 = 5.0;
@@ -96,7 +96,7 @@ impl SideFigures {
             }),
             tracking_counts: has_motion
                 .then(|| mean(&|row| side(row).2.map_or(f64::INFINITY, |rms| rms / row.count))),
-            rest_counts: Sorted::new(rows.iter().map(|row| side(row).3))
+            rest_counts: SortedValues::new(rows.iter().map(|row| side(row).3))
                 .quantile(0.9)
                 .unwrap_or(f64::INFINITY),
         }

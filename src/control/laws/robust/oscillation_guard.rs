@@ -60,7 +60,7 @@ pub struct OscillationGuard {
 
 /// The gain and the swings that were counted.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Guarded {
+pub struct SwingState {
     /// Gain g.
     pub gain: f32,
     /// Ceiling g_c.
@@ -116,14 +116,14 @@ impl OscillationGuard {
     }
 
     /// Begins with the whole gain.
-    pub fn start(&self) -> Guarded {
-        Guarded { gain: 1.0, ceiling: 1.0, damping: 1.0, ..Guarded::default() }
+    pub fn start(&self) -> SwingState {
+        SwingState { gain: 1.0, ceiling: 1.0, damping: 1.0, ..SwingState::default() }
     }
 
     /// Takes a tick in which the reference rests. In a HOLD, and after a long rest, the joint is
     /// `quiet`, and the swings are forgotten.
     #[inline]
-    pub fn at_rest(&self, guarded: &mut Guarded, position: f32, quiet: bool) {
+    pub fn at_rest(&self, guarded: &mut SwingState, position: f32, quiet: bool) {
         guarded.motion = 0;
         guarded.side = 0;
         if quiet {
@@ -147,7 +147,7 @@ impl OscillationGuard {
     /// Takes a tick in which the reference moves with `wanted` and the joint with `velocity`,
     /// deg/s.
     #[inline]
-    pub fn in_motion(&self, guarded: &mut Guarded, position: f32, wanted: f32, velocity: f32) {
+    pub fn in_motion(&self, guarded: &mut SwingState, position: f32, wanted: f32, velocity: f32) {
         self.clear(guarded, position);
         let error = wanted - velocity;
         let threshold = 0.3 * wanted.abs() + self.coarse;
@@ -182,14 +182,14 @@ impl OscillationGuard {
 
     /// Forgets the swings at rest.
     #[inline]
-    pub fn clear(&self, guarded: &mut Guarded, position: f32) {
+    pub fn clear(&self, guarded: &mut SwingState, position: f32) {
         guarded.swings = 0;
         guarded.direction = 0.0;
         guarded.extreme = position;
     }
 
     /// Takes that the joint was lost: `pushed` away, or left behind by its set point.
-    pub fn lost(&self, guarded: &mut Guarded, pushed: bool) {
+    pub fn lost(&self, guarded: &mut SwingState, pushed: bool) {
         guarded.pushed |= pushed;
         guarded.losses = guarded.losses.saturating_add(1);
         if guarded.losses >= LOSSES {
@@ -198,7 +198,7 @@ impl OscillationGuard {
     }
 
     /// Takes that a HOLD begins.
-    pub fn holds(&self, guarded: &mut Guarded) {
+    pub fn holds(&self, guarded: &mut SwingState) {
         if !guarded.lowered {
             guarded.gain = (1.1 * guarded.gain).min(guarded.ceiling);
             guarded.ceiling = (1.002 * guarded.ceiling).min(1.0);
@@ -207,7 +207,7 @@ impl OscillationGuard {
         guarded.losses = 0;
     }
 
-    fn lower(&self, guarded: &mut Guarded) {
+    fn lower(&self, guarded: &mut SwingState) {
         guarded.ceiling = (0.85 * guarded.gain).max(self.least);
         guarded.gain = (0.7 * guarded.gain).max(self.least);
         (guarded.motion, guarded.swings, guarded.losses) = (0, 0, 0);
@@ -278,7 +278,7 @@ mod tests {
 
     /// Gain after a joint has swung to one side of the profile's speed by `error` for ten ticks,
     /// and then is on the other side.
-    fn gain_after_a_swing(guarded: &mut Guarded, wanted: f32, error: f32) -> f32 {
+    fn gain_after_a_swing(guarded: &mut SwingState, wanted: f32, error: f32) -> f32 {
         for velocity in [[wanted - error; 10], [2.0 * wanted; 10]].concat() {
             GUARD.in_motion(guarded, 0.0, wanted, velocity);
         }
@@ -309,7 +309,7 @@ mod tests {
     #[test]
     fn wide_swing_with_the_least_gain_of_motion_halves_the_damping_until_the_next_hold() {
         let mut guarded = GUARD.start();
-        let swing = |guarded: &mut Guarded, speed: f32| {
+        let swing = |guarded: &mut SwingState, speed: f32| {
             GUARD.in_motion(guarded, 0.0, 1000.0, 1000.0 + speed);
             GUARD.in_motion(guarded, 0.0, 1000.0, 1000.0 - speed);
         };
@@ -350,7 +350,7 @@ mod tests {
         GUARD.lower(&mut guarded);
         GUARD.holds(&mut guarded);
         assert_eq!(guarded.gain, 0.7, "the first hold afterwards leaves it");
-        let holds = |guarded: &mut Guarded, n| (0..n).for_each(|_| GUARD.holds(guarded));
+        let holds = |guarded: &mut SwingState, n| (0..n).for_each(|_| GUARD.holds(guarded));
         holds(&mut guarded, 3);
         assert!((guarded.gain - 0.85 * 1.002f32.powi(2)).abs() < 1e-6, "{guarded:?}");
         // 0.85 * 1.002^n = 1 for n = 81.3.

@@ -56,7 +56,7 @@ pub struct PulsePlanner {
 
 /// What pulses in one direction have taught.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Learned {
+pub struct PulseMemory {
     /// Gain k_i.
     pub gain: f32,
     /// Least effort A_i, V.
@@ -109,7 +109,7 @@ impl PulsePlanner {
 
     /// Learns from a pulse towards an error of `wanted` (deg, positive): the joint went `peak`
     /// and is `moved` away now.
-    pub fn learn(&self, learned: &mut Learned, wanted: f32, moved: f32, peak: f32) {
+    pub fn learn(&self, learned: &mut PulseMemory, wanted: f32, moved: f32, peak: f32) {
         let much = if moved > 2.0 * wanted { 0.6 } else { 0.8 };
         let too_far = moved > 1.2 * wanted;
         if moved < 0.5 * wanted {
@@ -196,7 +196,7 @@ mod tests {
     #[test]
     fn pulses_teach_by_how_far_the_joint_went() {
         let planner = planner();
-        let start = Learned { gain: 1.0, least: 20.0 };
+        let start = PulseMemory { gain: 1.0, least: 20.0 };
         let taught = |moved: f32, peak: f32| {
             let mut learned = start;
             planner.learn(&mut learned, 10.0, moved, peak);
@@ -213,10 +213,10 @@ mod tests {
     #[test]
     fn what_is_learned_stays_within_its_bounds() {
         let planner = planner();
-        let mut learned = Learned { gain: 1.0, least: 20.0 };
+        let mut learned = PulseMemory { gain: 1.0, least: 20.0 };
         (0..50).for_each(|_| planner.learn(&mut learned, 10.0, 0.0, 0.0));
-        assert_eq!(learned, Learned { gain: 10.0, least: 60.0 });
+        assert_eq!(learned, PulseMemory { gain: 10.0, least: 60.0 });
         (0..50).for_each(|_| planner.learn(&mut learned, 10.0, 100.0, 100.0));
-        assert_eq!(learned, Learned { gain: 0.01, least: planner.least });
+        assert_eq!(learned, PulseMemory { gain: 0.01, least: planner.least });
     }
 }

@@ -9,14 +9,14 @@ use super::extended_state_observer::{ExtendedStateObserver, ObserverState};
 use super::give_up::{Attempts, GiveUp};
 use super::hold_effort::{Held, HoldEffort};
 use super::load_rule::LoadRule;
-use super::oscillation_guard::{Guarded, LEAST_IN_MOTION, OscillationGuard};
+use super::oscillation_guard::{LEAST_IN_MOTION, OscillationGuard, SwingState};
 use super::parameters::{RobustGains, Rules, SLOW};
-use super::pulse_planner::{Learned, PulsePlanner};
+use super::pulse_planner::{PulseMemory, PulsePlanner};
 use super::rest_detector::{Rest, RestDetector};
 use super::reverse_pulse::ReversePulse;
 use super::sliding_friction::SlidingFriction;
 use crate::control::laws::Loop;
-use crate::control::profile::bounded_acceleration::{BoundedAcceleration, Limited};
+use crate::control::profile::bounded_acceleration::{BoundedAcceleration, LimitedReference};
 use crate::units::saturation::bounded;
 use attempt::Attempt;
 
@@ -41,14 +41,14 @@ pub enum Mode {
 /// The state from tick to tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct SupervisorState {
-    pub profile: Limited,
+    pub profile: LimitedReference,
     pub rest: Rest,
     pub estimate: ObserverState,
-    pub guarded: Guarded,
+    pub guarded: SwingState,
     pub held: Held,
     /// Sliding friction R_i and what pulses taught: backwards and forwards.
     pub friction: [f32; 2],
-    learned: [Learned; 2],
+    learned: [PulseMemory; 2],
     /// Gain of reverse pulses kb.
     reverse: f32,
     attempt: Attempt,
@@ -205,7 +205,7 @@ impl Supervisor {
             guarded: self.guard.start(),
             held: self.hold_effort.start(self.configured_hold),
             friction: [self.friction.first; 2],
-            learned: [Learned { gain, least: self.planner.least }; 2],
+            learned: [PulseMemory { gain, least: self.planner.least }; 2],
             reverse: 1.0,
             ..SupervisorState::default()
         };
@@ -332,7 +332,7 @@ impl Supervisor {
     /// (1 - g_e) R_i s`.
     #[inline]
     fn follow(&self, s: &mut SupervisorState, seen: &Seen, gains: LoopGains) -> f32 {
-        let Limited { position, velocity, acceleration } = s.profile;
+        let LimitedReference { position, velocity, acceleration } = s.profile;
         let forward = velocity > 0.0;
         let sign = if forward { 1.0 } else { -1.0 };
         let friction = &mut s.friction[usize::from(forward)];

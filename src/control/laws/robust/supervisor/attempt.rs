@@ -1,6 +1,6 @@
 //! An attempt at rest, from its plan to its judgement: a step of the hold effort, or a pulse.
 
-use super::super::pulse_planner::{Learned, Pulse};
+use super::super::pulse_planner::{Pulse, PulseMemory};
 use super::{LoopGains, Mode, Supervisor, SupervisorState};
 use crate::units::saturation::bounded;
 
@@ -48,7 +48,7 @@ impl Supervisor {
             return;
         }
         let forward = error > 0.0;
-        let Learned { least, .. } = s.learned[usize::from(forward)];
+        let PulseMemory { least, .. } = s.learned[usize::from(forward)];
         let pulse =
             self.planner.plan(s.friction[usize::from(forward)], self.distance(s, error), least);
         s.attempt = Attempt { effort: pulse.effort, ..started };
