@@ -28,7 +28,7 @@ const TIMES: u32 = 150;
 /// A law, how many times as fast the exact solver is as RK4 under it, and how many times as long
 /// the servo takes as the bare loop.
 const BOUNDS: [(&str, RangeInclusive<f64>, RangeInclusive<f64>); 2] =
-    [("pd", 1000.0..=3000.0, 1.0..=4.0), ("srnf", 700.0..=2000.0, 1.0..=4.0)];
+    [("pd", 1100.0..=3000.0, 1.0..=4.0), ("srnf", 750.0..=2000.0, 1.0..=4.0)];
 
 fn plan(law: &str) -> RunPlan {
     let mut document = Document::open("step-response").unwrap();

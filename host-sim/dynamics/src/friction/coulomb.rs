@@ -49,6 +49,7 @@ pub struct AddedFriction {
 
 impl AddedFriction {
     /// The amount at a time.
+    #[inline]
     pub fn at(&self, time_s: f64) -> f64 {
         let on = match &self.during_s {
             None => true,
