@@ -108,13 +108,3 @@ pub struct Chart {
     /// What is shown.
     pub shown: ChartContent,
 }
-
-impl Chart {
-    /// Draws the chart as an SVG document; none in a program without the feature `figures`.
-    pub fn to_svg(&self) -> Option<String> {
-        #[cfg(feature = "figures")]
-        return Some(super::marks::svg(self));
-        #[cfg(not(feature = "figures"))]
-        return None;
-    }
-}

@@ -45,6 +45,17 @@ pub fn write_charts(directory: &OutputDirectory, _: &[Chart]) -> Result<(), Erro
     write_figures(directory, &[])
 }
 
+/// Draws a chart as an SVG document; none in a program without the feature `figures`.
+pub fn chart_svg(chart: &Chart) -> Option<String> {
+    #[cfg(feature = "figures")]
+    return Some(super::marks::svg(chart));
+    #[cfg(not(feature = "figures"))]
+    {
+        let _ = chart;
+        None
+    }
+}
+
 /// Pixels of the PNG for each unit of the SVG: 1800 pixels wide, 300 to the inch on a six inch
 /// column.
 #[cfg(feature = "figures")]

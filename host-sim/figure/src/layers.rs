@@ -3,7 +3,7 @@
 use kuva::render::render::{Primitive, Scene, TextAnchor};
 
 use super::chart::{Layer, LayeredPanel, LogAxis, Mark, Point};
-use super::marks::{BOUND, GRID, HEADER, INK, MARK, SMALL, TEXT, WIDTH, line, power, text};
+use super::primitives::{BOUND, GRID, HEADER, INK, MARK, SMALL, TEXT, WIDTH, line, power, text};
 
 /// Height of the legend.
 const LEGEND: f64 = 30.0;

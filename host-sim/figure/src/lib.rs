@@ -18,6 +18,8 @@ mod marks;
 mod of_runs;
 pub mod page;
 #[cfg(feature = "figures")]
+mod primitives;
+#[cfg(feature = "figures")]
 mod raster;
 mod results;
 #[cfg(feature = "figures")]
@@ -29,7 +31,7 @@ mod thin;
 
 use std::fmt;
 
-pub use files::{figure_directory, write_charts, write_figures};
+pub use files::{chart_svg, figure_directory, write_charts, write_figures};
 pub use of_runs::NamedFigure;
 pub use results::{figures, set_title};
 

@@ -1,18 +1,17 @@
 //! Charts as SVG: marks, lines and texts that are laid out here.
 
 use kuva::backend::svg::SvgBackend;
-use kuva::render::render::{Primitive, Scene, TextAnchor};
+use kuva::render::render::{Scene, TextAnchor};
 
 use super::chart::{Chart, ChartContent, Cloud, LogAxis, Share};
 use super::layers;
+use super::primitives::{
+    BOUND, GRID, HEADER, INK, MARK, SMALL, TEXT, WIDTH, circle, line, power, text, turned,
+};
 use super::raster::FONT;
 
-pub(super) const WIDTH: f64 = 900.0;
-pub(super) const HEADER: f64 = 70.0;
 pub(super) const FOOTER: f64 = 44.0;
 const TITLE: u32 = 22;
-pub(super) const TEXT: u32 = 16;
-pub(super) const SMALL: u32 = 13;
 
 /// Left end of the shares' axis, and its right end.
 const SHARES: [f64; 2] = [210.0, 780.0];
@@ -22,11 +21,6 @@ const ROW: f64 = 20.0;
 /// beside and below its frame.
 const CELLS: [f64; 2] = [870.0, 250.0];
 const BESIDE: [f64; 2] = [82.0, 70.0];
-
-pub(super) const GRID: &str = "#DDDDDD";
-pub(super) const INK: &str = "#000000";
-pub(super) const MARK: &str = "#00548F";
-pub(super) const BOUND: &str = "#D55E00";
 
 /// Draws a chart.
 pub(super) fn svg(chart: &Chart) -> String {
@@ -150,61 +144,6 @@ fn cloud(
     }
     for [settling, rest] in &cloud.points {
         page.add(circle([x(*settling), y(*rest)], 2.2, 0.45));
-    }
-}
-
-/// A power of ten as people write it on an axis.
-pub(super) fn power(decade: i32) -> String {
-    if (-3..=4).contains(&decade) {
-        files::error::shown(10f64.powi(decade))
-    } else {
-        format!("1e{decade}")
-    }
-}
-
-pub(super) fn line(from: [f64; 2], to: [f64; 2], colour: &str, width: f64) -> Primitive {
-    Primitive::Line {
-        x1: from[0],
-        y1: from[1],
-        x2: to[0],
-        y2: to[1],
-        stroke: colour.into(),
-        stroke_width: width,
-        stroke_dasharray: None,
-    }
-}
-
-fn circle(at: [f64; 2], radius: f64, opacity: f64) -> Primitive {
-    Primitive::Circle {
-        cx: at[0],
-        cy: at[1],
-        r: radius,
-        fill: MARK.into(),
-        fill_opacity: Some(opacity),
-        stroke: None,
-        stroke_width: None,
-    }
-}
-
-pub(super) fn text(content: &str, size: u32, at: [f64; 2], anchor: TextAnchor) -> Primitive {
-    Primitive::Text {
-        x: at[0],
-        y: at[1],
-        content: content.chars().filter(|c| !c.is_control()).collect(),
-        size,
-        anchor,
-        rotate: None,
-        bold: false,
-        color: Some(INK.into()),
-    }
-}
-
-fn turned(content: &str, at: [f64; 2]) -> Primitive {
-    match text(content, TEXT, at, TextAnchor::Middle) {
-        Primitive::Text { x, y, content, size, anchor, bold, color, .. } => {
-            Primitive::Text { x, y, content, size, anchor, rotate: Some(-90.0), bold, color }
-        }
-        other => other,
     }
 }
 

@@ -296,7 +296,7 @@ impl Task {
             "file": name_of(&new),
             // The file's own gains make no new file.
             "toml": tuned.iter().any(|one| one.better).then(|| rewritten(&self.text, tuned)).transpose()?,
-            "charts": charts.iter().filter_map(|chart| chart.to_svg()).collect::<Vec<_>>(),
+            "charts": charts.iter().filter_map(figure::chart_svg).collect::<Vec<_>>(),
         }))
     }
 }
