@@ -148,10 +148,10 @@ mod app {
 
     /// Runs one tick of the loop.
     ///
-    /// Its budget is 1300 instructions from entry to exit (docs/cost.md). That is a thirteenth of
-    /// the shortest sample time, if each took one cycle, and by the estimate there more than that.
-    /// If the task begins late or takes more than half the sample time, the output is turned off
-    /// for good.
+    /// Its budget is 1300 instructions from entry to exit (tests/evidence/cost.md). That is a
+    /// thirteenth of the shortest sample time, if each took one cycle, and by the estimate there
+    /// more than that. If the task begins late or takes more than half the sample time, the output
+    /// is turned off for good.
     #[task(binds = TIM3, priority = 3, local = [before, output_producer], shared = [control_task])]
     fn control(mut cx: control::Context) {
         let local = cx.local;

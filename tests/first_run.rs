@@ -1,6 +1,6 @@
-//! The first move of docs/wiring.md, step by step, with a client of any device whose joint is sound
-//! and whose encoder may be reversed. The joint is the thesis's. It is not turned by hand, and what
-//! `identify` finds is compared with the joint that the tuned parameters are for.
+//! The first move of docs/reference/wiring.md, step by step, with a client of any device whose
+//! joint is sound and whose encoder may be reversed. The joint is the thesis's. It is not turned by
+//! hand, and what `identify` finds is compared with the joint that the tuned parameters are for.
 
 use std::time::Duration;
 

@@ -1,8 +1,8 @@
 //! Time of a sample of 1 ms of each joint of the ensemble, on the host: in motion under an effort
 //! that starts, reverses and stops it, and at rest under one that does not change.
 //!
-//! docs/joints.md has the errors of the same joints. Divide by the samples of a run to compare: the
-//! numbers are for 1000 samples.
+//! docs/explanation/simulator.md has the errors of the same joints. Divide by the samples of a run
+//! to compare: the numbers are for 1000 samples.
 #![allow(missing_docs, clippy::unwrap_used)]
 
 use std::f64::consts::TAU;

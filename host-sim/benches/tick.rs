@@ -1,7 +1,8 @@
 //! Time of the core's tick for each law, on the host, over the counts that its own 5 deg/s
 //! trajectory produced.
 //!
-//! These are nanoseconds of this machine; docs/cost.md has the cost on the microcontroller.
+//! These are nanoseconds of this machine; tests/evidence/cost.md has the cost on the
+//! microcontroller.
 #![allow(missing_docs, clippy::unwrap_used)]
 
 use std::hint::black_box;

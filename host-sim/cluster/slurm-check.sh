@@ -1,5 +1,5 @@
 #!/bin/sh
-# Runs docs/cluster.md's job array on a real Slurm of one node, and compares its report with that of one run.
+# Runs docs/how-to/ensembles.md's job array on a real Slurm of one node, and compares its report with that of one run.
 #
 # Wants root and Debian's packages slurmctld, slurmd, slurm-client and munge. Starts its own daemons with their files in a
 # directory of its own, on their usual ports, and ends them. Not a part of CI.

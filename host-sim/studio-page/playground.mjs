@@ -50,4 +50,4 @@ await build({
   plugins: [parts],
 });
 copyFileSync(join(here, 'src/index.html'), join(directory, 'index.html'));
-copyFileSync(join(here, '../../docs/faults.md'), join(directory, 'faults.md'));
+copyFileSync(join(here, '../../docs/reference/faults.md'), join(directory, 'faults.md'));

@@ -1,9 +1,10 @@
-//! Every command that README.md, ARCHITECTURE.md and the pages of docs/ show works. Commands of
-//! `stiction` run here, page by page, in the order of the page; jobs and tests of cargo are looked
-//! up. Those of `PARSED_ONLY` are parsed, and run elsewhere if at all. docs/commissioning.md and
-//! the first run of docs/wiring.md are followed as a whole, on a simulated device for the board,
-//! with a look at what the steps that decide print; the former on the emulated board as well. Of
-//! all else these tests are blind to what a command prints, and to what needs a board.
+//! Every command that README.md, docs/explanation/architecture.md and the pages of docs/ show
+//! works. Commands of `stiction` run here, page by page, in the order of the page; jobs and tests
+//! of cargo are looked up. Those of `PARSED_ONLY` are parsed, and run elsewhere if at all.
+//! docs/tutorial/commission-a-joint.md and the first run of docs/reference/wiring.md are followed
+//! as a whole, on a simulated device for the board, with a look at what the steps that decide
+//! print; the former on the emulated board as well. Of all else these tests are blind to what a
+//! command prints, and to what needs a board.
 #![cfg(unix)]
 #![allow(missing_docs, clippy::unwrap_used, clippy::panic)]
 
@@ -62,11 +63,17 @@ fn read(path: impl AsRef<Path>) -> String {
     fs::read_to_string(root().join(path)).unwrap()
 }
 
+/// Returns the pages of docs/ and of its parts, and README.md.
 fn pages() -> Vec<String> {
-    let docs = fs::read_dir(root().join("docs")).unwrap();
-    let names = docs.map(|entry| format!("docs/{}", entry.unwrap().file_name().to_string_lossy()));
-    let mut pages: Vec<String> = names.filter(|name| name.ends_with(".md")).collect();
-    pages.extend(["README.md".into(), "ARCHITECTURE.md".into()]);
+    let parts = ["docs", "docs/tutorial", "docs/how-to", "docs/reference", "docs/explanation"];
+    let of_part = |part: &&str| {
+        let entries = fs::read_dir(root().join(part)).unwrap();
+        let names = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap());
+        let pages = names.filter(|name| name.ends_with(".md") && name != "SUMMARY.md");
+        pages.map(|name| format!("{part}/{name}")).collect::<Vec<_>>()
+    };
+    let mut pages: Vec<String> = parts.iter().flat_map(of_part).collect();
+    pages.push("README.md".into());
     pages.sort();
     pages
 }
@@ -127,7 +134,7 @@ fn shell(directory: &Path, command: &str) -> Output {
 /// Makes a directory with the files that the pages take for granted.
 fn prepared() -> tempfile::TempDir {
     let directory = tempfile::tempdir().unwrap();
-    for name in ["bin", "docs"] {
+    for name in ["bin", "docs", "docs/reference"] {
         fs::create_dir(directory.path().join(name)).unwrap();
     }
     std::os::unix::fs::symlink(STICTION, directory.path().join("bin/stiction")).unwrap();
@@ -157,7 +164,14 @@ fn run(directory: &Path, command: &str, whole: bool, fails: bool) -> Result<(), 
 fn look_up(command: &str) -> Result<(), String> {
     let words: Vec<&str> =
         command.split_whitespace().skip(1).take_while(|word| *word != "--").collect();
-    let manifests = ["Cargo.toml", "host-sim/Cargo.toml", "tests/Cargo.toml"].map(read).concat();
+    let manifests = [
+        "Cargo.toml",
+        "host-sim/Cargo.toml",
+        "host-sim/dynamics/Cargo.toml",
+        "host-sim/thesis/Cargo.toml",
+        "tests/Cargo.toml",
+    ];
+    let manifests = manifests.map(read).concat();
     let jobs: String = fs::read_dir(root().join("xtask/src"))
         .unwrap()
         .map(|file| read(file.unwrap().path()))
@@ -240,10 +254,11 @@ fn pages_name_the_program_by_one_name() {
     assert!(first.whole && first.command.starts_with("cargo install --path host-sim"));
 }
 
-/// The guide of docs/wiring.md, step by step, with a device that is simulated instead of the board.
+/// The guide of docs/reference/wiring.md, step by step, with a device that is simulated instead of
+/// the board.
 #[test]
 fn the_first_run_can_be_followed_command_by_command() {
-    let page = read("docs/wiring.md");
+    let page = read("docs/reference/wiring.md");
     let (_, guide) = page.split_once("## The first move").unwrap();
     let guide = guide.split("\n### ").next().unwrap();
     let directory = prepared();
@@ -269,10 +284,10 @@ fn the_first_run_can_be_followed_command_by_command() {
     }
 }
 
-/// Follows docs/commissioning.md, from a data sheet to a page on the joint that was found, with
-/// `device` for the simulated one of the page.
+/// Follows docs/tutorial/commission-a-joint.md, from a data sheet to a page on the joint that was
+/// found, with `device` for the simulated one of the page.
 fn commission(device: impl Fn(String) -> String) {
-    let page = read("docs/commissioning.md");
+    let page = read("docs/tutorial/commission-a-joint.md");
     let directory = prepared();
     let commands = shown(&page).into_iter().filter(|shown| shown.whole);
     let commands: Vec<(String, bool)> =
@@ -350,11 +365,11 @@ fn the_readme_is_short_and_no_link_is_broken() {
 fn every_picture_of_the_pages_is_shown() {
     let pages: Vec<String> = pages().iter().map(read).collect();
     let mut pictures = 0;
-    for entry in fs::read_dir(root().join("docs")).unwrap() {
+    for entry in fs::read_dir(root().join("docs/pictures")).unwrap() {
         let name = entry.unwrap().file_name().into_string().unwrap();
         if [".png", ".svg"].iter().any(|end| name.ends_with(end)) {
-            let link = |page: &String| page.contains(&format!("{name})"));
-            assert!(pages.iter().any(link), "docs/{name} is on no page");
+            let link = |page: &String| page.contains(&format!("pictures/{name})"));
+            assert!(pages.iter().any(link), "docs/pictures/{name} is on no page");
             pictures += 1;
         }
     }

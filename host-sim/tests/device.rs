@@ -174,7 +174,7 @@ fn what_cannot_be_done_is_one_sentence_and_exit_code_2() {
         (&["--simulated", "arm", "--for", "-1"], &["--for -1", "0 to 86400"]),
         (
             &["--simulated", "identify", "--rate", "-1"],
-            &["`identification.ramp_rates_v_per_s` is -1", "docs/link.md"],
+            &["`identification.ramp_rates_v_per_s` is -1", "docs/reference/link.md"],
         ),
         (&["--simulated", "params", "edit"], &["set VISUAL or EDITOR"]),
     ];
@@ -472,7 +472,12 @@ fn a_program_reads_status_faults_and_the_fault_of_a_move() {
     let fault = &moved["fault"];
     assert_eq!((&fault["code"], &fault["name"]), (&17.into(), &"overspeed".into()), "{moved}");
     assert_eq!(fault["section"], "17 Overspeed");
-    assert!(fault["what_to_do"].as_str().unwrap().contains("docs/faults.md, \"17 Overspeed\""));
+    assert!(
+        fault["what_to_do"]
+            .as_str()
+            .unwrap()
+            .contains("docs/reference/faults.md, \"17 Overspeed\"")
+    );
     assert_eq!(fault["tripped_by"]["unit"], "deg/s");
     assert!(fault["tripped_by"]["value"].as_f64().unwrap().abs() > 1.0);
     assert_eq!((&moved["state"], &moved["ended_by"]), (&"faulted".into(), &"fault".into()));

@@ -68,7 +68,7 @@ fn held(name: &str, cases: u64) -> ([usize; 4], usize) {
 }
 
 /// Error bars of a model that does not hold do not hold the truth: of the breakaway of `lugre` and
-/// `flexible-backlash` they held 16 and 19 % (docs/identification-on-the-board.md).
+/// `flexible-backlash` they held 16 and 19 % (docs/how-to/identify.md).
 #[test]
 fn a_doubtful_joint_is_within_what_its_file_says_that_it_may_be_off() {
     for (name, cases) in

@@ -11,13 +11,14 @@ use stiction::units::value::About;
 use stiction::{Fault, parameters};
 
 fn page(name: &str) -> String {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs").join(name);
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/reference").join(name);
     fs::read_to_string(path).unwrap()
 }
 
 #[test]
 fn the_page_of_parameters_is_up_to_date() {
-    let why = "docs/parameters.md is not what `stiction keys --markdown` prints: write it anew";
+    let why =
+        "docs/reference/parameters.md is not what `stiction keys --markdown` prints: write it anew";
     assert!(page("parameters.md") == keys::markdown(), "{why}");
 }
 
@@ -28,11 +29,11 @@ fn the_table_of_faults_is_up_to_date_and_each_fault_has_its_section() {
     let (table, _) = rest.split_once("<!-- end -->").unwrap();
     assert!(
         table == keys::faults(),
-        "the table of docs/faults.md is not what `stiction keys --faults` prints"
+        "the table of docs/reference/faults.md is not what `stiction keys --faults` prints"
     );
     for fault in Fault::ALL {
         let heading = format!("\n## {}\n", fault.section());
-        assert!(page.contains(&heading), "docs/faults.md has no section{heading}");
+        assert!(page.contains(&heading), "docs/reference/faults.md has no section{heading}");
     }
 }
 

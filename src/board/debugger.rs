@@ -10,7 +10,7 @@
 //!   amplifier (`output_control.rs`). The enable pin stays high until the watchdog's reset.
 //!
 //! The emulated part stores the bits, and cannot be halted so: the halt is on the form of
-//! docs/wiring.md.
+//! docs/reference/wiring.md.
 
 use stm32f4xx_hal::pac;
 

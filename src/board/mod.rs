@@ -1,8 +1,8 @@
 //! The board with its STM32F405RG: everything that knows a register or a pin.
 //!
-//! `docs/wiring.md` has the pins. Each part is one module; what the control task needs of them is
-//! behind the traits of [`traits`], since embedded-hal has none for an encoder, a bridge or a
-//! watchdog.
+//! `docs/reference/wiring.md` has the pins. Each part is one module; what the control task needs of
+//! them is behind the traits of [`traits`], since embedded-hal has none for an encoder, a bridge or
+//! a watchdog.
 
 pub mod bridge;
 pub mod clock;

@@ -10,8 +10,8 @@
 //!
 //! An analog amplifier takes a low pin for full negative effort, and no level of a pin is its zero.
 //! So its pin is let go where the hardware has to end the PWM, and a divider on the board holds the
-//! filter at half scale, as it does in reset (docs/wiring.md). Where the program turns the output
-//! off, the PWM goes on at half duty.
+//! filter at half scale, as it does in reset (docs/reference/wiring.md). Where the program turns
+//! the output off, the PWM goes on at half duty.
 //!
 //! Nothing here knows a register, so that a test on a host holds it against the manual.
 

@@ -127,7 +127,7 @@ impl Report {
                 State::Armed => info!("armed"),
                 State::Faulted(fault) => {
                     error!(
-                        "faulted: {=str} (code {=u8}); the motor is off, see docs/faults.md",
+                        "faulted: {=str} (code {=u8}); the motor is off, see docs/reference/faults.md",
                         fault.describe(),
                         fault as u8
                     );
@@ -218,12 +218,15 @@ fn refused(refusal: DecodeError) {
             error!("value {=u16:#06x} is not known to this firmware: the motor stays off", key.0);
         }
         DecodeError::Missing(key) => {
-            error!("value {=u16:#06x} (docs/parameters.md) is missing: the motor stays off", key.0);
+            error!(
+                "value {=u16:#06x} (docs/reference/parameters.md) is missing: the motor stays off",
+                key.0
+            );
         }
         DecodeError::Value(error) => {
             let (number, found) = (error.key.0, error.found);
             error!(
-                "value {=u16:#06x} (docs/parameters.md) is {=f32}, not allowed: the motor stays off",
+                "value {=u16:#06x} (docs/reference/parameters.md) is {=f32}, not allowed: the motor stays off",
                 number, found
             );
         }

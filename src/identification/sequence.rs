@@ -12,7 +12,7 @@
 //! The sequence tries to keep itself within the bound of the speed. A pulse ends at 0.6 of it,
 //! however short it is then. The loop lets go of a joint that has come to the bound: a joint whose
 //! friction falls breaks free faster than any loop of 20 rad/s can catch it. Some come to the bound
-//! all the same, and it ends the sequence (docs/identification-on-the-board.md has the share).
+//! all the same, and it ends the sequence (docs/how-to/identify.md has the share).
 //!
 //! Every effort goes through [`Bounds::admit`](crate::safety::open_loop::Bounds), which ends the
 //! sequence at the bounds of travel, speed and time, and the breakaway at that of the effort. So

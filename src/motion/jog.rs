@@ -23,7 +23,7 @@
 //! 8 counts of `q` are let pass at the largest acceleration `A` of the joint; `a` is the
 //! deceleration by friction, and `h` the sample time. With an encoder that is dead, each way goes
 //! as far as a ramp of [`effort`](JogBounds::effort) at [`rate`](JogBounds::rate) pushes the joint:
-//! see docs/wiring.md for the figures of a joint, and the tests for the closed form.
+//! see docs/reference/wiring.md for the figures of a joint, and the tests for the closed form.
 //!
 //! Does badly: friction above the effort's bound looks like a motor that is not connected. A load
 //! that moves the joint as soon as a brake opens shows no direction: it is reported as a load.

@@ -1,6 +1,6 @@
 //! The faults, which are the reasons why the servo refuses to move.
 //!
-//! `docs/faults.md` says of each fault what it means and what to check.
+//! `docs/reference/faults.md` says of each fault what it means and what to check.
 
 use crate::safety::monitor::limits::Limits;
 use crate::units::value::{Key, Table, key};
@@ -8,8 +8,8 @@ use crate::units::value::{Key, Table, key};
 /// The number of faults that a servo remembers.
 pub const HISTORY: usize = 8;
 
-/// Declares the faults: `number Name "a few words", "its section in docs/faults.md", "value that
-/// trips it" "its unit", "seen within", what ends it, [limits]`.
+/// Declares the faults: `number Name "a few words", "its section in docs/reference/faults.md",
+/// "value that trips it" "its unit", "seen within", what ends it, [limits]`.
 macro_rules! faults {
     ($($(#[doc = $text:literal])+ $code:literal $Fault:ident $words:literal, $section:literal,
         $value:literal $unit:literal, $within:literal, $end:ident, [$($limit:ident),*];)+) => {
@@ -64,7 +64,7 @@ macro_rules! faults {
                 }
             }
 
-            /// Returns the fault's section in docs/faults.md, for hosts.
+            /// Returns the fault's section in docs/reference/faults.md, for hosts.
             pub const fn section(self) -> &'static str {
                 match self {
                     $(Self::$Fault => $section,)+

@@ -84,7 +84,7 @@ impl OpenLoopState {
     /// Returns whether an effort drives on a joint that has come to the speed's bound at the last
     /// position that was admitted. Who follows a joint lets go then: it has broken free with all
     /// the effort that it took, and its friction may slow it down before the slack is used up. It
-    /// does not for all: docs/identification-on-the-board.md has the share that ends by the bound.
+    /// does not for all: docs/how-to/identify.md has the share that ends by the bound.
     ///
     /// ```
     /// use stiction::safety::open_loop::{Bounds, OpenLoopState};

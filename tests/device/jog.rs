@@ -430,7 +430,7 @@ impl Bench for SimulatedWire {
     }
 }
 
-/// The guide of docs/wiring.md, from an untuned board to its first move.
+/// The guide of docs/reference/wiring.md, from an untuned board to its first move.
 #[test]
 fn the_first_run_can_be_followed_on_the_simulated_device() {
     for is_reversed in [false, true] {

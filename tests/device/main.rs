@@ -3,7 +3,7 @@
 //! friction.
 #![allow(clippy::unwrap_used)]
 
-/// Prints a figure for `docs/reliability.md`, a name and what was found, as `cargo xtask
+/// Prints a figure for `tests/evidence/reliability.md`, a name and what was found, as `cargo xtask
 /// reliability` reads it.
 macro_rules! reliability {
     ($name:literal, $($key:ident $(= $value:expr)?),+ $(,)?) => {

@@ -2,7 +2,7 @@
 //! RM0090 has them (chapter 17, TIM1; chapter 8, GPIO), in the emulated part's registers.
 //!
 //! Blind to the pins themselves: dead time and levels are measured in the first run
-//! (docs/wiring.md).
+//! (docs/reference/wiring.md).
 
 use std::time::Duration;
 

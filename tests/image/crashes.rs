@@ -60,7 +60,7 @@ fn assert_starved(sample_time_ms: u64, lsi_hz: u64, injection: Injection, later:
     let reset_ns = assert_ended(&observed, &case, sample_time_ms, lsi_hz, later);
     if injection == Injection::TickStops {
         let (khz, ms) = (lsi_hz / 1000, (reset_ns - AT) as f64 / MS as f64);
-        // For docs/reliability.md, as `cargo xtask reliability` reads it.
+        // For tests/evidence/reliability.md, as `cargo xtask reliability` reads it.
         println!("reliability: watchdog | sample_ms={sample_time_ms} | khz={khz} | ms={ms:.1}");
     }
 }

@@ -1,5 +1,5 @@
 //! The guarded jog in the image: it finds what a simulated device finds, ends by itself with the
-//! bridge off, and the guide of docs/wiring.md leads to a first move.
+//! bridge off, and the guide of docs/reference/wiring.md leads to a first move.
 
 use emulator::board_under_test::{BoardUnderTest, PlantInLockstep};
 use emulator::wire::EmulatedWire;

@@ -9,12 +9,12 @@ use crate::job::{Job, cargo, root};
 use crate::toolchain::{MICROCONTROLLER, TARGET, Toolchain};
 
 /// The page with the golden table.
-const PAGE: &str = "docs/cost.md";
+const PAGE: &str = "tests/evidence/cost.md";
 const YARDSTICK: &str = "yardstick";
 
 #[derive(Debug, Default, clap::Args)]
 pub struct CostJobArguments {
-    /// Write the figures into docs/cost.md instead of comparing them with it
+    /// Write the figures into tests/evidence/cost.md instead of comparing them with it
     #[arg(long)]
     bless: bool,
 }

@@ -44,8 +44,8 @@ pub fn built(program: &str) -> PathBuf {
 ///
 /// The control path has been put together within the core's crate by then, so it stays as fast as
 /// it is. Other functions are no longer copied into each caller unless they are small, even those
-/// that are marked to be inlined (as in serde and postcard). `docs/cost.md` has the effect, and the
-/// alternatives that were tried.
+/// that are marked to be inlined (as in serde and postcard). `tests/evidence/cost.md` has the
+/// effect, and the alternatives that were tried.
 const SMALL: [&str; 2] = ["-C", "llvm-args=-inline-threshold=25 -inlinehint-threshold=75"];
 
 /// Builds the image, copies it to target/firmware, and returns the ELF file's path.

@@ -13,6 +13,7 @@ mod playground;
 mod ranking;
 mod reliability;
 mod simulator;
+mod site;
 mod speed;
 mod studio;
 mod studio_page;
@@ -53,17 +54,17 @@ enum Work {
     /// Write the firmware to a board by probe-rs, and show its log
     Flash,
     /// Count the instructions of a tick, and the bytes of flash, RAM, stack and state; compare with
-    /// docs/cost.md
+    /// tests/evidence/cost.md
     Cost(cost::CostJobArguments),
     /// Prove that the control path cannot panic, the stack fits, and no floating point is computed
     /// in software
     Gates,
     /// Rank untuned laws on random joints, and write README.md's first table
     Ranking,
-    /// Measure the figures of docs/reliability.md, and write the page
+    /// Measure the figures of tests/evidence/reliability.md, and write the page
     Reliability(reliability::ReliabilityJobArguments),
     /// Put one fault after another into a copy of the sources, and check which of them the tests
-    /// find; writes docs/mutations.md
+    /// find; writes tests/evidence/mutations.md
     Mutations(mutations::MutationsJobArguments),
     /// Check that the closed loop is not slower than it was: ratios inside one run, some seconds
     Speed,
@@ -71,6 +72,9 @@ enum Work {
     Words(words::WordsJobArguments),
     /// Build the page of `stiction studio` by npm and the program around it, and start it
     Studio(studio::StudioJobArguments),
+    /// Build the pages as one site with search, the documentation of the core and the playground:
+    /// target/site/index.html
+    Site(site::SiteJobArguments),
     /// Encode a machine's TOML for the parameter sector of the microcontroller
     Params(firmware::ParamsJobArguments),
 }
@@ -95,6 +99,7 @@ fn main() -> ExitCode {
         Work::Speed => speed::check(),
         Work::Words(arguments) => words::check(&arguments),
         Work::Studio(arguments) => studio::studio(&arguments),
+        Work::Site(arguments) => site::build(&arguments),
         Work::Params(arguments) => firmware::params(&arguments),
     };
     match done {

@@ -15,7 +15,7 @@ use clap::ValueEnum;
 use crate::job::{Job, root, target_dir};
 use crate::mutation_list::{MUTATIONS, Mutation, Suite};
 
-const PAGE: &str = "docs/mutations.md";
+const PAGE: &str = "tests/evidence/mutations.md";
 
 #[derive(Debug, clap::Args)]
 pub struct MutationsJobArguments {

@@ -1,10 +1,10 @@
 //! `cargo xtask ranking` ranks untuned laws on random joints. It writes the table of README.md,
-//! where every law makes the same profiled move, and that of docs/ensemble.md, where the set point
-//! steps.
+//! where every law makes the same profiled move, and that of tests/evidence/ensemble.md, where the
+//! set point steps.
 //!
 //! Each table is between two comments of its page, and is made of the output of `stiction ensemble
 //! --markdown`: success on each family at the encoder, that of a real gear at the load as well, then
-//! some rows of rest and of tracking. README.md has the instructions of docs/cost.md as well. So no
+//! some rows of rest and of tracking. README.md has the instructions of tests/evidence/cost.md as well. So no
 //! figure of a table is older than the last run.
 
 use std::fs;
@@ -13,17 +13,18 @@ use std::process::Stdio;
 use crate::job::{Job, root};
 use crate::simulator::Simulator;
 
-const COST: &str = "docs/cost.md";
+const COST: &str = "tests/evidence/cost.md";
 
 /// How the set point goes to the target, and the page with its table: the move of a user first.
-const PAGES: [(&str, &str); 2] = [("profiled", "README.md"), ("step", "docs/ensemble.md")];
+const PAGES: [(&str, &str); 2] =
+    [("profiled", "README.md"), ("step", "tests/evidence/ensemble.md")];
 
 const BEGIN: &str = "<!-- ranking: written by `cargo xtask ranking` -->\n";
 const END: &str = "<!-- end of the ranking -->";
 
 /// A seed on which nothing was tuned, and a number of joints for which the widest interval is 9 %.
 /// Joints with a load and with a stiffer gear are within the intervals of others here. Arms have a
-/// row in docs/ensemble.md.
+/// row in tests/evidence/ensemble.md.
 const RUN: [&str; 9] = [
     "ensemble",
     "--plant",
@@ -48,8 +49,8 @@ const GEAR: &str = "| `gear-backlash`";
 /// Rows beside those of success: the start of each as the command prints it.
 const MORE: [&str; 2] = ["`thesis-axis`: rest", "`thesis-axis`: tracking"];
 
-/// Start of a law's line in docs/cost.md; `None` for a sum, and for laws that the image does not
-/// have.
+/// Start of a law's line in tests/evidence/cost.md; `None` for a sum, and for laws that the image
+/// does not have.
 const COSTED: [&str; 7] = ["pd", "", "srnf", "", "", "", "robust"];
 
 pub fn rank() -> Result<(), String> {

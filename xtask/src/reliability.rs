@@ -1,5 +1,5 @@
 //! `cargo xtask reliability` runs the tests that measure, and writes their figures into
-//! docs/reliability.md.
+//! tests/evidence/reliability.md.
 //!
 //! A test prints a figure as `reliability: NAME | key=value | key=value`, on a line of its own, any
 //! number of times. The template's text is copied; its lines
@@ -23,7 +23,7 @@ use crate::simulator::EMULATOR;
 use crate::toolchain::{MICROCONTROLLER, Toolchain};
 
 const TEMPLATE: &str = "xtask/reliability.md";
-const PAGE: &str = "docs/reliability.md";
+const PAGE: &str = "tests/evidence/reliability.md";
 
 /// Start of a figure's line. Libtest's own words precede it if the test is the only one of its
 /// thread.

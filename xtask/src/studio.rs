@@ -55,7 +55,7 @@ pub fn studio(arguments: &StudioJobArguments) -> Result<(), String> {
     if arguments.picture {
         let job = Job::new("Making the pictures of docs/");
         let browser = needed("making the pictures")?;
-        return job.run(script("pictures.mjs", browser).arg(root().join("docs")));
+        return job.run(script("pictures.mjs", browser).arg(root().join("docs/pictures")));
     }
     if let Some(minutes) = arguments.throughput {
         let job = Job::new("Measuring the load of the studio");

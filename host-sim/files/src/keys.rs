@@ -105,7 +105,7 @@ fn shown_row(row: &KeyRow) -> String {
 /// Name for keys without a table.
 const AT_THE_TOP: &str = "at the top";
 
-/// Returns the page docs/parameters.md.
+/// Returns the page docs/reference/parameters.md.
 pub fn markdown() -> String {
     let rows = rows();
     let mut page = String::from(
@@ -156,7 +156,7 @@ pub fn markdown() -> String {
 /// Number of the first value of a corner.
 const CORNERS: u16 = 0x0700;
 
-/// Returns the table of docs/faults.md.
+/// Returns the table of docs/reference/faults.md.
 pub fn faults() -> String {
     let mut table = String::from(
         "| code | fault | seen within | value | threshold | ends with \

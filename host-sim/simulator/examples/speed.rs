@@ -3,7 +3,7 @@
 //! The run is the thesis's 2.5 deg step, 2 s at 20 ms. The exact solver is compared with RK4 of
 //! 10 us, which computes the same motion, and the servo with the bare loop that it has inside. Each
 //! time is the shortest of many that alternate, so that other work on the machine adds nothing to
-//! it. `docs/speed.md` explains the bounds.
+//! it. `tests/evidence/speed.md` explains the bounds.
 #![allow(clippy::unwrap_used)]
 
 use std::hint::black_box;
@@ -97,7 +97,7 @@ fn main() -> ExitCode {
                 eprintln!(
                     "{law}: {what} takes {ratio:.2} times as long as the exact closed loop, and it \
                      must be {least} to {most} times. One of the two has changed its speed: \
-                     compare with the commit before on the same machine (docs/speed.md)."
+                     compare with the commit before on the same machine (tests/evidence/speed.md)."
                 );
             }
         }

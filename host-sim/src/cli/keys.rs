@@ -11,10 +11,10 @@ pub struct KeysArguments {
     /// Print a JSON schema, by which an editor completes and checks a file
     #[arg(long, conflicts_with_all = ["table", "markdown"])]
     schema: bool,
-    /// Print the page docs/parameters.md
+    /// Print the page docs/reference/parameters.md
     #[arg(long, conflicts_with = "table")]
     markdown: bool,
-    /// Print the table of docs/faults.md
+    /// Print the table of docs/reference/faults.md
     #[arg(long, conflicts_with_all = ["table", "markdown", "schema"])]
     faults: bool,
 }

@@ -25,7 +25,7 @@ fn units(document: &Document) -> Result<String, Error> {
     let origin = &document.origin;
     let Some((sheet, mapping)) = document.mapping()? else {
         return Err(Error::Input(format!(
-            "show --units: {origin} has no data sheet (a table `[motor]`); docs/units.md explains \
+            "show --units: {origin} has no data sheet (a table `[motor]`); docs/reference/units.md explains \
              it"
         )));
     };

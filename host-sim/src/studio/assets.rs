@@ -32,7 +32,7 @@ pub const ASSETS: [Asset; 4] = [
     Asset {
         path: "/faults.md",
         kind: "text/plain; charset=utf-8",
-        text: include_str!("../../../docs/faults.md"),
+        text: include_str!("../../../docs/reference/faults.md"),
     },
 ];
 

@@ -56,7 +56,7 @@ const STEPS: Step[] = [
         arrow('M252 92V108H37V80'),
     ),
     text: [
-      'Leave the supply of the motor off. Check the wires against docs/wiring.md.',
+      'Leave the supply of the motor off. Check the wires against docs/reference/wiring.md.',
       'Turn the joint by hand. The number below must follow, and return to the same value ' +
         'after there and back. If it does not change or flickers by one, a wire of the ' +
         'encoder is loose.',

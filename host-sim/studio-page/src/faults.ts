@@ -18,7 +18,7 @@ export function list(root: HTMLElement, faults: Fault[]): void {
       href: 'faults.md',
       target: '_blank',
       rel: 'noopener',
-      textContent: fault.section ? `docs/faults.md, “${fault.section}”` : '',
+      textContent: fault.section ? `docs/reference/faults.md, “${fault.section}”` : '',
     });
     item.append(
       Object.assign(document.createElement('strong'), { textContent: fault.said }),

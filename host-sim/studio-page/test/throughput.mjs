@@ -5,7 +5,7 @@
 //   node test/throughput.mjs STICTION CHROMIUM [MINUTES]
 //
 // `cargo xtask studio --throughput [MINUTES]` runs it, on Linux: it reads /proc. The figures are
-// those of docs/studio.md.
+// those of docs/how-to/studio.md.
 
 import { execFileSync } from 'node:child_process';
 import { appendFileSync, readFileSync } from 'node:fs';

@@ -175,7 +175,7 @@ fn an_amplifier_s_supply_is_what_it_can_give_and_no_more() {
 
 #[test]
 fn only_a_data_sheet_has_two_systems_of_units() {
-    let expected = ["show --units: step-response has no data sheet", "docs/units.md"];
+    let expected = ["show --units: step-response has no data sheet", "docs/reference/units.md"];
     assert_eq!(complaint(stiction(&["show", "--units", "step-response"]), &expected), None);
     assert_eq!(complaint(stiction(&["show", "--units", "spring-mass"]), &["no data sheet"]), None);
 }

@@ -1,5 +1,5 @@
 //! The identification of the ensemble's joints in the image, beside that on the host: the table of
-//! docs/identification-on-the-board.md. A joint takes eight to thirty seconds, and there are
+//! docs/how-to/identify.md. A joint takes eight to thirty seconds, and there are
 //! a hundred, so this runs by hand:
 //!
 //! ```text

@@ -116,9 +116,9 @@ fn flashed(found: &Document, law: &str) -> Vec<String> {
     [of("limits"), of(&format!("controller.{law}"))].concat()
 }
 
-/// Tunes a number of joints of a seed under either law, and prints the rows of docs/tuning.md. No
-/// joint may be worse under its tuned gains than under those of the identified file (under SRNF at
-/// most one in twenty), and the median must be better.
+/// Tunes a number of joints of a seed under either law, and prints the rows of docs/how-to/tune.md.
+/// No joint may be worse under its tuned gains than under those of the identified file (under SRNF
+/// at most one in twenty), and the median must be better.
 fn tuned_is_no_worse(typical: &str, seed: u64, joints: u64) {
     let sheet = sheet(typical);
     for law in ["robust", "srnf"] {
@@ -166,7 +166,7 @@ fn gains_tuned_on_the_identified_joint_are_no_worse_on_the_true_one() {
 }
 
 #[test]
-#[ignore = "minutes; docs/tuning.md has what it prints: -- --ignored --nocapture tuned::the_table"]
+#[ignore = "minutes; docs/how-to/tune.md has what it prints: -- --ignored --nocapture tuned::the_table"]
 fn the_table_before_and_after() {
     tuned_is_no_worse("thesis", 1, 20);
 }

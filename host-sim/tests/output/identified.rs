@@ -275,7 +275,8 @@ fn the_file_of_a_joint_that_was_found_does_not_count_the_dead_time_twice() {
 
 /// The joint of a data sheet by hand: `J = J_load + eta n^2 J_rotor`, and a winding that brakes by
 /// its back-EMF: `B = b + eta (n K_t)^2 / R`. A motor that is driven by its current is not braked.
-/// Every typical joint is identified within the bounds by default, as docs/commissioning.md has it.
+/// Every typical joint is identified within the bounds by default, as
+/// docs/tutorial/commission-a-joint.md has it.
 #[test]
 fn each_typical_joint_is_found_within_the_bounds_by_default_as_its_data_sheet_has_it() {
     for name in simulator::draft::TYPICAL.map(|typical| typical.name) {

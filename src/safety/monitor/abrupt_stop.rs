@@ -21,7 +21,7 @@
 //!
 //! This sees a dead encoder whatever the effort is, also one between the levels of friction, which
 //! [`super::stall_impulse`] does not add up. Does badly: a joint that creeps may stop at once, and
-//! so does not trip this. How slow that is, is in docs/reliability.md.
+//! so does not trip this. How slow that is, is in tests/evidence/reliability.md.
 
 use super::limits::{Limits, Units};
 

@@ -46,7 +46,7 @@ table! {
         reversal: f32 = 0x0904 "reversal_deg", OrOff(0.0, HUGE), Derived(0.019_36);
         /// Error beyond a jump of the set point, deg. Derived: full scale / Kp; beyond it more
         /// error gives no more effort. Without Kp, a turn. `robust` has a rule of its own:
-        /// docs/positioning.md.
+        /// docs/explanation/robust.md.
         following_error: f32 = 0x0905 "following_error_deg", OrOff(0.0, HUGE), Derived(5.0);
         /// Measured speed, deg/s. Derived: 2.5 full scale / Kd, never below 16 counts a tick: the
         /// damping alone would take two and a half times the output. Without Kd, that of Kd = 0.15

@@ -35,8 +35,8 @@
 //! the same, and a margin would leave the dead one unseen for ever. Half of the time for an effort
 //! that grows was tried, since an integral that grows will break the joint away. The friction that
 //! the integrals of the thesis bear stayed where it was, a fifth above the file's (an integral on
-//! target does not grow), and a dead encoder led almost twice as far. docs/reliability.md has the
-//! friction that each law bears.
+//! target does not grow), and a dead encoder led almost twice as far. tests/evidence/reliability.md
+//! has the friction that each law bears.
 
 use super::limits::{Limits, Units};
 

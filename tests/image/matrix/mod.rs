@@ -148,7 +148,7 @@ fn assert_armed_again_only_as_it_should(driven: &mut Driven, name: &str) {
     assert_eq!((tick.error, tick.v_c, tick.code), (0.0, 0.0, 0), "{name}");
 }
 
-/// For docs/reliability.md, as `cargo xtask reliability` reads it.
+/// For tests/evidence/reliability.md, as `cargo xtask reliability` reads it.
 fn print_row(fault: Fault, what: &str, situation: Situation, cases: usize, slowest: &str) {
     let (fault, situation) = (fault.describe(), format!("{situation:?}").to_lowercase());
     println!(

@@ -11,8 +11,8 @@
 //! | [`GearedArm`] | set-valued on both joints, coupled | Runge-Kutta 5(4), both decided at once |
 //!
 //! A stuck joint needs almost no computation while its effort is constant. [`InCoreUnits`] makes an
-//! axis in the core's degrees and volts of a joint. `docs/joints.md` has the tests, the error and
-//! the speed of each plant.
+//! axis in the core's degrees and volts of a joint. `docs/explanation/simulator.md` has the tests,
+//! the error and the speed of each plant.
 
 mod arm;
 mod description;

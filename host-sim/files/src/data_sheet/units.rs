@@ -1,6 +1,6 @@
 //! Maps a data sheet to the core's units: effort gain, inertia, friction, limits. [`CoreUnits`]
-//! converts torques and inertias to volts and degrees, given the effort gain. `docs/units.md`
-//! describes both.
+//! converts torques and inertias to volts and degrees, given the effort gain.
+//! `docs/reference/units.md` describes both.
 //!
 //! The core's effort u is a voltage at its output. At the joint it moves
 //!

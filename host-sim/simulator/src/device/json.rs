@@ -1,5 +1,5 @@
 //! Status and faults of a device as JSON, for programs. Keys are a promise: they are added, and
-//! never renamed (docs/command-line.md).
+//! never renamed (docs/reference/command-line.md).
 
 use serde_json::{Value, json};
 use stiction::Fault;

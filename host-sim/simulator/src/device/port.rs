@@ -44,7 +44,7 @@ impl SerialWire {
         let name = &self.name;
         Error::Device(format!(
             "--port {name}: the port is gone ({error}); an armed board turns the motor off after \
-             `limits.link_timeout_s` (docs/link.md)"
+             `limits.link_timeout_s` (docs/reference/link.md)"
         ))
     }
 }
@@ -67,7 +67,7 @@ fn refusal(name: &str, error: &serialport::Error) -> String {
     let found = serialport::available_ports().unwrap_or_default();
     let names: Vec<&str> = found.iter().map(|port| port.port_name.as_str()).collect();
     let others = if names.is_empty() { "none".into() } else { names.join(", ") };
-    format!("--port {name}: {why}; available ports: {others} (docs/link.md)")
+    format!("--port {name}: {why}; available ports: {others} (docs/reference/link.md)")
 }
 
 impl Wire for SerialWire {
@@ -112,6 +112,6 @@ mod tests {
         let forbidden = serialport::ErrorKind::Io(ErrorKind::PermissionDenied);
         let said = refusal("/dev/ttyUSB0", &serialport::Error::new(forbidden, "Permission denied"));
         assert!(said.starts_with("--port /dev/ttyUSB0: you have no permission"), "{said}");
-        assert!(said.contains("dialout") && said.ends_with("(docs/link.md)"), "{said}");
+        assert!(said.contains("dialout") && said.ends_with("(docs/reference/link.md)"), "{said}");
     }
 }

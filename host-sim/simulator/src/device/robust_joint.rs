@@ -137,7 +137,7 @@ fn comment(before: &RobustGains, after: &RobustGains) -> String {
     };
     text += &commented(
         "The breakaway range is from half of the lowest friction to twice the highest, with their \
-         error bars (docs/identification-on-the-board.md).",
+         error bars (docs/how-to/identify.md).",
     );
     if !kept.is_empty() {
         text += &commented(&format!("Unchanged, since their values are not defaults: {kept}."));

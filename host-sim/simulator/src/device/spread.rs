@@ -8,7 +8,7 @@
 //! | stick friction | from the least to the largest breakaway that was read, at least 2 % |
 //!
 //! A breakaway is the mean of both senses. The least shares cover errors of the model
-//! (docs/identification-on-the-board.md). `draft/spread.rs` has them, the rule by which slip and
+//! (docs/how-to/identify.md). `draft/spread.rs` has them, the rule by which slip and
 //! stick friction stay apart, and the text; the identification from a log uses them as well.
 //!
 //! A doubt widens the range, since the error bars assume that the model holds:
@@ -22,7 +22,7 @@
 //!   friction, divided by the fastest speed of the map.
 //! - *Lost motion*: a bristle, a gap or the motor alone gave way first, not the joint. So the stick
 //!   friction is from one to two times the slip friction's highest value, as for the joints of
-//!   docs/ensemble.md, and the inertia from half to one and a half times its value.
+//!   docs/how-to/ensembles.md, and the inertia from half to one and a half times its value.
 //!
 //! The joint of the file lies within its ranges ([`inside`]).
 
@@ -42,7 +42,7 @@ const DEVIATIONS: [f64; 2] = [2.0, 4.0];
 const LOST: f64 = 0.5;
 
 /// Largest ratio of stick to slip friction of a geared joint: that of the joints of
-/// docs/ensemble.md.
+/// docs/how-to/ensembles.md.
 const STICK_TO_SLIP: f64 = 2.0;
 
 /// Ranges by their keys.
@@ -131,9 +131,8 @@ pub fn remarks(found: &IdentifiedJoint) -> String {
     let doubted = doubts(&found.summary.doubts);
     let mut text = draft::spread::identified(found.verdict(), &doubted);
     if !doubted.is_empty() {
-        text += &commented(
-            "[spread] is therefore wider than the error bars (docs/identification-on-the-board.md)",
-        );
+        text +=
+            &commented("[spread] is therefore wider than the error bars (docs/how-to/identify.md)");
     }
     text
 }

@@ -25,16 +25,18 @@ pub fn refused(refused: &RequestRefusal) -> String {
                     format!("{since}; clear it with `params push FILE.toml --save`")
                 }
                 Some(FaultEnd::Reset) => {
-                    format!("{since}; fix the cause (docs/faults.md), then reset the device")
+                    format!(
+                        "{since}; fix the cause (docs/reference/faults.md), then reset the device"
+                    )
                 }
                 Some(FaultEnd::Command) | None => {
-                    format!("{since}; fix the cause (docs/faults.md), then {CLEAR}")
+                    format!("{since}; fix the cause (docs/reference/faults.md), then {CLEAR}")
                 }
             }
         }
         RequestRefusal::NotClearable(code) => {
             format!(
-                "no command clears {}: only valid parameters or a reset end it (docs/faults.md)",
+                "no command clears {}: only valid parameters or a reset end it (docs/reference/faults.md)",
                 name(*code)
             )
         }
@@ -43,7 +45,7 @@ pub fn refused(refused: &RequestRefusal) -> String {
         RequestRefusal::Moving => "the joint moves; it must be at rest for 50 ms first".into(),
         RequestRefusal::WouldTrip(code) => {
             format!(
-                "{} would turn the motor off at once; fix its cause first (docs/faults.md)",
+                "{} would turn the motor off at once; fix its cause first (docs/reference/faults.md)",
                 name(*code)
             )
         }
@@ -144,7 +146,8 @@ pub fn fault(report: &FaultReport, sample_time: f32) -> String {
     format!("{}{value}{when}", name(report.code))
 }
 
-/// Returns the JSON object of a fault, with its section of docs/faults.md and the way it ends.
+/// Returns the JSON object of a fault, with its section of docs/reference/faults.md and the way it
+/// ends.
 pub fn fault_json(report: &FaultReport, sample_time: f32) -> serde_json::Value {
     let known = Fault::from_code(report.code);
     let ends = known.map(|fault| match FaultEnd::of(fault) {
@@ -200,7 +203,7 @@ fn what_to_do(code: u8, clear: &str) -> String {
         FaultEnd::Parameters => "it ends with `params push FILE.toml --save`".into(),
         FaultEnd::Reset => "it ends with a reset".into(),
     };
-    format!("docs/faults.md, \"{}\"; {then}", fault.section())
+    format!("docs/reference/faults.md, \"{}\"; {then}", fault.section())
 }
 
 /// Returns what to do about a fault, for a user of the command line.
@@ -269,12 +272,12 @@ pub fn status(status: &Status) -> String {
     ));
     if status.wound_up {
         let what = "warning    the law pushes a joint that does not move; the motor heats up:";
-        let then = "           if it lasts, `stop`, and see docs/faults.md";
+        let then = "           if it lasts, `stop`, and see docs/reference/faults.md";
         lines.extend([what, then].map(String::from));
     }
     if status.gave_up {
         let what = "warning    the law has given up: an obstacle holds the joint off its target.";
-        let then = "           A new move tries again; see docs/faults.md";
+        let then = "           A new move tries again; see docs/reference/faults.md";
         lines.extend([what, then].map(String::from));
     }
     if status.is_damaged {
@@ -297,7 +300,7 @@ pub fn status(status: &Status) -> String {
     if status.crystal_not_measured {
         let what =
             "warning    the frequency of its crystal could not be measured. It runs from it, and";
-        let then = "           its times are right only if it has 8 MHz (docs/wiring.md, \"Pins\")";
+        let then = "           its times are right only if it has 8 MHz (docs/reference/wiring.md, \"Pins\")";
         lines.extend([what, then].map(String::from));
     }
     if status.unsaved {
@@ -381,7 +384,9 @@ mod tests {
             let texts = [status(&latched(code)), faults(&[latched(code).fault], &latched(code))];
             for said in &texts {
                 assert!(said.contains(end), "{code}: {said}");
-                assert!(said.contains(&format!("docs/faults.md, \"{}\"", fault.section())));
+                assert!(
+                    said.contains(&format!("docs/reference/faults.md, \"{}\"", fault.section()))
+                );
             }
             for said in texts.iter().chain([&refused(&RequestRefusal::Faulted(code))]) {
                 assert_eq!(said.contains("--clear"), fault.is_clearable(), "{code}: {said}");

@@ -1,4 +1,4 @@
-//! JSON of `stiction run`: one object. docs/command-line.md documents its keys.
+//! JSON of `stiction run`: one object. docs/reference/command-line.md documents its keys.
 
 use std::borrow::Cow;
 

@@ -1,4 +1,5 @@
-//! The golden table: the fenced block of `docs/cost.md`, with which measured costs are compared.
+//! The golden table: the fenced block of `tests/evidence/cost.md`, with which measured costs are
+//! compared.
 
 use std::fs;
 use std::path::Path;

@@ -135,7 +135,7 @@ impl DeviceIdentifyArguments {
         let (summary, map) = client.identified()?.ok_or_else(|| {
             let by = by(&status);
             Error::Device(format!(
-                "identify: ended by {by}, before anything was found (docs/faults.md)"
+                "identify: ended by {by}, before anything was found (docs/reference/faults.md)"
             ))
         })?;
         let found = IdentifiedJoint { summary, map, parameters, units };
@@ -205,7 +205,7 @@ fn ramp<W: Wire>(client: &mut Client<W>, rate: f32, hold: f32) -> Result<String,
     let nothing = || {
         let by = by(&status);
         Error::Device(format!(
-            "identify: ended by {by}, before anything was found (docs/faults.md)"
+            "identify: ended by {by}, before anything was found (docs/reference/faults.md)"
         ))
     };
     let found = client.levels()?.ok_or_else(nothing)?;

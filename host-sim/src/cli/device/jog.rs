@@ -63,7 +63,9 @@ impl JogArguments {
         let longest = Duration::from_secs_f32(parameters.jog.time + 1.0);
         let status = client.pass_armed(longest)?;
         let ended = |by: &str| {
-            Error::Device(format!("jog: ended by {by}, before anything was found (docs/faults.md)"))
+            Error::Device(format!(
+                "jog: ended by {by}, before anything was found (docs/reference/faults.md)"
+            ))
         };
         match (status.state, client.jogged()?) {
             (StateCode::Armed, _) => Err(ended("its time, as the device did not end it")),

@@ -442,7 +442,7 @@ fn ended(what: &str, status: &Status) -> Result<(), Error> {
         return Ok(());
     }
     Err(Error::Device(format!(
-        "{what}: ended by {}; the motor is off (docs/faults.md)",
+        "{what}: ended by {}; the motor is off (docs/reference/faults.md)",
         by(status)
     )))
 }

@@ -88,11 +88,11 @@ pub fn test<W: Wire>(
     };
     let ended = match &tested.ended_by {
         Some(by) => Err(Error::Device(format!(
-            "selftest: ended by {by}; the motor is off (docs/faults.md)"
+            "selftest: ended by {by}; the motor is off (docs/reference/faults.md)"
         ))),
         None if tested.passes() => Ok(()),
         None => Err(Error::Device(format!(
-            "selftest: the joint does not do what {machine} says: {} (docs/commissioning.md)",
+            "selftest: the joint does not do what {machine} says: {} (docs/tutorial/commission-a-joint.md)",
             tested.failed().join("; ")
         ))),
     };

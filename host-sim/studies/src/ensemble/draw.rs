@@ -1,7 +1,7 @@
 //! The draw of a case: a joint of a family, its loop and the bounds that the rules know.
 //!
 //! The draws of a case are made in the order of the functions below, each joint anew.
-//! docs/ensemble.md has the distributions as a table.
+//! docs/how-to/ensembles.md has the distributions as a table.
 
 use std::f64::consts::{LN_2, PI, TAU};
 

@@ -2,8 +2,8 @@
 
 use files::error::{Error, suggestion};
 
-/// A family of joints. docs/ensemble.md has the distributions as a table, `draw.rs` has them as
-/// code.
+/// A family of joints. docs/how-to/ensembles.md has the distributions as a table, `draw.rs` has
+/// them as code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Family {
     /// One inertia with a set-valued Stribeck curve.
@@ -222,7 +222,8 @@ impl Family {
     /// into it is reported beside that into 2 counts.
     pub const fn near(self) -> Option<f64> {
         match self {
-            // Settled means that on the thesis's axis everywhere else (docs/laws.md).
+            // Settled means that on the thesis's axis everywhere else
+            // (docs/how-to/choose-a-law.md).
             Self::ThesisAxis => Some(0.05),
             _ => None,
         }

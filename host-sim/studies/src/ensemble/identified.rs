@@ -357,7 +357,7 @@ pub fn rates_markdown(all: &[Rates]) -> String {
 mod tests {
     use super::*;
 
-    /// The proof of docs/identification-on-the-board.md, on its joints: nine of ten at least.
+    /// The proof of docs/how-to/identify.md, on its joints: nine of ten at least.
     #[test]
     fn joints_of_the_model_are_told_within_the_bounds_of_the_proof_and_are_not_doubted() {
         for family in ["rigid", "loaded", "gravity", "thesis-axis"] {

@@ -12,8 +12,8 @@ use super::trips::{self, FalseTrip};
 /// The cases that are named as the worst.
 const WORST: usize = 5;
 
-/// The first jump of a load behind a shaft that belongs to a class, counts; docs/ensemble.md says
-/// what they are.
+/// The first jump of a load behind a shaft that belongs to a class, counts;
+/// docs/how-to/ensembles.md says what they are.
 const JUMPS: [(&str, f64); 5] =
     [("0-4", 0.0), ("4-16", 4.0), ("16-64", 16.0), ("64-256", 64.0), ("256-", 256.0)];
 

@@ -274,7 +274,7 @@ steps to its target.
 Rest, in counts, is the largest true error in the last half of the run. The second table
 is of a trapezoid of speed: rms error, stops on the way, total variation of the effort;
 variation at rest and rms effort are those of the last half at the target.
-docs/ensemble.md has the details.
+docs/how-to/ensembles.md has the details.
 ";
     if TUNING_SEEDS.contains(&header.seed) {
         text += "Seed of the tuning: the rules were made on such joints, so this is no score.\n";

@@ -2,7 +2,7 @@
 //!
 //! | unit | N m at the joint |
 //! |---|---|
-//! | V, output of the controller | G of the data sheet (docs/units.md) |
+//! | V, output of the controller | G of the data sheet (docs/reference/units.md) |
 //! | A, current of the motor | n eta K_t |
 //! | N m, torque at the joint | 1 |
 //!

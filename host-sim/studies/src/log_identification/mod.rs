@@ -8,7 +8,7 @@
 //!
 //! The equation of [`model`] holds for a rigid machine in motion. Position and effort pass the same
 //! low-pass, so the equation holds for the filtered signals as well, and least squares solves it
-//! for the coefficients. `docs/identification.md` has guarantees and measurements.
+//! for the coefficients. `docs/how-to/identify.md` has guarantees and measurements.
 //!
 //! The variance of a coefficient is that of [`least_squares`] plus the square of half its change
 //! with a cut-off a third lower: a coefficient that depends on the filter is uncertain by that

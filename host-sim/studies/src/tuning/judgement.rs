@@ -4,8 +4,8 @@
 //! first by which no joint is lost stays: none that succeeds with the file's gains fails with the
 //! new ones. Joints are compared one by one, each with its delay, since a count of failures lets
 //! gains trade a joint that they save for one that they lose. If each loses a joint, the first that
-//! passes stays: docs/tuning.md says what it costs to ask for more. Candidates are judged in the
-//! order of their costs in the search, and [`CANDIDATES`] at most.
+//! passes stays: docs/how-to/tune.md says what it costs to ask for more. Candidates are judged in
+//! the order of their costs in the search, and [`CANDIDATES`] at most.
 
 use super::figures::{TuningFigures, TuningGoal, is_fine};
 use crate::ensemble::CaseResult;

@@ -30,7 +30,7 @@
 //! Guarantees: `R_i` stays within `[0.3 F_lo, 1.2 F_hi]`. Does badly: a constant load appears in
 //! both directions with opposite signs, and friction that depends on the place is averaged. A slow
 //! loop knows less of the friction at full speed, so it tracks less closely there
-//! (docs/positioning.md).
+//! (docs/explanation/robust.md).
 
 /// The least friction that is learned, as a part of F_lo.
 pub(super) const LEAST_LEARNED: f32 = 0.3;

@@ -11,7 +11,7 @@ const TABLE_BRANCH: u32 = 3;
 /// `cps` is 1 or 2. The manual gives `mrs` and `msr` no more.
 const SPECIAL: u32 = 2;
 /// `dsb` and `dmb`: one, and nothing at least for what they wait for. No most is given; see
-/// `docs/cost.md`.
+/// `tests/evidence/cost.md`.
 const BARRIER: u32 = 1;
 const SP: u32 = 13;
 

@@ -12,7 +12,8 @@ use files::error::Error;
 /// Timeout for an answer. A device answers within milliseconds, except to a save.
 pub(super) const PATIENCE: Duration = Duration::from_millis(200);
 
-/// Timeout for an answer after an erase of the flash: three times the longest erase (docs/link.md).
+/// Timeout for an answer after an erase of the flash: three times the longest erase
+/// (docs/reference/link.md).
 const PATIENCE_TO_SAVE: Duration = Duration::from_secs(6);
 
 /// Number of times that a request is sent before the device counts as silent.
@@ -82,14 +83,16 @@ impl<W: Wire> Client<W> {
         let Heard { begin, whole } = &self.heard;
         Err(Error::Device(match (begin.is_empty(), whole) {
             (true, _) => format!(
-                "{name} does not answer: check its power, its firmware and the port (docs/link.md)"
+                "{name} does not answer: check its power, its firmware and the port (docs/reference/link.md)"
             ),
             (false, true) => {
-                format!("{name} sends, but does not answer: its answers are lost (docs/link.md)")
+                format!(
+                    "{name} sends, but does not answer: its answers are lost (docs/reference/link.md)"
+                )
             }
             (false, false) => format!(
                 "{name} sends bytes that are no message of the link (\"{}\"): it has other \
-                 firmware, or another baud rate (docs/link.md)",
+                 firmware, or another baud rate (docs/reference/link.md)",
                 begin.escape_ascii()
             ),
         }))
@@ -120,14 +123,14 @@ impl<W: Wire> Client<W> {
     pub(super) fn refused(&self, what: &str, refused: &RequestRefusal) -> Error {
         let (name, why, excuse) =
             (self.wire.name(), words::refused(refused), self.wire.excuse(refused));
-        let more = if why.contains("docs/") { "" } else { " (docs/link.md)" };
+        let more = if why.contains("docs/") { "" } else { " (docs/reference/link.md)" };
         Error::Refused(format!("{what}: {name} refuses: {why}{excuse}{more}"))
     }
 
     /// Returns the error for an answer that does not fit its request.
     pub(super) fn unexpected(&self) -> Error {
         Error::Device(format!(
-            "{} sends an answer that does not fit the request (docs/link.md)",
+            "{} sends an answer that does not fit the request (docs/reference/link.md)",
             self.wire.name()
         ))
     }

@@ -89,7 +89,7 @@ impl<W: Wire> Client<W> {
                 Err(Error::Device(format!(
                     "{name} runs firmware {version} with version {protocol} of the link, but this \
                      program has version {PROTOCOL}; flash the firmware of this program (`cargo \
-                     xtask flash`, docs/link.md)"
+                     xtask flash`, docs/reference/link.md)"
                 )))
             }
             _ => Err(client.unexpected()),

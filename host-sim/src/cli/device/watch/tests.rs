@@ -186,7 +186,7 @@ fn the_warning_is_the_first_line_at_any_size() {
         "FAULTED",
         "fault 14",
         "0.8050 V",
-        "docs/faults.md, \"14 Stall\"; then key c",
+        "docs/reference/faults.md, \"14 Stall\"; then key c",
         "pushes a joint that does not move",
         "3 samples lost",
         "not saved",
@@ -206,7 +206,7 @@ fn with_all_at_once() -> WatchedDevice {
     watched.lost = 3;
     let refused = stiction::link::RequestRefusal::TooFast;
     let why = simulator::device::words::refused(&refused);
-    watched.note = format!("move: the simulated device refuses: {why} (docs/link.md)");
+    watched.note = format!("move: the simulated device refuses: {why} (docs/reference/link.md)");
     watched
 }
 
@@ -221,7 +221,7 @@ fn nothing_is_cut_at_sixty_columns_with_a_fault_and_every_warning_at_once() {
     let words = words_of(&drawn(&watched, 60, 24));
     for part in [
         "FAULTED fault 14 (stall: effort, but no count), effort 0.8050 V, 3.200 s after power-on",
-        "what to do: docs/faults.md, \"14 Stall\"; then key c",
+        "what to do: docs/reference/faults.md, \"14 Stall\"; then key c",
         "pushes a joint that does not move: the motor gets warm; if it lasts, key s",
         "given up: something holds the joint before its target",
         "a saved set of parameters is damaged: see `status`",
@@ -246,7 +246,7 @@ fn what_is_dangerous_is_the_last_to_be_cut() {
     for (rows, parts) in [
         (18, &["3 samples lost", "move when it is slower", "q quit s stop"][..]),
         (7, &["fault 14 (stall", "then key c", "pushes a joint that does not move"]),
-        (4, &["fault 14 (stall", "0.8050 V", "docs/faults.md, \"14 Stall\""]),
+        (4, &["fault 14 (stall", "0.8050 V", "docs/reference/faults.md, \"14 Stall\""]),
     ] {
         let words = words_of(&drawn(&watched, 60, rows));
         assert!(words.starts_with(SIMULATED), "{words}");
