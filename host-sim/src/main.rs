@@ -3,5 +3,5 @@
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    host_sim::cli::main()
+    crate::cli::main()
 }
