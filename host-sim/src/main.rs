@@ -3,5 +3,5 @@
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    crate::cli::main()
+    host_sim::cli::main()
 }

@@ -31,10 +31,7 @@ mod thin;
 
 use std::fmt;
 
-pub use files::chart_svg;
-pub use files::figure_directory;
-pub use files::write_charts;
-pub use files::write_figures;
+pub use files::{chart_svg, figure_directory, write_charts, write_figures};
 pub use of_runs::NamedFigure;
 pub use results::{figures, set_title};
 

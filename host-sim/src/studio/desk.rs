@@ -11,8 +11,8 @@ use stiction::Parameters;
 use super::control::PageControl;
 use super::news::Broadcaster;
 use super::request::StudioAction;
-use simulator::device::clock::{Clock, ComputerClock};
 use files::error::Error;
+use simulator::device::clock::{Clock, ComputerClock};
 
 /// Largest number of waiting stops.
 const STOPS: usize = 256;

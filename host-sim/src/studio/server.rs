@@ -27,9 +27,9 @@ use super::request::LARGEST;
 use super::socket::{StudioHandles, serve};
 use super::tuner::Tuner;
 use super::worker::{self, DeviceContext};
+use files::error::Error;
 use simulator::device::clock::{Clock, ComputerClock};
 use simulator::device::wire::Wire;
-use files::error::Error;
 
 /// Largest number of pages.
 const PAGES: usize = 16;

@@ -2,11 +2,8 @@
 
 use std::time::Duration;
 
-use simulator::device::clock::Clock;
-use simulator::experiment::Document;
-use simulator::rules::TUNING_SEEDS;
-use studies::tuning::{GainSearch, TuningGoal, object, spreads};
 use serde_json::{Value, json};
+use simulator::device::clock::Clock;
 use simulator::experiment::Document;
 use simulator::rules::TUNING_SEEDS;
 use studies::tuning::{GainSearch, TuningGoal, object, spreads};

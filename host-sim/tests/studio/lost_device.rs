@@ -3,9 +3,9 @@
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
+use serde_json::{Value, json};
 use simulator::device::clock::Clock;
 use simulator::device::wire::Wire;
-use serde_json::{Value, json};
 use stiction::servo::State;
 
 use super::clock::breath;

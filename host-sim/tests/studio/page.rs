@@ -7,12 +7,9 @@ use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use futures_util::{SinkExt, StreamExt};
-use simulator::device::clock::Clock;
-use simulator::device::simulated::SimulatedDevice;
-use simulator::device::wire::{SimulatedWire, Wire};
-use simulator::experiment::{Document, Experiment};
 use host_sim::studio::{Server, StudioOptions};
 use serde_json::{Value, json};
+use simulator::device::clock::Clock;
 use simulator::device::simulated::SimulatedDevice;
 use simulator::device::wire::{SimulatedWire, Wire};
 use simulator::experiment::{Document, Experiment};

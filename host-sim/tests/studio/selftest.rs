@@ -3,6 +3,9 @@
 use std::time::Duration;
 
 use serde_json::{Value, json};
+use simulator::device::client::Client;
+use simulator::device::wire::SimulatedWire;
+use studies::selftest::{JOINTS, SEED, SelfTestRequest, object, run as make_moves};
 
 use super::page::{Page, Visit, arm, device, run, studio, studio_without_a_file};
 use super::{LINK_TIMEOUT_S, SLACK_S, TICK_S, ticks_on_after};

@@ -4,8 +4,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use simulator::device::clock::Clock;
 use serde_json::{Value, json};
+use simulator::device::clock::Clock;
 
 use super::clock::STEP;
 use super::line::Line;

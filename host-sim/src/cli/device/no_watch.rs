@@ -1,7 +1,7 @@
 //! Replaces the live view in a program that is built without it.
 
 use files::error::Error;
-use studies::missing_part::not_built;
+use files::missing_part::not_built;
 use simulator::device::client::Client;
 use simulator::device::wire::Wire;
 
