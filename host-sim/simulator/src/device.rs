@@ -3,6 +3,7 @@
 
 pub mod beyond;
 pub mod client;
+pub mod clock;
 pub mod contradiction;
 pub mod found_load;
 pub mod identified;

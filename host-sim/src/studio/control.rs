@@ -4,30 +4,26 @@
 //! page may stop the device.
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// Silence after which a page counts as gone: its connection may be cut without an end, s.
 const SILENT: Duration = Duration::from_secs(3);
 
 /// The page that commands, and the time of its last keep-alive.
 #[derive(Debug, Default)]
-pub struct PageControl(Mutex<Option<(u64, Instant)>>);
+pub struct PageControl(Mutex<Option<(u64, Duration)>>);
 
 /// Answer to a page that does not command.
 pub const TAKEN: &str = "another page commands the device. Only one page can command it. This page \
                          shows everything, and can stop it. Close the other page, and ask again";
 
 impl PageControl {
-    fn holder(&self) -> MutexGuard<'_, Option<(u64, Instant)>> {
+    fn holder(&self) -> MutexGuard<'_, Option<(u64, Duration)>> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Gives the command to a page if no other one has it, and returns whether the page has it.
-    pub fn ask(&self, page: u64) -> bool {
-        self.ask_at(page, Instant::now())
-    }
-
-    fn ask_at(&self, page: u64, now: Instant) -> bool {
+    pub fn ask(&self, page: u64, now: Duration) -> bool {
         let mut holder = self.holder();
         let is_free = holder.is_none_or(|(held_by, word)| held_by == page || word + SILENT < now);
         if is_free {
@@ -37,11 +33,11 @@ impl PageControl {
     }
 
     /// Stores the time of a page's keep-alive, and returns whether the page commands.
-    pub fn record_keep_alive(&self, page: u64) -> bool {
+    pub fn record_keep_alive(&self, page: u64, now: Duration) -> bool {
         let mut holder = self.holder();
         match holder.as_mut() {
             Some((held_by, word)) if *held_by == page => {
-                *word = Instant::now();
+                *word = now;
                 true
             }
             _ => false,
@@ -75,21 +71,24 @@ mod tests {
 
     #[test]
     fn one_page_commands_until_it_leaves() {
-        let control = PageControl::default();
-        assert!(control.ask(1) && control.ask(1));
-        assert!(!control.ask(2) && !control.record_keep_alive(2));
+        let (control, now) = (PageControl::default(), SILENT);
+        assert!(control.ask(1, now) && control.ask(1, now));
+        assert!(!control.ask(2, now) && !control.record_keep_alive(2, now));
         assert!(!control.leave(2), "it did not command");
-        assert!(control.record_keep_alive(1) && control.is_held_by(1) && !control.is_free());
+        assert!(control.record_keep_alive(1, now) && control.is_held_by(1) && !control.is_free());
         assert!(control.leave(1) && control.is_free());
-        assert!(control.ask(2) && !control.ask(1));
+        assert!(control.ask(2, now) && !control.ask(1, now));
     }
 
     #[test]
     fn a_page_that_is_silent_for_long_loses_the_command_to_one_that_asks() {
-        let (control, now) = (PageControl::default(), Instant::now());
-        assert!(control.ask_at(1, now));
-        assert!(!control.ask_at(2, now + SILENT - Duration::from_millis(1)));
-        assert!(control.ask_at(2, now + SILENT + Duration::from_millis(1)));
-        assert!(!control.record_keep_alive(1) && control.record_keep_alive(2));
+        let (control, moment) = (PageControl::default(), Duration::from_millis(1));
+        assert!(control.ask(1, moment));
+        // Its last keep-alive counts.
+        assert!(control.record_keep_alive(1, SILENT));
+        assert!(!control.ask(2, 2 * SILENT - moment));
+        let later = 2 * SILENT + moment;
+        assert!(control.ask(2, later));
+        assert!(!control.record_keep_alive(1, later) && control.record_keep_alive(2, later));
     }
 }

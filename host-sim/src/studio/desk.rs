@@ -2,8 +2,8 @@
 //! commands, events for the pages, and the parameters in use.
 
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
-use std::sync::{Mutex, MutexGuard, PoisonError};
-use std::time::Instant;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
 
 use serde_json::{Value, json};
 use stiction::Parameters;
@@ -12,6 +12,7 @@ use super::control::PageControl;
 use super::news::Broadcaster;
 use super::request::StudioAction;
 use files::error::Error;
+use simulator::device::clock::{Clock, ComputerClock};
 
 /// Largest number of waiting stops.
 const STOPS: usize = 256;
@@ -20,14 +21,16 @@ const STOPS: usize = 256;
 pub const NONE_IDENTIFIED: &str = "no joint was identified here yet; identify it first";
 
 /// State that the threads and the connections share.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct StudioState {
+    /// Clock of keep-alives and of the age of requests.
+    clock: Arc<dyn Clock>,
     /// Arbiter of the page that commands.
     pub control: PageControl,
     /// Events for all pages.
     pub news: Broadcaster,
     /// Time of the last keep-alive of the page that commands.
-    word: Mutex<Option<Instant>>,
+    word: Mutex<Option<Duration>>,
     /// Whether a stop is requested. It overtakes every waiting request. It changes under the lock
     /// of `stops`, so that a request after the answer to a stop does not count as waiting.
     stop: AtomicBool,
@@ -60,7 +63,36 @@ fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
+impl Default for StudioState {
+    /// Returns the state of a start, on the computer's clock.
+    fn default() -> Self {
+        Self::on_clock(Arc::new(ComputerClock))
+    }
+}
+
 impl StudioState {
+    /// Returns the state of a start, on a clock.
+    pub fn on_clock(clock: Arc<dyn Clock>) -> Self {
+        Self {
+            clock,
+            control: PageControl::default(),
+            news: Broadcaster::default(),
+            word: Mutex::default(),
+            stop: AtomicBool::default(),
+            stops: Mutex::default(),
+            has_ended: AtomicBool::default(),
+            generation: AtomicU32::default(),
+            predictions: AtomicU32::default(),
+            in_use: Mutex::default(),
+            found: Mutex::default(),
+        }
+    }
+
+    /// Returns the time of the clock.
+    pub fn now(&self) -> Duration {
+        self.clock.now()
+    }
+
     /// Stores the parameters of the device.
     pub fn set_in_use(&self, parameters: Option<Parameters>) {
         *locked(&self.in_use) = parameters;
@@ -73,11 +105,11 @@ impl StudioState {
 
     /// Stores the time of a keep-alive of the page that commands.
     pub fn record_keep_alive(&self) {
-        *locked(&self.word) = Some(Instant::now());
+        *locked(&self.word) = Some(self.now());
     }
 
     /// Returns the time of the last keep-alive.
-    pub fn last_keep_alive(&self) -> Option<Instant> {
+    pub fn last_keep_alive(&self) -> Option<Duration> {
         *locked(&self.word)
     }
 
@@ -146,7 +178,7 @@ pub struct QueuedRequest {
     /// Number of the page.
     pub page: u64,
     /// Time of the request.
-    pub given: Instant,
+    pub given: Duration,
     /// The page's number of the request.
     pub id: u32,
     /// Requested action.

@@ -15,7 +15,6 @@
 
 use std::collections::VecDeque;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
-use std::time::Instant;
 
 use serde_json::json;
 use tokio::sync::{broadcast, mpsc};
@@ -75,7 +74,7 @@ impl Playground {
         let (_, news) = shared.news.listen();
         let (orders, waiting) = sync_channel(WAITING);
         let (answer, answers) = mpsc::channel(WAITING);
-        let commands = shared.control.ask(PAGE);
+        let commands = shared.control.ask(PAGE, shared.now());
         let role = json!({ "event": "role", "commands": commands, "why": "" });
         let worker = Worker::new(Client::connect(SimulatedWire::new(device))?, shared, about)?;
         let why = NO_THREADS;
@@ -120,18 +119,13 @@ impl Playground {
 
     /// Sends a request to the worker. Each request is a keep-alive of the page.
     fn order(&mut self, id: u32, what: StudioAction) {
-        self.shared.control.record_keep_alive(PAGE);
+        let given = self.shared.now();
+        self.shared.control.record_keep_alive(PAGE, given);
         self.shared.record_keep_alive();
         if matches!(what, StudioAction::Alive | StudioAction::Command) {
             return;
         }
-        let order = QueuedRequest {
-            page: PAGE,
-            given: Instant::now(),
-            id,
-            what,
-            answer: self.answer.clone(),
-        };
+        let order = QueuedRequest { page: PAGE, given, id, what, answer: self.answer.clone() };
         if order.what == StudioAction::Stop {
             return self.shared.queue_stop(order);
         }

@@ -2,8 +2,10 @@
 
 use std::fmt;
 use std::io::Write;
-use std::sync::{Mutex, PoisonError};
-use std::time::{Duration, Instant};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+use simulator::device::clock::Clock;
 
 /// Largest number of refusals reported in each [`WITHIN`]; further ones are counted.
 const MOST_REPORTED: u32 = 8;
@@ -14,15 +16,15 @@ const WITHIN: Duration = Duration::from_secs(10);
 /// Refusals of the present period.
 #[derive(Debug, Default)]
 struct RefusalWindow {
-    since: Option<Instant>,
+    since: Option<Duration>,
     reported: u32,
     suppressed: u32,
 }
 
 impl RefusalWindow {
     /// Returns the line that reports a refusal, or `None` if there were too many.
-    fn line(&mut self, what: &str, now: Instant) -> Option<String> {
-        if self.since.is_none_or(|since| now.duration_since(since) >= WITHIN) {
+    fn line(&mut self, what: &str, now: Duration) -> Option<String> {
+        if self.since.is_none_or(|since| now.saturating_sub(since) >= WITHIN) {
             (self.since, self.reported) = (Some(now), 0);
         }
         if self.reported == MOST_REPORTED {
@@ -40,6 +42,7 @@ impl RefusalWindow {
 
 /// Refusals of a server, with the function that prints them.
 pub struct Refusals {
+    clock: Arc<dyn Clock>,
     counted: Mutex<RefusalWindow>,
     to: Box<dyn Fn(&str) + Send + Sync>,
 }
@@ -51,15 +54,15 @@ impl fmt::Debug for Refusals {
 }
 
 impl Refusals {
-    /// Reports refusals to a function.
-    pub fn new(to: impl Fn(&str) + Send + Sync + 'static) -> Self {
-        Self { counted: Mutex::default(), to: Box::new(to) }
+    /// Reports refusals to a function, in periods of a clock.
+    pub fn new(clock: Arc<dyn Clock>, to: impl Fn(&str) + Send + Sync + 'static) -> Self {
+        Self { clock, counted: Mutex::default(), to: Box::new(to) }
     }
 
     /// Reports a refusal, unless there were too many.
     pub fn report(&self, what: &str) {
         let mut counted = self.counted.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(line) = counted.line(what, Instant::now()) {
+        if let Some(line) = counted.line(what, self.clock.now()) {
             (self.to)(&line);
         }
     }
@@ -77,7 +80,7 @@ mod tests {
 
     #[test]
     fn each_refusal_is_reported_until_there_are_too_many_and_those_are_counted() {
-        let (mut all, begin) = (RefusalWindow::default(), Instant::now());
+        let (mut all, begin) = (RefusalWindow::default(), Duration::from_secs(5));
         for _ in 0..MOST_REPORTED {
             assert_eq!(all.line("no", begin).as_deref(), Some("no"));
         }

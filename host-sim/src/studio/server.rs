@@ -28,6 +28,7 @@ use super::socket::{StudioHandles, serve};
 use super::tuner::Tuner;
 use super::worker::{self, DeviceContext};
 use files::error::Error;
+use simulator::device::clock::{Clock, ComputerClock};
 use simulator::device::wire::Wire;
 
 /// Largest number of pages.
@@ -79,16 +80,16 @@ impl Server {
         wanted: StudioOptions,
         open: impl Fn() -> Result<W, Error> + Send + 'static,
     ) -> Result<Self, Error> {
-        Self::start_with_reporter(wanted, at_the_terminal, open)
+        Self::start_on(Arc::new(ComputerClock), wanted, at_the_terminal, open)
     }
 
-    /// Starts like [`start`](Self::start), and passes refusals to `refused` instead of the
-    /// terminal.
-    /// The server's thread calls it, so it must not block.
+    /// Starts like [`start`](Self::start) on another clock, and passes refusals to `refused`
+    /// instead of the terminal. The server's thread calls it, so it must not block.
     ///
     /// # Errors
     /// Returns the errors of [`start`](Self::start).
-    pub fn start_with_reporter<W: Wire>(
+    pub fn start_on<W: Wire>(
+        clock: Arc<dyn Clock>,
         wanted: StudioOptions,
         refused: impl Fn(&str) + Send + Sync + 'static,
         open: impl Fn() -> Result<W, Error> + Send + 'static,
@@ -102,7 +103,7 @@ impl Server {
         let address = listener.local_addr().map_err(failed)?;
         let runtime =
             tokio::runtime::Builder::new_current_thread().enable_all().build().map_err(failed)?;
-        let shared = Arc::new(StudioState::default());
+        let shared = Arc::new(StudioState::on_clock(clock.clone()));
         let (orders, waiting) = sync_channel(ORDERS);
         let (ready, is_ready) = sync_channel(1);
         let StudioOptions { machine, is_its_file, every_tick, .. } = wanted;
@@ -116,7 +117,7 @@ impl Server {
         std::thread::spawn(move || forecaster::run(&for_forecaster, &known, own.as_deref()));
         let gone = || Error::Device("studio: the device's thread has ended".into());
         is_ready.recv().map_err(|_| gone())??;
-        let refusals = Arc::new(Refusals::new(refused));
+        let refusals = Arc::new(Refusals::new(clock, refused));
         let door = Door {
             desk: StudioHandles { shared, orders, wishes, tuner: tuner.clone(), refusals },
             token: token.clone(),

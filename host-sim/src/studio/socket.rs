@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 use std::sync::mpsc::{SyncSender, TrySendError};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use axum::extract::ws::{Message, WebSocket};
 use futures_util::stream::SplitStream;
@@ -63,7 +63,7 @@ pub async fn serve(socket: WebSocket, number: u64, desk: StudioHandles) {
     let shared = page.desk.shared.clone();
     let (answers, answered) = mpsc::channel(ANSWERS);
     let (kept, news) = shared.news.listen();
-    let mut first = vec![page.role(shared.control.ask(number))];
+    let mut first = vec![page.role(shared.control.ask(number, shared.now()))];
     first.extend(kept.iter().map(|event| event.as_ref().to_owned()));
     // Requests are read even from a page that reads slowly: its stop must not wait for a plot.
     let (into, from) = socket.split();
@@ -82,9 +82,9 @@ async fn listen(mut from: SplitStream<WebSocket>, page: &Page, answers: &mpsc::S
             Ok(message) => message,
             Err(error) => {
                 let why = error.to_string();
-                // A reset connection is a page that has gone. Other errors, such as a message that
-                // is too large, are reported.
-                if !why.contains("Connection reset") {
+                // A reset connection is a page that has gone, and so is one that takes no more
+                // bytes. Other errors, such as a message that is too large, are reported.
+                if !why.contains("Connection reset") && !why.contains("Broken pipe") {
                     refuse(&format!("the connection ends: {why}"));
                 }
                 return;
@@ -193,7 +193,7 @@ impl Page {
             }
         };
         if request.what == StudioAction::Command {
-            return PageInput::Answered(self.role(shared.control.ask(self.number)));
+            return PageInput::Answered(self.role(shared.control.ask(self.number, shared.now())));
         }
         // A prediction is no keep-alive of the device.
         if request.what.is_apart() {
@@ -206,7 +206,7 @@ impl Page {
                 _ => PageInput::Prediction(request),
             };
         }
-        let commands = shared.control.record_keep_alive(self.number);
+        let commands = shared.control.record_keep_alive(self.number, shared.now());
         if commands {
             shared.record_keep_alive();
         }
@@ -220,7 +220,7 @@ impl Page {
     /// Queues a request for the device. Returns an answer that is ready at once.
     fn order(&self, request: StudioRequest, answers: &mpsc::Sender<String>) -> Option<String> {
         let StudioRequest { id, what } = request;
-        let (page, given, answer_to) = (self.number, Instant::now(), answers.clone());
+        let (page, given, answer_to) = (self.number, self.desk.shared.now(), answers.clone());
         let order = QueuedRequest { page, given, id, what, answer: answer_to };
         if order.what == StudioAction::Stop {
             self.desk.shared.queue_stop(order);
@@ -267,8 +267,13 @@ mod tests {
         let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
         runtime.block_on(async {
             let sends = send_messages(Box::pin(into), vec![], answered, news, &broadcaster);
-            // It waits for more once all was sent.
-            let _ = timeout(Duration::from_millis(50), sends).await;
+            // It waits for more once all was sent, which takes no more than a turn an event.
+            let turns = async {
+                for _ in 0..2 * events {
+                    tokio::task::yield_now().await;
+                }
+            };
+            tokio::select! { biased; () = sends => {}, () = turns => {} }
         });
         received.into_inner().unwrap()
     }

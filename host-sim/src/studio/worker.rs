@@ -106,17 +106,17 @@ pub struct Worker<'a, W> {
     pub(super) saved: Option<Parameters>,
     pub(super) signals: Signals,
     pub(super) frame: SampleFrame,
-    flushed: Instant,
+    flushed: Duration,
     /// Whether the output was on in the last message.
     pub(super) driven: bool,
     /// Whether a page of this studio has turned it on.
     pub(super) armed_here: bool,
     /// Number of faults in the last status.
     faults: Option<u32>,
-    asked: Instant,
+    asked: Duration,
     /// Last keep-alive of the page that commands, and the time at which this thread saw it.
-    word: Option<Instant>,
-    heard: Instant,
+    word: Option<Duration>,
+    heard: Duration,
     /// Link timeout of the device, s; zero if it is off.
     pub(super) link_timeout: f32,
     /// Range of the targets of typed moves; none without parameters.
@@ -197,7 +197,7 @@ impl<'a, W: Wire> Worker<'a, W> {
         about: &'a DeviceContext,
     ) -> Result<Self, Error> {
         client.wire().real_time();
-        let now = Instant::now();
+        let now = shared.now();
         let mut worker = Self {
             client,
             shared,
@@ -247,7 +247,7 @@ impl<'a, W: Wire> Worker<'a, W> {
             Ok(order) => {
                 let done = self.is_expected(&order).and_then(|()| self.execute(&order));
                 order.answered(&done);
-                self.asked = Instant::now();
+                self.asked = self.shared.now();
                 if let Err(error @ (Error::Device(_) | Error::Emulator(_))) = done {
                     return Err(error);
                 }
@@ -259,7 +259,7 @@ impl<'a, W: Wire> Worker<'a, W> {
         }
         self.listen();
         self.take_prediction();
-        let is_left = self.heard.elapsed() > QUIET || !self.has_its_page();
+        let is_left = self.since(self.heard) > QUIET || !self.has_its_page();
         if self.link_timeout == 0.0 && self.armed_here && is_left {
             self.client.stop()?;
             self.ask_status()?;
@@ -279,11 +279,16 @@ impl<'a, W: Wire> Worker<'a, W> {
         if self.driven && !before {
             self.ask_status()?;
         }
-        if self.flushed.elapsed() >= FRAME {
-            self.flushed = Instant::now();
+        if self.since(self.flushed) >= FRAME {
+            self.flushed = self.shared.now();
             self.frame.flush(&self.shared.news);
         }
         Ok(true)
+    }
+
+    /// Returns the time that has passed on the clock since a time.
+    fn since(&self, time: Duration) -> Duration {
+        self.shared.now().saturating_sub(time)
     }
 
     /// Passes a sample to the pages and to the self-test.
@@ -345,7 +350,7 @@ impl<'a, W: Wire> Worker<'a, W> {
     fn listen(&mut self) {
         let word = self.shared.last_keep_alive();
         if word != self.word {
-            (self.word, self.heard) = (word, Instant::now());
+            (self.word, self.heard) = (word, self.shared.now());
         }
     }
 
@@ -355,7 +360,7 @@ impl<'a, W: Wire> Worker<'a, W> {
             OVERTAKEN
         } else if !self.shared.control.is_held_by(order.page) {
             TAKEN
-        } else if order.given.elapsed() >= LATE {
+        } else if self.since(order.given) >= LATE {
             "the device was busy; send it again"
         } else {
             return Ok(());
@@ -367,7 +372,7 @@ impl<'a, W: Wire> Worker<'a, W> {
     /// once its link timeout is long over, for the case that its samples are lost.
     fn may_ask(&self) -> bool {
         let is_over = Duration::from_secs_f32(1.0 + 2.0 * self.link_timeout.clamp(0.0, 60.0));
-        let since = self.asked.elapsed();
+        let since = self.since(self.asked);
         since >= ASKED && (!self.driven || self.has_keep_alive()) || since > is_over
     }
 
@@ -376,11 +381,11 @@ impl<'a, W: Wire> Worker<'a, W> {
     /// which this thread saw it.
     pub(super) fn has_keep_alive(&self) -> bool {
         let is_held = !self.shared.control.is_free() && self.has_its_page();
-        is_held && self.shared.last_keep_alive().is_some_and(|word| word.elapsed() < FRESH)
+        is_held && self.shared.last_keep_alive().is_some_and(|word| self.since(word) < FRESH)
     }
 
     pub(super) fn ask_status(&mut self) -> Result<Status, Error> {
-        self.asked = Instant::now();
+        self.asked = self.shared.now();
         let status = self.client.status()?;
         // Samples from before the answer may show an output that was off then.
         self.show_kept();

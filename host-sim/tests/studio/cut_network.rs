@@ -4,15 +4,15 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use host_sim::studio::Server;
 use tokio::net::{TcpListener, TcpStream};
 
-use super::page::{Page, Visit, arm, run, studio};
+use super::clock::breath;
+use super::page::{Page, Studio, Visit, arm, run, studio};
 use super::{LINK_TIMEOUT_S, SLACK_S, TICK_S, ticks_on_after};
 
 /// A network between a page and the server, which can be cut: nothing gets through then, and no end
 /// of the connection is seen.
-async fn network(server: &Server, is_cut: Arc<AtomicBool>) -> std::net::SocketAddr {
+async fn network(server: &Studio, is_cut: Arc<AtomicBool>) -> std::net::SocketAddr {
     let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
     let (address, to) = (listener.local_addr().unwrap(), server.address());
     tokio::spawn(async move {
@@ -40,7 +40,7 @@ async fn carry(
             return;
         }
         while is_cut.load(Ordering::SeqCst) {
-            tokio::time::sleep(Duration::from_millis(20)).await;
+            breath().await;
         }
         if to.write_all(&buffer[..count]).await.is_err() {
             return;

@@ -1,14 +1,15 @@
 //! The identification of a joint from the page, and what the joint that was found is good for.
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use serde_json::{Value, json};
+use simulator::device::clock::Clock;
 use simulator::experiment::Document;
 use simulator::rules::TUNING_SEEDS;
 use studies::tuning::{GainSearch, TuningGoal, object, spreads};
 
 use super::line::Line;
-use super::page::{Page, Visit, run, studio, studio_around, studio_of_file, studio_of_unknown};
+use super::page::{Page, Visit, run, studio, studio_around};
 use super::what_if::{self, wish};
 
 #[test]
@@ -25,9 +26,8 @@ fn the_joint_is_identified_by_the_device_s_own_sequence() {
         // It takes minutes; a stop ends it, and then there is no result and no event.
         page.done(json!({ "do": "stop" })).await;
         let mut found = false;
-        let begin = Instant::now();
-        while begin.elapsed() < Duration::from_secs(1) {
-            let event = page.next().await.unwrap();
+        let end = page.clock.now() + Duration::from_secs(1);
+        while let Some(event) = page.next_before(end).await {
             found |= event["event"] == "found";
             if event["event"] == "status" {
                 assert_eq!(event["state"], "stopped", "{event}");
@@ -77,8 +77,7 @@ fn an_identification_is_reported_although_the_machine_s_file_is_gone() {
     run(async {
         // Its time passes as fast as it can be computed, so minutes take seconds.
         let line = Line { in_haste: true, ..Line::new(&["limits.link_timeout_s=\"off\""]) };
-        let opened = line.clone();
-        let server = studio_of_file(file.to_str().unwrap(), move || Ok(opened.clone()));
+        let server = line.serve_as(file.to_str().unwrap(), true);
         let mut page = Page::open(&server).await;
         page.done(json!({ "do": "identify" })).await;
         std::fs::remove_file(&file).unwrap();
@@ -108,9 +107,8 @@ fn the_joint_that_was_found_is_a_file_and_is_predicted_tuned_and_tested_with() {
     const GAIN: &str = "joint.gain_deg_per_s2_per_v";
     run(async {
         let line = Line { in_haste: true, ..Line::new(&["limits.link_timeout_s=\"off\""]) };
-        let opened = line.clone();
         // Its joint is not known.
-        let server = studio_of_unknown(move || Ok(opened.clone()));
+        let server = line.serve_as("step-response", false);
         let mut page = Page::open(&server).await;
         let test = json!({ "do": "predict-selftest", "moves": 2, "joint": "found" });
         let tune = json!({ "do": "tune", "laws": [], "goal": "settle", "joint": "found",

@@ -1,6 +1,5 @@
 //! Orders that have waited: too long, for a page that is gone, or behind a stop.
 
-use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use serde_json::json;
@@ -15,14 +14,12 @@ fn an_order_that_has_waited_for_more_than_a_second_is_not_obeyed() {
         let server = line.serve();
         let mut page = Page::open(&server).await;
         // The device is busy for so long, and the order is given meanwhile.
-        line.stalls_ms.store(1500, Ordering::SeqCst);
-        tokio::time::sleep(Duration::from_millis(200)).await;
+        line.until(&line.stalls("", Duration::from_millis(1500))).await;
         let said = page.refused(arm()).await;
         assert!(said.contains("the device was busy"), "{said}");
         assert!(!line.names().iter().any(|name| name == "Arm"), "{:?}", line.names());
         // One that is as old as half of that is.
-        line.stalls_ms.store(500, Ordering::SeqCst);
-        tokio::time::sleep(Duration::from_millis(150)).await;
+        line.until(&line.stalls("", Duration::from_millis(500))).await;
         page.done(arm()).await;
         page.done(json!({ "do": "stop" })).await;
     });
@@ -36,10 +33,9 @@ fn an_order_of_a_page_that_is_gone_is_not_obeyed() {
         let mut page = Page::open(&server).await;
         let mut reader = Page::open(&server).await;
         reader.lives = false;
-        line.stalls_ms.store(700, Ordering::SeqCst);
-        tokio::time::sleep(Duration::from_millis(200)).await;
+        line.until(&line.stalls("", Duration::from_millis(700))).await;
         page.send(&arm()).await;
-        tokio::time::sleep(Duration::from_millis(50)).await;
+        page.settle().await;
         drop(page);
         reader.watch(Duration::from_millis(1500)).await;
         assert!(!line.names().iter().any(|name| name == "Arm"), "{:?}", line.names());
@@ -53,8 +49,7 @@ fn a_stop_is_answered_however_many_orders_wait() {
         let line = Line::new(&[]);
         let server = line.serve();
         let mut page = Page::open(&server).await;
-        line.stalls_ms.store(900, Ordering::SeqCst);
-        tokio::time::sleep(Duration::from_millis(200)).await;
+        line.until(&line.stalls("", Duration::from_millis(900))).await;
         for id in 100..140 {
             page.send(&json!({ "id": id, "do": "arm" })).await;
         }
@@ -83,10 +78,9 @@ fn what_waits_is_not_obeyed_after_a_stop() {
         let mut page = Page::open(&server).await;
         let mut reader = Page::open(&server).await;
         reader.lives = false;
-        line.stalls_ms.store(600, Ordering::SeqCst);
-        tokio::time::sleep(Duration::from_millis(200)).await;
+        line.until(&line.stalls("", Duration::from_millis(600))).await;
         page.send(&json!({ "id": 77, "do": "arm" })).await;
-        tokio::time::sleep(Duration::from_millis(50)).await;
+        page.settle().await;
         reader.done(json!({ "do": "stop" })).await;
         let answer = page.until(|event| event["id"] == 77).await;
         assert!(answer["said"].as_str().unwrap().contains("a stop came first"), "{answer}");

@@ -1,15 +1,16 @@
 //! A line to a simulated device that can be slow or cut, and records the requests to the device.
 
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use files::Error;
-use host_sim::studio::Server;
+use simulator::device::clock::Clock;
 use simulator::device::wire::{SimulatedWire, Wire};
 use stiction::link::{Deframer, decode_request};
 
-use super::page::{device, studio_of};
+use super::clock::{STEP, TestClock};
+use super::page::{Studio, device, studio_of};
 
 /// A hook before a request reaches the device; its argument is the name of the request.
 type Before = Box<dyn FnMut(&str, &mut SimulatedWire) + Send>;
@@ -18,34 +19,48 @@ type Before = Box<dyn FnMut(&str, &mut SimulatedWire) + Send>;
 #[derive(Clone)]
 pub struct Line {
     pub device: Arc<Mutex<SimulatedWire>>,
-    /// Delay of the next request, ms.
-    pub stalls_ms: Arc<AtomicU64>,
+    pub clock: Arc<TestClock>,
     /// Whether the line is cut.
     pub is_cut: Arc<AtomicBool>,
     /// Names of the requests to the device.
     pub asked: Arc<Mutex<Vec<String>>>,
     pub deframer: Arc<Mutex<Deframer>>,
     pub before: Arc<Mutex<Option<Before>>>,
-    /// Whether the device runs faster than real time.
+    /// Whether the device runs [`HASTE`] times as fast as the clock.
     pub in_haste: bool,
+    /// Whether the start is over: the device keeps to the clock.
+    pub is_real: Arc<AtomicBool>,
+    /// Time of the clock until which the device has run in haste.
+    pub hasted: Arc<Mutex<Duration>>,
 }
+
+/// Speed of a device in haste, in times of the clock's.
+const HASTE: f64 = 50.0;
 
 impl Line {
     pub fn new(set: &[&str]) -> Self {
+        let clock = Arc::<TestClock>::default();
         Self {
-            device: Arc::new(Mutex::new(SimulatedWire::new(device(set)))),
-            stalls_ms: Arc::default(),
+            device: Arc::new(Mutex::new(SimulatedWire::on_clock(device(set), clock.clone()))),
+            clock,
             is_cut: Arc::default(),
             asked: Arc::default(),
             deframer: Arc::default(),
             before: Arc::default(),
             in_haste: false,
+            is_real: Arc::default(),
+            hasted: Arc::default(),
         }
     }
 
-    pub fn serve(&self) -> Server {
+    pub fn serve(&self) -> Studio {
+        self.serve_as("step-response", true)
+    }
+
+    /// A studio around the device, with a machine's file or without its own.
+    pub fn serve_as(&self, machine: &str, is_its_file: bool) -> Studio {
         let line = self.clone();
-        studio_of(move || Ok(line.clone()))
+        studio_of(&self.clock, machine, is_its_file, move || Ok(line.clone()))
     }
 
     pub fn names(&self) -> Vec<String> {
@@ -60,28 +75,22 @@ impl Line {
         *self.before.lock().unwrap() = Some(Box::new(what));
     }
 
-    /// Delays the next request of a kind. The flag is set when it does.
+    /// Delays the next request of a kind (empty: of any kind). The flag is set when it does.
     pub fn stalls(&self, kind: &'static str, time: Duration) -> Arc<AtomicBool> {
         let is_stalled = Arc::new(AtomicBool::new(false));
-        let stalled = is_stalled.clone();
+        let (stalled, clock) = (is_stalled.clone(), self.clock.clone());
         self.before(move |name, _| {
             if name.starts_with(kind) && !stalled.swap(true, Ordering::SeqCst) {
-                std::thread::sleep(time);
+                clock.sleep(time);
             }
         });
         is_stalled
     }
-}
 
-/// Waits, and gives no word meanwhile.
-pub async fn until(flag: &AtomicBool) {
-    for _ in 0..2000 {
-        if flag.load(Ordering::SeqCst) {
-            return;
-        }
-        tokio::time::sleep(Duration::from_millis(5)).await;
+    /// Waits for a flag, without a keep-alive meanwhile.
+    pub async fn until(&self, flag: &AtomicBool) {
+        self.clock.until(|| flag.load(Ordering::SeqCst)).await;
     }
-    panic!("it does not come");
 }
 
 impl Wire for Line {
@@ -99,17 +108,42 @@ impl Wire for Line {
                 before(&name, &mut self.device.lock().unwrap());
             }
         }
-        let stalls = self.stalls_ms.swap(0, Ordering::SeqCst);
-        std::thread::sleep(Duration::from_millis(stalls));
         self.device.lock().unwrap().send(bytes)
     }
 
     fn receive(&mut self, at_most: Duration) -> Result<Vec<u8>, Error> {
         if self.is_cut.load(Ordering::SeqCst) {
-            std::thread::sleep(at_most);
+            self.clock.sleep(at_most);
             return Ok(vec![]);
         }
-        self.device.lock().unwrap().receive(at_most)
+        if !self.is_real.load(Ordering::SeqCst) {
+            return self.device.lock().unwrap().receive(at_most);
+        }
+        if self.in_haste {
+            let mut device = self.device.lock().unwrap();
+            // Each tick sends a sample, and ends the reading.
+            let heard = device.receive(at_most);
+            let tick = Duration::from_secs_f64(device.simulated.sample_time_s() / HASTE);
+            drop(device);
+            let mut hasted = self.hasted.lock().unwrap();
+            *hasted = hasted.max(self.clock.now().saturating_sub(STEP)) + tick;
+            self.clock.sleep_until(*hasted);
+            return heard;
+        }
+        // The device is not kept from the test meanwhile.
+        let end = self.clock.now() + at_most;
+        loop {
+            let heard = self.device.lock().unwrap().receive(Duration::ZERO)?;
+            let now = self.clock.now();
+            if !heard.is_empty() || now >= end {
+                return Ok(heard);
+            }
+            self.clock.sleep_until(end.min(now + STEP));
+        }
+    }
+
+    fn now(&self) -> Duration {
+        self.clock.now()
     }
 
     fn name(&self) -> String {
@@ -117,6 +151,7 @@ impl Wire for Line {
     }
 
     fn real_time(&mut self) {
+        self.is_real.store(true, Ordering::SeqCst);
         if !self.in_haste {
             self.device.lock().unwrap().real_time();
         }

@@ -3,13 +3,14 @@
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
-use serde_json::json;
+use serde_json::{Value, json};
+use simulator::device::clock::Clock;
 use simulator::device::wire::Wire;
 use stiction::servo::State;
-use tokio::time::timeout;
 
+use super::clock::breath;
 use super::line::Line;
-use super::page::{Page, Visit, arm, run};
+use super::page::{PATIENCE, Page, Visit, arm, run};
 use super::{LINK_TIMEOUT_S, SLACK_S};
 
 #[test]
@@ -48,10 +49,8 @@ fn a_page_that_opens_while_the_device_is_gone_receives_no_status_until_it_is_bac
         page.event("gone").await;
         let mut second = Visit::proper(&server).connect().await.unwrap();
         // The device is silent, so nothing comes behind what stood.
-        let mut kinds = vec![];
-        while let Ok(event) = timeout(Duration::from_millis(300), second.next()).await {
-            kinds.push(event.unwrap()["event"].as_str().unwrap().to_owned());
-        }
+        let kinds: Vec<String> =
+            second.come().await.iter().map(|e| e["event"].as_str().unwrap().to_owned()).collect();
         assert!(kinds.contains(&"hello".to_owned()), "{kinds:?}");
         assert!(kinds.contains(&"gone".to_owned()), "{kinds:?}");
         assert!(!kinds.contains(&"status".to_owned()), "a stale status: {kinds:?}");
@@ -95,6 +94,20 @@ fn a_stop_that_did_not_reach_the_device_is_said_once_it_is_back() {
     });
 }
 
+/// Sends requests far more often than the device is tried again, until an event comes.
+async fn flooded(page: &mut Page, wanted: impl Fn(&Value) -> bool) -> Value {
+    let begin = Instant::now();
+    loop {
+        page.send(&json!({ "do": "clear", "id": 200 })).await;
+        if let Some(event) = page.come().await.into_iter().find(&wanted) {
+            return event;
+        }
+        assert!(begin.elapsed() < PATIENCE, "it does not come");
+        page.clock.step();
+        breath().await;
+    }
+}
+
 #[test]
 fn a_device_that_is_gone_is_tried_again_and_a_stop_is_answered_however_many_orders_come() {
     run(async {
@@ -103,29 +116,13 @@ fn a_device_that_is_gone_is_tried_again_and_a_stop_is_answered_however_many_orde
         let mut page = Page::open(&server).await;
         line.is_cut.store(true, Ordering::SeqCst);
         page.event("gone").await;
-        // Five times a second, and the time between two tries is one.
-        for id in 200..215 {
-            if id == 202 {
-                page.send(&json!({ "id": 299, "do": "stop" })).await;
-            }
-            if id == 207 {
-                line.is_cut.store(false, Ordering::SeqCst);
-            }
-            page.send(&json!({ "id": id, "do": "clear" })).await;
-            tokio::time::sleep(Duration::from_millis(200)).await;
-        }
-        let (mut stop, mut last) = (None, None);
-        while stop.is_none() || last.is_none() {
-            let answer = page.event("answer").await;
-            match answer["id"].as_u64() {
-                Some(299) => stop = Some(answer["said"].clone()),
-                Some(214) => last = Some(answer["said"].clone()),
-                _ => {}
-            }
-        }
-        let (stop, last) = (stop.unwrap(), last.unwrap());
-        assert!(stop.as_str().unwrap().contains("does not answer"), "{stop}");
-        assert!(!last.as_str().unwrap().contains("does not answer"), "{last}");
+        page.send(&json!({ "id": 199, "do": "stop" })).await;
+        let stop = flooded(&mut page, |event| event["id"] == 199).await;
+        assert!(stop["said"].as_str().unwrap().contains("does not answer"), "{stop}");
+        line.is_cut.store(false, Ordering::SeqCst);
+        flooded(&mut page, |event| event["event"] == "back").await;
+        let last = page.ask(json!({ "do": "clear" })).await;
+        assert!(!last["said"].as_str().unwrap().contains("does not answer"), "{last}");
     });
 }
 
@@ -139,14 +136,14 @@ fn what_something_else_has_turned_on_is_not_kept_alive_by_the_studio() {
         page.watch(Duration::from_millis(400)).await;
         line.device.lock().unwrap().simulated.device.servo().arm().unwrap();
         page.state("armed").await;
-        // It was asked once when a sample said so. (To watch would wait for an event.)
-        tokio::time::sleep(Duration::from_millis(200)).await;
+        // It was asked once when a sample said so.
+        page.hang(Duration::from_millis(200)).await;
         let before = line.names().len();
-        tokio::time::sleep(Duration::from_millis(1200)).await;
+        page.hang(Duration::from_millis(1200)).await;
         let asked = line.names().split_off(before);
         assert!(asked.is_empty(), "{asked:?}");
         // It is asked again after 1 s and two link timeouts.
-        tokio::time::sleep(Duration::from_millis(1100)).await;
+        page.hang(Duration::from_millis(1100)).await;
         let asked = line.names().split_off(before);
         assert_eq!(asked, ["Status"]);
         page.done(json!({ "do": "stop" })).await;
@@ -165,14 +162,16 @@ fn a_studio_that_ends_leaves_the_motor_to_the_link_timeout() {
         let is_armed = || {
             let mut device = line.device.lock().unwrap();
             // The device goes on.
-            device.receive(Duration::from_millis(20)).unwrap();
+            line.clock.jump(Duration::from_millis(20));
+            device.receive(Duration::ZERO).unwrap();
             device.simulated.device.servo().state() == State::Armed
         };
         assert!(is_armed());
-        let begin = Instant::now();
-        while is_armed() && begin.elapsed() < Duration::from_secs(3) {}
-        let took_s = begin.elapsed().as_secs_f64();
-        assert!(took_s < LINK_TIMEOUT_S + SLACK_S, "{took_s} s");
+        let begin = line.clock.now();
+        let took_s = || (line.clock.now() - begin).as_secs_f64();
+        while is_armed() && took_s() < 3.0 {}
+        let allowed = LINK_TIMEOUT_S - 0.15..LINK_TIMEOUT_S + SLACK_S;
+        assert!(allowed.contains(&took_s()), "{} s", took_s());
         let latched = line.device.lock().unwrap().simulated.device.servo().latched().unwrap();
         assert_eq!(latched.fault as u8, 22);
     });

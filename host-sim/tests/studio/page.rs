@@ -1,22 +1,41 @@
 //! A page for the tests: it speaks to the server as the real one does.
 
+use std::collections::VecDeque;
 use std::net::SocketAddr;
+use std::ops::Deref;
 use std::sync::{Arc, Mutex};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use futures_util::{SinkExt, StreamExt};
 use host_sim::studio::{Server, StudioOptions};
 use serde_json::{Value, json};
+use simulator::device::clock::Clock;
 use simulator::device::simulated::SimulatedDevice;
 use simulator::device::wire::{SimulatedWire, Wire};
 use simulator::experiment::{Document, Experiment};
 use tokio::net::TcpStream;
-use tokio::time::{Instant, timeout};
+use tokio::time::timeout;
 use tokio_tungstenite::WebSocketStream;
 use tokio_tungstenite::tungstenite::{Error, Message};
 
-/// Nothing takes longer, on a machine that has other things to do as well.
-pub const PATIENCE: Duration = Duration::from_secs(20);
+use super::clock::{TestClock, breath};
+
+/// Real time after which a test hangs. Nothing else depends on it.
+pub const PATIENCE: Duration = Duration::from_secs(300);
+
+/// A studio on a clock that goes on while its pages wait.
+pub struct Studio {
+    server: Server,
+    pub clock: Arc<TestClock>,
+}
+
+impl Deref for Studio {
+    type Target = Server;
+
+    fn deref(&self) -> &Server {
+        &self.server
+    }
+}
 
 /// As in link.ts.
 const WITHOUT_A_WORD: [&str; 9] =
@@ -35,66 +54,64 @@ pub fn device(set: &[&str]) -> SimulatedDevice {
     device_of("step-response", "srnf", set)
 }
 
-/// A studio around what stands behind a wire, whose joint is that of a machine.
-fn serve<W: Wire>(
-    machine: &str,
-    is_its_file: bool,
-    open: impl Fn() -> Result<W, files::Error> + Send + 'static,
-) -> Server {
-    Server::start(wanted(machine, is_its_file), open).unwrap()
-}
-
 fn wanted(machine: &str, is_its_file: bool) -> StudioOptions {
     let listen = "127.0.0.1:0".parse().unwrap();
     StudioOptions { listen, machine: machine.into(), is_its_file, every_tick: true }
 }
 
-/// A studio around what stands behind a wire.
-pub fn studio_of<W: Wire>(open: impl Fn() -> Result<W, files::Error> + Send + 'static) -> Server {
-    serve("step-response", true, open)
-}
-
-/// A studio around what stands behind a wire, with a machine's file.
-pub fn studio_of_file<W: Wire>(
+/// A studio around the device of a wire, with the file of its joint or without one.
+pub fn studio_of<W: Wire>(
+    clock: &Arc<TestClock>,
     machine: &str,
+    is_its_file: bool,
     open: impl Fn() -> Result<W, files::Error> + Send + 'static,
-) -> Server {
-    serve(machine, true, open)
+) -> Studio {
+    started(clock, wanted(machine, is_its_file), |_| {}, open)
 }
 
-/// A studio around the device of a wire, without a file of its joint.
-pub fn studio_of_unknown<W: Wire>(
+fn started<W: Wire>(
+    clock: &Arc<TestClock>,
+    wanted: StudioOptions,
+    report: impl Fn(&str) + Send + Sync + 'static,
     open: impl Fn() -> Result<W, files::Error> + Send + 'static,
-) -> Server {
-    serve("step-response", false, open)
+) -> Studio {
+    let start = || Server::start_on(clock.clone(), wanted, report, open).unwrap();
+    Studio { server: clock.freely(start), clock: clock.clone() }
 }
 
 /// A studio around the thesis's joint, without a file of it.
-pub fn studio_without_a_file() -> Server {
-    studio_of_unknown(|| Ok(SimulatedWire::new(device(&[]))))
+pub fn studio_without_a_file() -> Studio {
+    let clock = Arc::<TestClock>::default();
+    let of_wire = clock.clone();
+    let open = move || Ok(SimulatedWire::on_clock(device(&[]), of_wire.clone()));
+    studio_of(&clock, "step-response", false, open)
 }
 
 /// A studio around a simulated machine.
-pub fn studio_around(machine: &'static str, law: &'static str, set: &[&str]) -> Server {
+pub fn studio_around(machine: &'static str, law: &'static str, set: &[&str]) -> Studio {
     let set: Vec<String> = set.iter().map(|text| (*text).to_owned()).collect();
-    serve(machine, true, move || {
+    let clock = Arc::<TestClock>::default();
+    let of_wire = clock.clone();
+    studio_of(&clock, machine, true, move || {
         let set: Vec<&str> = set.iter().map(String::as_str).collect();
-        Ok(SimulatedWire::new(device_of(machine, law, &set)))
+        Ok(SimulatedWire::on_clock(device_of(machine, law, &set), of_wire.clone()))
     })
 }
 
 /// A studio around the thesis's joint.
-pub fn studio(set: &[&str]) -> Server {
+pub fn studio(set: &[&str]) -> Studio {
     studio_around("step-response", "srnf", set)
 }
 
 /// A studio around the thesis's joint, and its reports of refusals.
-pub fn studio_with_reports() -> (Server, Arc<Mutex<Vec<String>>>) {
+pub fn studio_with_reports() -> (Studio, Arc<Mutex<Vec<String>>>) {
     let reports = Arc::<Mutex<Vec<String>>>::default();
     let all = reports.clone();
     let report = move |what: &str| all.lock().unwrap().push(what.to_owned());
-    let open = || Ok(SimulatedWire::new(device(&[])));
-    (Server::start_with_reporter(wanted("step-response", true), report, open).unwrap(), reports)
+    let clock = Arc::<TestClock>::default();
+    let of_wire = clock.clone();
+    let open = move || Ok(SimulatedWire::on_clock(device(&[]), of_wire.clone()));
+    (started(&clock, wanted("step-response", true), report, open), reports)
 }
 
 /// Runs a test.
@@ -107,16 +124,18 @@ pub fn run(test: impl Future<Output = ()>) {
 pub struct Visit<'a> {
     pub address: SocketAddr,
     pub token: &'a str,
+    pub clock: &'a Arc<TestClock>,
     pub origin: Option<String>,
     pub host: String,
 }
 
 impl<'a> Visit<'a> {
     /// As the page does.
-    pub fn proper(server: &'a Server) -> Self {
+    pub fn proper(server: &'a Studio) -> Self {
         let host = server.address().to_string();
         let origin = Some(format!("http://{host}"));
-        Self { address: server.address(), token: server.token().text(), origin, host }
+        let (address, token) = (server.address(), server.token().text());
+        Self { address, token, clock: &server.clock, origin, host }
     }
 
     pub async fn connect(self) -> Result<Page, Error> {
@@ -134,7 +153,19 @@ impl<'a> Visit<'a> {
         let connected = tokio_tungstenite::client_async(request.body(()).unwrap(), stream).await?;
         let (socket, rows) = (connected.0, Vec::new());
         let (role, form, motion) = (Value::Null, Value::Null, Value::Null);
-        Ok(Page { socket, lives: true, rows, columns: vec![], role, form, motion, number: 0 })
+        Ok(Page {
+            socket,
+            clock: self.clock.clone(),
+            lives: true,
+            rows,
+            columns: vec![],
+            role,
+            form,
+            motion,
+            number: 0,
+            pings: 0,
+            arrived: VecDeque::new(),
+        })
     }
 }
 
@@ -149,6 +180,7 @@ pub struct Row {
 /// A connected page.
 pub struct Page {
     pub socket: WebSocketStream<TcpStream>,
+    pub clock: Arc<TestClock>,
     /// Whether it gives a word for what comes.
     pub lives: bool,
     /// The samples that have come.
@@ -160,10 +192,22 @@ pub struct Page {
     /// The last move. Its event may come before the answer to the request.
     motion: Value,
     number: u32,
+    pings: u32,
+    /// Messages that came while it hung.
+    arrived: VecDeque<Message>,
+}
+
+/// What a page gets next.
+enum Coming {
+    Message(Message),
+    /// The connection has ended.
+    End,
+    /// Nothing, before the time was over.
+    Nothing,
 }
 
 impl Page {
-    pub async fn open(server: &Server) -> Self {
+    pub async fn open(server: &Studio) -> Self {
         let mut page = Visit::proper(server).connect().await.unwrap();
         page.role = page.event("role").await;
         page.event("status").await;
@@ -174,42 +218,142 @@ impl Page {
         self.socket.send(Message::Text(what.to_string().into())).await.unwrap();
     }
 
+    /// Pings the server, and returns the first message that comes before its answer, which it sends
+    /// when it has handled all that the page has sent.
+    async fn ping(&mut self) -> Coming {
+        self.pings += 1;
+        let own = self.pings.to_le_bytes();
+        // The connection may have ended, and what has come before that is read still.
+        let _ = self.socket.send(Message::Ping(own.to_vec().into())).await;
+        loop {
+            match timeout(PATIENCE, self.socket.next()).await.expect("nothing comes") {
+                Some(Ok(Message::Pong(answer))) if answer[..] == own => return Coming::Nothing,
+                Some(Ok(Message::Pong(_))) => {}
+                Some(Ok(Message::Close(_)) | Err(_)) | None => return Coming::End,
+                Some(Ok(message)) => return Coming::Message(message),
+            }
+        }
+    }
+
+    /// The next message. The clock goes on when the server has nothing more to send.
+    async fn message(&mut self, end: Option<Duration>) -> Coming {
+        if let Some(message) = self.arrived.pop_front() {
+            return Coming::Message(message);
+        }
+        let begin = Instant::now();
+        loop {
+            let is_idle = self.clock.is_idle();
+            match self.ping().await {
+                Coming::Nothing => {}
+                coming => return coming,
+            }
+            if end.is_some_and(|end| self.clock.now() >= end) {
+                return Coming::Nothing;
+            }
+            assert!(begin.elapsed() < PATIENCE, "nothing comes");
+            if is_idle {
+                self.clock.step();
+            }
+            breath().await;
+        }
+    }
+
+    /// Waits until the server has handled all that was sent, and keeps what comes.
+    pub async fn settle(&mut self) {
+        // An answer may come before what was to be sent in the same moment.
+        for _ in 0..2 {
+            while let Coming::Message(message) = self.ping().await {
+                self.arrived.push_back(message);
+            }
+        }
+    }
+
+    /// Neither reads nor sends anything for a time.
+    pub async fn hang(&mut self, time: Duration) {
+        self.settle().await;
+        self.clock.pass(time).await;
+    }
+
+    /// The events that have come.
+    pub async fn come(&mut self) -> Vec<Value> {
+        self.settle().await;
+        let mut events = vec![];
+        for _ in 0..self.arrived.len() {
+            if let Some(event) = self.arrived.pop_front().and_then(|message| self.take(&message)) {
+                events.push(event);
+            }
+        }
+        events
+    }
+
     /// The next event; samples are kept on the way. None if the connection has ended.
     pub async fn next(&mut self) -> Option<Value> {
         loop {
-            let message = timeout(PATIENCE, self.socket.next()).await.expect("nothing comes")?;
-            let message = message.ok()?;
-            let event = match &message {
-                Message::Text(text) => serde_json::from_str(text).unwrap(),
-                _ => Value::Null,
-            };
-            // A word for what comes of the device, as the page gives it.
-            let is_news =
-                event["event"].as_str().is_none_or(|kind| !WITHOUT_A_WORD.contains(&kind));
-            if self.lives && is_news {
-                // The connection may end meanwhile.
-                let _ = self.socket.send(Message::Text(r#"{"do":"alive"}"#.into())).await;
-            }
-            match message {
-                Message::Text(_) => {
-                    if event["event"] == "hello" {
-                        let names = event["signals"].as_array().unwrap();
-                        let name = |signal: &Value| signal["name"].as_str().unwrap().to_owned();
-                        self.columns = names.iter().map(name).collect();
-                        self.rows.clear();
+            match self.message(None).await {
+                Coming::Message(message) => {
+                    if let Some(event) = self.heard(&message).await {
+                        return Some(event);
                     }
-                    if event["event"] == "parameters" {
-                        self.form = event.clone();
-                    }
-                    if event["event"] == "motion" {
-                        self.motion = event.clone();
-                    }
-                    return Some(event);
                 }
-                Message::Binary(frame) => self.frame(&frame),
-                Message::Close(_) => return None,
-                _ => {}
+                Coming::End => return None,
+                Coming::Nothing => {}
             }
+        }
+    }
+
+    /// The next event before a time of the clock.
+    pub async fn next_before(&mut self, end: Duration) -> Option<Value> {
+        loop {
+            match self.message(Some(end)).await {
+                Coming::Message(message) => {
+                    if let Some(event) = self.heard(&message).await {
+                        return Some(event);
+                    }
+                }
+                Coming::End => panic!("the connection has ended"),
+                Coming::Nothing => return None,
+            }
+        }
+    }
+
+    /// Takes a message, and gives a word for it.
+    async fn heard(&mut self, message: &Message) -> Option<Value> {
+        let event = self.take(message);
+        let is_news = match (&event, message) {
+            (Some(event), _) => !WITHOUT_A_WORD.contains(&event["event"].as_str().unwrap()),
+            (None, message) => message.is_binary(),
+        };
+        if self.lives && is_news {
+            // The connection may end meanwhile.
+            let _ = self.socket.send(Message::Text(r#"{"do":"alive"}"#.into())).await;
+        }
+        event
+    }
+
+    /// Takes a message, and returns the event that it is.
+    fn take(&mut self, message: &Message) -> Option<Value> {
+        match message {
+            Message::Text(text) => {
+                let event: Value = serde_json::from_str(text).unwrap();
+                if event["event"] == "hello" {
+                    let names = event["signals"].as_array().unwrap();
+                    let name = |signal: &Value| signal["name"].as_str().unwrap().to_owned();
+                    self.columns = names.iter().map(name).collect();
+                    self.rows.clear();
+                }
+                if event["event"] == "parameters" {
+                    self.form = event.clone();
+                }
+                if event["event"] == "motion" {
+                    self.motion = event.clone();
+                }
+                Some(event)
+            }
+            Message::Binary(frame) => {
+                self.frame(frame);
+                None
+            }
+            _ => None,
         }
     }
 
@@ -288,10 +432,8 @@ impl Page {
 
     /// Looks and gives words for so long.
     pub async fn watch(&mut self, time: Duration) {
-        let end = Instant::now() + time;
-        while Instant::now() < end {
-            self.next().await;
-        }
+        let end = self.clock.now() + time;
+        while self.next_before(end).await.is_some() {}
     }
 
     /// A signal of all samples that have come.

@@ -1,17 +1,17 @@
 //! The studio without a server sends the same messages as the one with a server.
 
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use host_sim::studio::{Playground, StudioMessage};
 use serde_json::{Value, json};
 
-use super::page::{Page, run, studio};
+use super::page::{PATIENCE, Page, run, studio};
 use super::what_if::{predicted, wish};
 
 /// Passes until an event comes for which `is_it` says so.
 fn until(playground: &mut Playground, is_it: impl Fn(&Value) -> bool) -> Value {
     let begin = Instant::now();
-    while begin.elapsed() < Duration::from_secs(20) {
+    while begin.elapsed() < PATIENCE {
         playground.pass();
         for news in playground.by_ref() {
             let StudioMessage::Event(text) = news else { continue };

@@ -6,7 +6,6 @@ use serde_json::{Value, json};
 use simulator::device::client::Client;
 use simulator::device::wire::SimulatedWire;
 use studies::selftest::{JOINTS, SEED, SelfTestRequest, object, run as make_moves};
-use tokio::time::sleep;
 
 use super::page::{Page, Visit, arm, device, run, studio, studio_without_a_file};
 use super::{LINK_TIMEOUT_S, SLACK_S, TICK_S, ticks_on_after};
@@ -184,7 +183,7 @@ fn a_self_test_whose_page_is_closed_ends_by_the_link_timeout_also_if_another_pag
         for _ in 0..4 {
             reader.send(&json!({ "do": "command" })).await;
             reader.send(&json!({ "do": "alive" })).await;
-            sleep(Duration::from_millis(20)).await;
+            reader.settle().await;
         }
         let on_s = ticks_on_after(&mut reader, last).await as f64 * TICK_S;
         assert!((LINK_TIMEOUT_S - 0.15..LINK_TIMEOUT_S + SLACK_S).contains(&on_s), "{on_s} s");

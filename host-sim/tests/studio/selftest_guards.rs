@@ -2,11 +2,13 @@
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use serde_json::{Value, json};
+use simulator::device::clock::Clock;
 
-use super::line::{Line, until};
+use super::clock::STEP;
+use super::line::Line;
 use super::page::{Page, Visit, run};
 
 /// Predicts a self-test, and returns the order to make its moves.
@@ -56,7 +58,7 @@ fn a_self_test_that_is_not_expected_any_more_while_it_is_prepared_never_arms() {
         // A stop comes while the parameters are read that the prediction has to fit.
         let stalled = line.stalls("ReadParameters", Duration::from_millis(400));
         page.send(&begin).await;
-        until(&stalled).await;
+        line.until(&stalled).await;
         page.send(&json!({ "id": 71, "do": "stop" })).await;
         let said = page.until(answer).await;
         assert!(said["said"].as_str().unwrap().contains("a stop came first"), "{said}");
@@ -80,7 +82,7 @@ fn a_self_test_that_is_not_expected_any_more_while_it_is_prepared_never_arms() {
         let mut reader = Page::open(&server).await;
         reader.lives = false;
         page.send(&begin).await;
-        until(&stalled).await;
+        line.until(&stalled).await;
         drop(page);
         reader.watch(Duration::from_millis(1500)).await;
         assert!(line.was_asked("ReadParameters") && !line.was_asked("Arm"), "{:?}", line.names());
@@ -93,22 +95,22 @@ async fn due(line: &Line, page: &mut Page) {
     // The soft start, and 2 s.
     const WAITS_S: f64 = 2.2;
     let begin = predicted(page, 2).await;
-    let (is_due, mut armed) = (Arc::new(AtomicBool::new(false)), None::<Instant>);
-    let due = is_due.clone();
+    let (is_due, mut armed) = (Arc::new(AtomicBool::new(false)), None::<Duration>);
+    let (due, clock) = (is_due.clone(), line.clock.clone());
     line.before(move |name, _| {
         if name == "Arm" {
-            armed = Some(Instant::now());
+            armed = Some(clock.now());
         }
-        let is_late = armed.is_some_and(|at| at.elapsed().as_secs_f64() > WAITS_S - 0.1);
+        let is_late = armed.is_some_and(|at| (clock.now() - at).as_secs_f64() > WAITS_S - 0.1);
         if name == "Status" && is_late && !due.swap(true, Ordering::SeqCst) {
             // Less than what a simulated device catches up with, and more than a word is worth.
-            std::thread::sleep(Duration::from_millis(190));
+            clock.sleep(Duration::from_millis(190));
         }
     });
     page.done(begin).await;
     // It gives a word for all that comes, and none from then on.
     while !is_due.load(Ordering::SeqCst) {
-        let _ = tokio::time::timeout(Duration::from_millis(5), page.next()).await;
+        page.next_before(line.clock.now() + STEP).await;
     }
 }
 
@@ -131,7 +133,7 @@ fn no_move_of_a_self_test_begins_on_an_old_word_or_after_a_stop() {
         let mut page = Page::open(&server).await;
         due(&line, &mut page).await;
         // The page hangs: it has given its last word before the status was asked for.
-        tokio::time::sleep(Duration::from_millis(600)).await;
+        page.hang(Duration::from_millis(600)).await;
         assert!(!line.was_asked("Move"), "{:?}", line.names());
         // With its next words the move begins.
         page.until(|event| event["phase"] == "moving" && event["to_deg"].is_f64()).await;

@@ -1,13 +1,13 @@
 //! Tuning from the page: what `stiction tune` finds, without a device, and nothing moves by it.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::time::Duration;
 
 use serde_json::{Value, json};
 use simulator::experiment::Document;
 use simulator::rules::TUNING_SEEDS;
 use studies::tuning::{CASES, GainSearch, TuningGoal, object, rewritten, spreads};
 
+use super::clock::breath;
 use super::page::{Page, run, studio, studio_around, studio_without_a_file};
 use super::{LINK_TIMEOUT_S, SLACK_S, TICK_S, armed_with_a_reader, ticks_on_after};
 
@@ -170,7 +170,7 @@ fn a_tuning_keeps_nothing_alive() {
             page.send(&tune(&[], "balanced")).await;
             loop {
                 page.send(&tune(&["pd"], "settle")).await;
-                tokio::time::sleep(Duration::from_millis(40)).await;
+                breath().await;
             }
         };
         let looks = async {

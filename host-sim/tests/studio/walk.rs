@@ -13,9 +13,10 @@ use simulator::device::simulated::SimulatedDevice;
 use simulator::device::wire::SimulatedWire;
 use simulator::experiment::{Document, Experiment, RunPlan};
 
+use super::clock::TestClock;
 use super::gearmotor::{SLACK, new};
 use super::line::Line;
-use super::page::{Page, Visit, run, studio_of_file};
+use super::page::{Page, Visit, run, studio_of};
 use super::what_if::{predicted, wish};
 
 fn plan(file: &str, set: &[&str]) -> RunPlan {
@@ -86,7 +87,7 @@ fn a_gearmotor_is_judged_from_its_first_file_to_its_self_test_as_by_the_commands
     let line = Line { device, in_haste: true, ..Line::new(&[]) };
     let of_studio = RefCell::new([Value::Null, Value::Null]);
     run(async {
-        let server = studio_of_file(&file, move || Ok(line.clone()));
+        let server = line.serve_as(&file, true);
         let mut page = Visit::proper(&server).connect().await.unwrap();
         let now = page.event("what-if").await;
         assert!(now["unseen_slack"].as_str().unwrap().contains(SLACK), "{now}");
@@ -148,12 +149,14 @@ fn the_self_test_of_a_joint_that_sticks_twice_as_much_as_its_file_says_fails() {
     new(desk.path(), "truth.toml", &["--stick-nm", "0.7", "--slip-nm", "0.55"]);
     let [file, truth] =
         ["gearmotor.toml", "truth.toml"].map(|name| desk.path().join(name).display().to_string());
-    let open = {
-        let file = file.clone();
-        move || Ok(SimulatedWire::new(device_with_truth(&file, &truth, &[])))
+    let clock = Arc::<TestClock>::default();
+    let (of_wire, of_device) = (clock.clone(), file.clone());
+    let open = move || {
+        let device = device_with_truth(&of_device, &truth, &[]);
+        Ok(SimulatedWire::on_clock(device, of_wire.clone()))
     };
     run(async {
-        let server = studio_of_file(&file, open);
+        let server = studio_of(&clock, &file, true, open);
         let mut page = Page::open(&server).await;
         page.watch(Duration::from_millis(100)).await;
         let done = tested(&mut page, "file").await;

@@ -2,10 +2,10 @@
 
 use std::time::Duration;
 
-use host_sim::studio::Server;
 use serde_json::{Value, json};
 
-use super::page::{Page, Visit, arm, run, studio, studio_around, studio_without_a_file};
+use super::clock::breath;
+use super::page::{Page, Studio, Visit, arm, run, studio, studio_around, studio_without_a_file};
 use super::{
     LINK_TIMEOUT_S, RESOLUTION, SLACK_S, TICK_S, armed_with_a_reader, is_on, ticks_on_after,
 };
@@ -69,7 +69,7 @@ fn a_variant_before_the_file_as_it_stands_is_no_joint_of_the_prediction() {
     std::fs::remove_file(&file).unwrap();
 }
 
-pub fn foretold(studio: impl FnOnce() -> Server, law: &str) {
+pub fn foretold(studio: impl FnOnce() -> Studio, law: &str) {
     run(async {
         let server = studio();
         let mut page = Page::open(&server).await;
@@ -249,7 +249,7 @@ fn a_reader_is_predicted_to_and_a_prediction_keeps_nothing_alive() {
         let slides = async {
             loop {
                 page.send(&ask).await;
-                tokio::time::sleep(Duration::from_millis(40)).await;
+                breath().await;
             }
         };
         tokio::select! {

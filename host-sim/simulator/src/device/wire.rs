@@ -1,11 +1,12 @@
 //! The wire between a client and a device, and the wire of a simulated device.
 
 use std::collections::VecDeque;
-use std::sync::LazyLock;
-use std::time::{Duration, Instant};
+use std::sync::Arc;
+use std::time::Duration;
 
 use stiction::link::RequestRefusal;
 
+use super::clock::{Clock, ComputerClock};
 use super::simulated::SimulatedDevice;
 use files::error::Error;
 
@@ -26,8 +27,7 @@ pub trait Wire {
     /// Returns the time of this wire. It is the host's, unless the device is simulated: then the
     /// time stands still while the client does not wait.
     fn now(&self) -> Duration {
-        static BEGIN: LazyLock<Instant> = LazyLock::new(Instant::now);
-        BEGIN.elapsed()
+        ComputerClock.now()
     }
 
     /// Returns the name of the other end in messages, such as `the simulated device`.
@@ -60,8 +60,10 @@ pub struct SimulatedWire {
     /// The device and its joint.
     pub simulated: SimulatedDevice,
     out: VecDeque<u8>,
-    /// Host time of the next tick; `None` without real time.
-    due: Option<Instant>,
+    /// Clock of the real time.
+    clock: Arc<dyn Clock>,
+    /// Time of the next tick on the clock; `None` without real time.
+    due: Option<Duration>,
 }
 
 /// Longest pause of the host that the device catches up with. After a longer pause the device's
@@ -73,17 +75,22 @@ pub const SIMULATED: &str = "SIMULATED DEVICE: no motor moves or stops.";
 
 impl SimulatedWire {
     /// Turns the power on, and waits until the joint has been at rest for long enough to be armed.
-    pub fn new(mut simulated: SimulatedDevice) -> Self {
+    pub fn new(simulated: SimulatedDevice) -> Self {
+        Self::on_clock(simulated, Arc::new(ComputerClock))
+    }
+
+    /// Turns the power on, as [`new`](Self::new) does; a clock sets the real time.
+    pub fn on_clock(mut simulated: SimulatedDevice, clock: Arc<dyn Clock>) -> Self {
         let ticks = (0.1 / simulated.sample_time_s()).ceil() as u32;
         simulated.ticks(ticks.max(1));
-        Self { simulated, out: VecDeque::new(), due: None }
+        Self { simulated, out: VecDeque::new(), clock, due: None }
     }
 
     /// Runs the ticks that are due in real time, and returns the time of the next one.
-    fn catch_up(&mut self, due: Instant) -> Instant {
+    fn catch_up(&mut self, due: Duration) -> Duration {
         let tick = Duration::from_secs_f64(self.simulated.sample_time_s());
-        let (mut due, now) = (due, Instant::now());
-        if now.saturating_duration_since(due) > AWAY {
+        let (mut due, now) = (due, self.clock.now());
+        if now.saturating_sub(due) > AWAY {
             due = now;
         }
         while due <= now {
@@ -119,14 +126,14 @@ impl Wire for SimulatedWire {
 
     fn receive(&mut self, at_most: Duration) -> Result<Vec<u8>, Error> {
         if let Some(due) = self.due {
-            let begin = Instant::now();
+            let end = self.clock.now() + at_most;
             let mut due = self.catch_up(due);
-            while self.out.is_empty() && due < begin + at_most {
-                std::thread::sleep(due.saturating_duration_since(Instant::now()));
+            while self.out.is_empty() && due < end {
+                self.clock.sleep_until(due);
                 due = self.catch_up(due);
             }
             if self.out.is_empty() {
-                std::thread::sleep((begin + at_most).saturating_duration_since(Instant::now()));
+                self.clock.sleep_until(end);
             }
             return Ok(self.out.drain(..).collect());
         }
@@ -143,12 +150,16 @@ impl Wire for SimulatedWire {
         Ok(self.out.drain(..).collect())
     }
 
+    fn now(&self) -> Duration {
+        self.clock.now()
+    }
+
     fn name(&self) -> String {
         "the simulated device".into()
     }
 
     fn real_time(&mut self) {
-        self.due = Some(Instant::now());
+        self.due = Some(self.clock.now());
     }
 
     fn warning(&self) -> Option<&'static str> {
