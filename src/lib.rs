@@ -55,7 +55,7 @@ pub use parameters::Parameters;
 pub use safety::fault::Fault;
 pub use safety::monitor::Limits;
 pub use servo::Servo;
-pub use units::error::{Allowed, Error};
+pub use units::error::{Allowed, InvalidValue};
 
 /// The version of the core, which an image carries in its note.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");

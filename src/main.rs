@@ -27,7 +27,7 @@ mod app {
     use heapless::spsc::{Consumer, Producer, Queue};
     use stiction::link::{DeviceKind, Session};
     use stiction::parameters::store::Store;
-    use stiction::safety::fault::Latched;
+    use stiction::safety::fault::LatchedFault;
     use stiction::servo::{Boot, Output, State};
     use stiction::{Fault, Servo};
     use stm32f4xx_hal::pac::Interrupt;
@@ -101,12 +101,13 @@ mod app {
         let board = setup::start(cx.device, cx.core, &settings, servo, |crystal| {
             let crystal = match crystal {
                 Crystal::Right | Crystal::NotMeasured => None,
-                Crystal::Absent => Some(Latched::from(Fault::ClockAbsent)),
+                Crystal::Absent => Some(LatchedFault::from(Fault::ClockAbsent)),
                 Crystal::Wrong(mhz) => {
-                    Some(Latched { value: mhz, ..Latched::from(Fault::ClockWrong) })
+                    Some(LatchedFault { value: mhz, ..LatchedFault::from(Fault::ClockWrong) })
                 }
             };
-            let before = record.and_then(|record| record.as_latched()).or(fault.map(Latched::from));
+            let before =
+                record.and_then(|record| record.as_latched()).or(fault.map(LatchedFault::from));
             // A crystal's fault must not hide behind an old fault that a command may clear.
             let lasting = before.filter(|latched| !latched.fault.is_clearable());
             let fault = lasting.or(crystal).or(before);
@@ -172,7 +173,7 @@ mod app {
     }
 
     /// Keeps, for the time after the next reset, whether the servo is armed and what is latched.
-    fn remember(state: State, latched: Option<Latched>) {
+    fn remember(state: State, latched: Option<LatchedFault>) {
         retained::set_armed(state == State::Armed);
         match latched {
             Some(latched) => retained::keep(RetainedFault::latched(&latched)),

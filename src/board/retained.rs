@@ -8,7 +8,7 @@ use core::mem::MaybeUninit;
 use core::ptr;
 
 use stiction::Fault;
-use stiction::safety::fault::Latched;
+use stiction::safety::fault::LatchedFault;
 
 /// Bytes for the end of a source file's name.
 const TEXT: usize = 40;
@@ -59,17 +59,17 @@ impl RetainedFault {
     }
 
     /// Makes the record of a fault that the servo has latched.
-    pub const fn latched(latched: &Latched) -> Self {
+    pub const fn latched(latched: &LatchedFault) -> Self {
         Self::of(latched.fault).at(latched.tick, latched.value.to_bits())
     }
 
     /// Returns the fault again as the servo had latched it, after the reset.
-    pub fn as_latched(&self) -> Option<Latched> {
+    pub fn as_latched(&self) -> Option<LatchedFault> {
         let fault = self.fault()?;
         Some(match fault {
             // These have a place in the program instead.
-            Fault::Panic | Fault::HardFault => Latched::from(fault),
-            _ => Latched { fault, tick: self.place, value: f32::from_bits(self.status) },
+            Fault::Panic | Fault::HardFault => LatchedFault::from(fault),
+            _ => LatchedFault { fault, tick: self.place, value: f32::from_bits(self.status) },
         })
     }
 

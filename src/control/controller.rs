@@ -11,7 +11,7 @@ use crate::control::pd::PdGains;
 use crate::control::reference::{Reference, Setpoint};
 use crate::control::signal::{MAX_LAW_SIGNALS, Tick};
 use crate::control::velocity::{MAX_WINDOW, Velocity, VelocityState};
-use crate::units::error::Error;
+use crate::units::error::InvalidValue;
 use crate::units::position::Position;
 use crate::units::value::{Key, Table, Values, key, table};
 
@@ -127,7 +127,7 @@ impl Controller {
     ///
     /// # Errors
     /// Names the first value that is not allowed.
-    pub fn new(config: &ControllerConfig, hardware: &Hardware) -> Result<Self, Error> {
+    pub fn new(config: &ControllerConfig, hardware: &Hardware) -> Result<Self, InvalidValue> {
         // The drive comes first: the board knows narrower bounds of the PWM's frequency than its
         // declaration.
         let drive = Drive::new(&config.drive, hardware)?;

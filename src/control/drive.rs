@@ -13,7 +13,7 @@
 //! neighbouring one.
 
 use crate::control::hardware::Hardware;
-use crate::units::error::{Allowed, Error, HUGE};
+use crate::units::error::{Allowed, HUGE, InvalidValue};
 use crate::units::value::{Key, Table, Values, choice, key, table};
 
 choice! {
@@ -87,12 +87,12 @@ const PWM_HZ: Key = key(DriveConfig::ABOUT, "pwm_hz");
 /// let hardware = stiction::Hardware { pwm_clock_hz, supply_top, dead_time_max, sample_time };
 /// assert_eq!(stiction::control::drive::pwm_top(&hardware, 22e3), Ok(3818)); // 22.001 kHz
 /// ```
-pub fn pwm_top(hardware: &Hardware, pwm_hz: f32) -> Result<u16, Error> {
+pub fn pwm_top(hardware: &Hardware, pwm_hz: f32) -> Result<u16, InvalidValue> {
     // The bound is a whole hundred, so that a person can read the message.
     let lowest = libm::ceilf(hardware.pwm_clock_hz / (4.0 * 32_767.0) / 100.0) * 100.0;
     let allowed = Allowed::Between(lowest, hardware.pwm_clock_hz / 32.0);
     if !allowed.includes(pwm_hz) {
-        return Err(Error { key: PWM_HZ, found: pwm_hz, allowed });
+        return Err(InvalidValue { key: PWM_HZ, found: pwm_hz, allowed });
     }
     Ok((libm::roundf(hardware.pwm_clock_hz / (4.0 * pwm_hz)) as u16).clamp(1, 32_767) * 2)
 }
@@ -102,7 +102,7 @@ impl Drive {
     ///
     /// # Errors
     /// Names the value that is not allowed.
-    pub fn new(config: &DriveConfig, hardware: &Hardware) -> Result<Self, Error> {
+    pub fn new(config: &DriveConfig, hardware: &Hardware) -> Result<Self, InvalidValue> {
         let pwm_top = pwm_top(hardware, config.pwm_hz)?;
         config.validate()?;
         Ok(Self {

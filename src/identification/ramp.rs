@@ -25,7 +25,7 @@
 //! gathers speed for as long as the effort is held. A joint whose encoder does not count gets the
 //! full scale before the ramp gives up; the servo ends it sooner, by its monitors.
 
-use crate::units::error::{Error, between};
+use crate::units::error::{InvalidValue, between};
 use crate::units::value::Key;
 
 /// The number of a ramp's rate.
@@ -107,7 +107,12 @@ impl Ramp {
     /// # Errors
     /// Names `ramp_rates_v_per_s` unless the full scale is reached in one tick or more, and in a
     /// third of [`MAX_TICKS`] or less; names `hold_s` unless it is from 0 to [`MAX_TICKS`].
-    pub fn new(rate: f32, hold: f32, sample_time: f32, full_scale: f32) -> Result<Self, Error> {
+    pub fn new(
+        rate: f32,
+        hold: f32,
+        sample_time: f32,
+        full_scale: f32,
+    ) -> Result<Self, InvalidValue> {
         let longest = MAX_TICKS * sample_time;
         between(HOLD, hold, 0.0, longest * (1.0 + ROUNDING))?;
         let (slowest, fastest) = (3.0 * full_scale / longest, full_scale / sample_time);

@@ -7,7 +7,7 @@ use crate::control::controller::ControllerConfig;
 use crate::control::profile::ProfileLimits;
 use crate::safety::monitor::Limits;
 use crate::safety::open_loop::Bounds;
-use crate::units::error::{Error, HUGE, above, between};
+use crate::units::error::{HUGE, InvalidValue, above, between};
 use crate::units::value::Key;
 
 /// The numbers of the bounds, under which a refusal names them.
@@ -82,7 +82,7 @@ impl IdentificationPlan {
         controller: &ControllerConfig,
         limits: &Limits,
         profile: &ProfileLimits,
-    ) -> Result<Self, Error> {
+    ) -> Result<Self, InvalidValue> {
         let (tick, count) = (controller.sample_time, controller.encoder.resolution);
         let largest = controller.drive.full_scale * controller.drive.duty_max;
         let usual = match limits.breakaway_effort {

@@ -4,7 +4,7 @@ use heapless::{String, Vec};
 use serde::{Deserialize, Serialize};
 
 use super::CHUNK;
-use super::request::Numbered;
+use super::request::NumberedMessage;
 use super::sample::Sample;
 use crate::control::signal::{self, Form};
 use crate::identification::{MapPoint, SPEEDS, Summary};
@@ -12,7 +12,7 @@ use crate::motion::jog::JogFindings;
 use crate::parameters::DecodeError;
 use crate::parameters::store::SaveError;
 use crate::servo::{self, FrictionLevels};
-use crate::units::error::{Allowed, Error};
+use crate::units::error::{Allowed, InvalidValue};
 use crate::units::value::Key;
 
 /// A message from the device.
@@ -21,7 +21,7 @@ use crate::units::value::Key;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Message {
     /// The answer to a request.
-    Reply(Numbered<Reply>),
+    Reply(NumberedMessage<Reply>),
     /// Signals of a tick, which were subscribed.
     Sample(Sample),
 }
@@ -260,8 +260,8 @@ impl From<servo::Refusal> for RequestRefusal {
     }
 }
 
-impl From<Error> for RequestRefusal {
-    fn from(error: Error) -> Self {
+impl From<InvalidValue> for RequestRefusal {
+    fn from(error: InvalidValue) -> Self {
         Self::Value { key: error.key, found: error.found, allowed: error.allowed }
     }
 }
@@ -298,8 +298,8 @@ impl From<servo::State> for StateCode {
     }
 }
 
-impl From<crate::safety::fault::Latched> for FaultReport {
-    fn from(latched: crate::safety::fault::Latched) -> Self {
+impl From<crate::safety::fault::LatchedFault> for FaultReport {
+    fn from(latched: crate::safety::fault::LatchedFault) -> Self {
         Self { code: latched.fault as u8, tick: latched.tick, value: latched.value }
     }
 }

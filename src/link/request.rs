@@ -12,7 +12,7 @@ use crate::motion::jog::JogRequest;
 
 /// A request or a reply with its number.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Numbered<T> {
+pub struct NumberedMessage<T> {
     /// Number of the request, which counts up and wraps. A reply has that of its request.
     pub number: u16,
     /// The request or the reply.
@@ -29,8 +29,8 @@ pub const REQUEST: u8 = 0xFF;
 /// Encodes a request as a frame; returns none if it is too long.
 pub fn encode_request(number: u16, content: Request) -> Option<Frame> {
     match content {
-        Request::Hello { .. } => encode(&Numbered { number, content }),
-        _ => encode(&(REQUEST, Numbered { number, content })),
+        Request::Hello { .. } => encode(&NumberedMessage { number, content }),
+        _ => encode(&(REQUEST, NumberedMessage { number, content })),
     }
 }
 

@@ -17,7 +17,7 @@ use super::outbox::{FOR_ANSWERS, Outbox};
 use super::reply::{
     DeviceKind, Identity, Message, Reply, RequestRefusal, StateCode, Status, WireErrors,
 };
-use super::request::{Numbered, Request, decode_request};
+use super::request::{NumberedMessage, Request, decode_request};
 use super::telemetry::Subscription;
 use super::{CHUNK, PROTOCOL};
 use crate::control::drive::DriveConfig;
@@ -255,7 +255,7 @@ impl<const RING: usize> Session<RING> {
     /// that comes twice.
     #[inline(never)]
     fn answer(&mut self, number: u16, content: Reply, is_last: bool) {
-        let answer = encode(&Message::Reply(Numbered { number, content }));
+        let answer = encode(&Message::Reply(NumberedMessage { number, content }));
         self.outbox.put(answer.as_ref(), 0);
         if is_last {
             self.last = answer.map(|answer| (number, answer));

@@ -34,7 +34,7 @@ use crate::control::controller::ControllerConfig;
 use crate::control::device_config::DeviceConfig;
 use crate::safety::monitor::Standstill;
 use crate::safety::open_loop::{Bound, Bounds, OpenLoopState, SLACK};
-use crate::units::error::{Error, HUGE, above, between};
+use crate::units::error::{HUGE, InvalidValue, above, between};
 use crate::units::value::{Key, Table, key, table};
 
 /// Distance that shows the direction, counts: twice what a joint at rest may show.
@@ -129,7 +129,7 @@ impl JogBounds {
     }
 
     /// Refuses an effort that rises faster than the output's limit may after arming.
-    pub(crate) fn check(&self, full_scale: f32, device: &DeviceConfig) -> Result<(), Error> {
+    pub(crate) fn check(&self, full_scale: f32, device: &DeviceConfig) -> Result<(), InvalidValue> {
         between(RATE, self.rate, 0.0, steepest(full_scale, device))
     }
 
@@ -137,7 +137,7 @@ impl JogBounds {
     ///
     /// # Errors
     /// Names the value that is not less than the device's own, or too small to show a direction.
-    pub fn less(&self, asked: &JogRequest, resolution: f32) -> Result<Self, Error> {
+    pub fn less(&self, asked: &JogRequest, resolution: f32) -> Result<Self, InvalidValue> {
         let pick = |key, asked: Option<f32>, own: f32, least: f32| match asked {
             None => Ok(own),
             // What is the device's own bound in a decimal is no more than that.

@@ -25,7 +25,7 @@ use crate::control::reference::{
     CORNER_TIMES, Corner, HALF_BLEND, MAX_CORNERS, Reference, Step, Trajectory,
 };
 use crate::identification::{self, Ramp};
-use crate::units::error::{Allowed, Error, between};
+use crate::units::error::{Allowed, InvalidValue, between};
 use crate::units::position::Position;
 use crate::units::value::{About, Absent, InvalidBits, Key, Kind, Values};
 
@@ -177,7 +177,7 @@ impl Motion {
         &self,
         config: &ControllerConfig,
         profile: &ProfileLimits,
-    ) -> Result<Course, Error> {
+    ) -> Result<Course, InvalidValue> {
         self.check(config)?;
         let mut course = Course::default();
         self.prepare(config, profile, &mut course)?;
@@ -185,7 +185,7 @@ impl Motion {
     }
 
     /// Validates the motion as [`course`](Self::course) does, without preparing it.
-    pub(crate) fn check(&self, config: &ControllerConfig) -> Result<(), Error> {
+    pub(crate) fn check(&self, config: &ControllerConfig) -> Result<(), InvalidValue> {
         let ControllerConfig { sample_time, encoder, drive, .. } = config;
         self.validate()?;
         match self {
@@ -207,7 +207,7 @@ impl Motion {
         config: &ControllerConfig,
         profile: &ProfileLimits,
         course: &mut Course,
-    ) -> Result<(), Error> {
+    ) -> Result<(), InvalidValue> {
         let ControllerConfig { sample_time, encoder, drive, .. } = config;
         match self {
             Self::Hold => *course = Course::default(),
@@ -234,7 +234,7 @@ impl Motion {
 
     /// Refuses a ramp that rises faster than the output's limit may after arming. The soft start
     /// would cut such a ramp, and it would find the levels of another effort.
-    pub(crate) fn is_soft(&self, soft_start: f32, full_scale: f32) -> Result<(), Error> {
+    pub(crate) fn is_soft(&self, soft_start: f32, full_scale: f32) -> Result<(), InvalidValue> {
         match self {
             Self::Ramp { rate, .. } if soft_start > 0.0 => {
                 between(RAMP_RATE, *rate, 0.0, full_scale / soft_start)

@@ -21,7 +21,7 @@ use crate::identification::{self, IdentificationPlan, Ramp};
 use crate::motion::jog::{Jog, JogBounds, JogRequest};
 use crate::motion::{self, Course, Motion};
 use crate::safety::monitor::Limits;
-use crate::units::error::{Allowed, Error, between};
+use crate::units::error::{Allowed, InvalidValue, between};
 use crate::units::value::{About, Key, Table, Values, key, table};
 pub use names::about;
 pub use record::{DecodeError, FORMAT_VERSION, ROOM};
@@ -78,7 +78,7 @@ impl Parameters {
     ///
     /// # Errors
     /// Names the first value that is not allowed.
-    pub fn prepare(&self, hardware: &Hardware) -> Result<(Controller, Course), Error> {
+    pub fn prepare(&self, hardware: &Hardware) -> Result<(Controller, Course), InvalidValue> {
         self.check_times(hardware)?;
         self.check()?;
         let mut controller = Controller::new(&self.controller, hardware)?;
@@ -125,7 +125,7 @@ impl Parameters {
     ///
     /// # Errors
     /// Names the value.
-    pub(crate) fn check_times(&self, hardware: &Hardware) -> Result<(), Error> {
+    pub(crate) fn check_times(&self, hardware: &Hardware) -> Result<(), InvalidValue> {
         let [shortest, longest] = hardware.sample_time;
         between(SAMPLE_TIME, self.controller.sample_time, shortest, longest)?;
         between(DEAD_TIME, self.device.dead_time, 0.0, hardware.dead_time_max)
@@ -137,7 +137,7 @@ impl Parameters {
     /// # Errors
     /// Names the first value that is not allowed.
     #[inline(never)]
-    pub fn check(&self) -> Result<(), Error> {
+    pub fn check(&self) -> Result<(), InvalidValue> {
         self.validate()?;
         self.check_velocity()?;
         self.profile.check(self.controller.sample_time, self.controller.encoder.resolution)?;
@@ -147,11 +147,11 @@ impl Parameters {
     }
 
     /// Refuses a velocity of the profile at which every move would trip the overspeed.
-    fn check_velocity(&self) -> Result<(), Error> {
+    fn check_velocity(&self) -> Result<(), InvalidValue> {
         let (found, overspeed) = (self.profile.velocity, self.limits.overspeed);
         if overspeed > 0.0 && found > overspeed {
             let allowed = Allowed::UpTo(overspeed, OVERSPEED);
-            return Err(Error { key: VELOCITY, found, allowed });
+            return Err(InvalidValue { key: VELOCITY, found, allowed });
         }
         Ok(())
     }
@@ -161,7 +161,7 @@ impl Parameters {
     ///
     /// # Errors
     /// Names the value that is not allowed.
-    pub fn ramp(&self, rate: f32, hold: f32) -> Result<Ramp, Error> {
+    pub fn ramp(&self, rate: f32, hold: f32) -> Result<Ramp, InvalidValue> {
         let ControllerConfig { sample_time, drive, .. } = &self.controller;
         Motion::Ramp { rate, hold }.is_soft(self.device.soft_start, drive.full_scale)?;
         Ramp::new(rate, hold, *sample_time, drive.full_scale)
@@ -171,7 +171,7 @@ impl Parameters {
     ///
     /// # Errors
     /// Names the value that is more than the machine allows.
-    pub fn jog(&self, asked: &JogRequest) -> Result<Jog, Error> {
+    pub fn jog(&self, asked: &JogRequest) -> Result<Jog, InvalidValue> {
         let ControllerConfig { sample_time, encoder, .. } = &self.controller;
         let bounds = self.jog.less(asked, encoder.resolution)?;
         Ok(Jog::new(&bounds, *sample_time, encoder.resolution))
@@ -184,7 +184,7 @@ impl Parameters {
     pub fn identify(
         &self,
         asked: &identification::IdentificationRequest,
-    ) -> Result<IdentificationPlan, Error> {
+    ) -> Result<IdentificationPlan, InvalidValue> {
         IdentificationPlan::new(asked, &self.controller, &self.limits, &self.profile)
     }
 }

@@ -5,7 +5,7 @@ use core::fmt;
 use super::declarations;
 use crate::control::laws;
 use crate::motion;
-use crate::units::error::{Allowed, Error};
+use crate::units::error::{Allowed, InvalidValue};
 use crate::units::key::Key;
 use crate::units::value::About;
 
@@ -42,11 +42,11 @@ impl fmt::Display for ValuePath {
 /// assert!(message.starts_with("`controller.NAME.kp_v_per_deg` is NaN; allowed is a number"));
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct NamedError(pub Error);
+pub struct NamedError(pub InvalidValue);
 
 impl fmt::Display for NamedError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Error { key, found, allowed } = self.0;
+        let InvalidValue { key, found, allowed } = self.0;
         write!(f, "`{}` is {found}; allowed is {}", ValuePath(key), NamedBounds(allowed))
     }
 }

@@ -22,7 +22,7 @@ use super::Parameters;
 use crate::control::profile::ProfileLimits;
 use crate::motion::jog::JogBounds;
 use crate::safety::monitor::Limits;
-use crate::units::error::Error;
+use crate::units::error::InvalidValue;
 use crate::units::value::{Absent, Key, Table, Values, key};
 
 /// The format version of the body. Versions 1 to 3 were never released and are refused.
@@ -59,7 +59,7 @@ pub enum DecodeError {
     /// The record lacks a value that has to be there.
     Missing(Key),
     /// A value of the record is not allowed.
-    Value(Error),
+    Value(InvalidValue),
 }
 
 impl Parameters {

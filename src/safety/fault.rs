@@ -202,7 +202,7 @@ impl Fault {
 
 /// A fault that is latched, with its time and the value that tripped it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Latched {
+pub struct LatchedFault {
     /// The fault.
     pub fault: Fault,
     /// Ticks from power-on to the fault.
@@ -211,7 +211,7 @@ pub struct Latched {
     pub value: f32,
 }
 
-impl From<Fault> for Latched {
+impl From<Fault> for LatchedFault {
     fn from(fault: Fault) -> Self {
         Self { fault, tick: 0, value: 0.0 }
     }
@@ -222,13 +222,13 @@ impl From<Fault> for Latched {
 pub struct FaultLog {
     /// The last faults in a ring: the fault number `n` of all that there were is at `n` modulo its
     /// length.
-    entries: [Option<Latched>; HISTORY],
+    entries: [Option<LatchedFault>; HISTORY],
     count: u32,
 }
 
 impl FaultLog {
     /// Adds a fault, in the place of the oldest one if the log is full.
-    pub fn push(&mut self, latched: Latched) {
+    pub fn push(&mut self, latched: LatchedFault) {
         if let Some(entry) = self.entries.get_mut(self.count as usize % HISTORY) {
             *entry = Some(latched);
         }
@@ -236,7 +236,7 @@ impl FaultLog {
     }
 
     /// Returns the faults that are remembered, the oldest first.
-    pub fn iter(&self) -> impl Iterator<Item = &Latched> {
+    pub fn iter(&self) -> impl Iterator<Item = &LatchedFault> {
         let oldest = self.count as usize % HISTORY;
         (0..HISTORY).filter_map(move |i| self.entries.get((oldest + i) % HISTORY)?.as_ref())
     }

@@ -3,14 +3,14 @@
 use super::{ControlLoop, Follower, Servo, State, WakeUp};
 use crate::control::hardware::Hardware;
 use crate::parameters::{DecodeError, Parameters};
-use crate::safety::fault::{Fault, FaultLog, Latched};
+use crate::safety::fault::{Fault, FaultLog, LatchedFault};
 
 /// The boot: how the part came out of its last reset.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Boot {
     /// The fault that the part comes up with, if any; its time is that of the run in which it
     /// happened.
-    pub fault: Option<Latched>,
+    pub fault: Option<LatchedFault>,
     /// Whether a slot of the parameters is damaged: the parameters may not be those that were saved
     /// last, so nothing arms by itself.
     pub is_damaged: bool,
@@ -66,7 +66,7 @@ impl Servo {
             Err(DecodeError::Blank) => Some(Fault::NoParameters),
             Err(_) => Some(Fault::BadParameters),
         };
-        if let Some(latched) = boot.fault.or(refused.map(Latched::from)) {
+        if let Some(latched) = boot.fault.or(refused.map(LatchedFault::from)) {
             self.latch(latched);
         }
     }

@@ -11,7 +11,7 @@ use crate::control::signal::Tick;
 use crate::motion::{Course, CourseState};
 use crate::parameters::Parameters;
 use crate::safety::monitor::{MonitorState, Monitors};
-use crate::units::error::Error;
+use crate::units::error::InvalidValue;
 use crate::units::position::Position;
 
 /// The control loop of a joint, made of parameters by [`ControlLoop::prepare`].
@@ -44,7 +44,7 @@ impl ControlLoop {
         place: &mut Option<Self>,
         parameters: &Parameters,
         hardware: &Hardware,
-    ) -> Result<(), Error> {
+    ) -> Result<(), InvalidValue> {
         parameters.check_times(hardware)?;
         parameters.check()?;
         Self::begin_with(place, parameters, hardware)?;
@@ -64,7 +64,7 @@ impl ControlLoop {
         place: &mut Option<Self>,
         parameters: &Parameters,
         hardware: &Hardware,
-    ) -> Result<(), Error> {
+    ) -> Result<(), InvalidValue> {
         let Parameters { device, limits, controller: config, .. } = parameters;
         let mut controller = Controller::new(config, hardware)?;
         parameters.on_device(&mut controller, hardware);

@@ -1,11 +1,11 @@
 //! The faults of a servo: the first one is latched until a command clears it.
 
 use super::{Refusal, Servo, State};
-use crate::safety::fault::{Fault, FaultLog, Latched};
+use crate::safety::fault::{Fault, FaultLog, LatchedFault};
 
 impl Servo {
     /// Returns the fault that is latched, if there is one.
-    pub const fn latched(&self) -> Option<Latched> {
+    pub const fn latched(&self) -> Option<LatchedFault> {
         self.latched
     }
 
@@ -16,12 +16,12 @@ impl Servo {
 
     /// Latches a fault that has no value; see [`latch`](Self::latch).
     pub fn fault(&mut self, fault: Fault) {
-        self.latch(Latched { tick: self.clock, ..Latched::from(fault) });
+        self.latch(LatchedFault { tick: self.clock, ..LatchedFault::from(fault) });
     }
 
     /// Latches a fault, unless one is latched already. The next tick's output is off, and the loop
     /// forgets its state.
-    pub fn latch(&mut self, latched: Latched) {
+    pub fn latch(&mut self, latched: LatchedFault) {
         if matches!(self.state, State::Faulted(_)) {
             return;
         }

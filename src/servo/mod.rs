@@ -48,7 +48,7 @@ mod wake_up;
 use crate::control::controller::{Controller, Reading};
 use crate::control::signal::Tick;
 use crate::motion::{Course, CourseState};
-use crate::safety::fault::{Fault, FaultLog, Latched};
+use crate::safety::fault::{Fault, FaultLog, LatchedFault};
 use crate::safety::monitor::Standstill;
 pub use boot::Boot;
 pub use control_loop::ControlLoop;
@@ -83,7 +83,7 @@ pub struct Servo {
     clock: u32,
     follower: Follower,
     wake_up: WakeUp,
-    latched: Option<Latched>,
+    latched: Option<LatchedFault>,
     log: FaultLog,
 }
 
@@ -204,7 +204,7 @@ impl Servo {
         if let Some(trip) =
             control_loop.monitors.check(&mut control_loop.watch, seen, &tick, input.supply)
         {
-            self.latch(Latched { fault: trip.fault, tick: self.clock, value: trip.value });
+            self.latch(LatchedFault { fault: trip.fault, tick: self.clock, value: trip.value });
             return self.off(tick);
         }
         if control_loop.is_over() {

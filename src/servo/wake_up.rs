@@ -14,7 +14,7 @@
 use super::{Output, Servo};
 use crate::control::signal::Tick;
 use crate::parameters::Parameters;
-use crate::safety::fault::Latched;
+use crate::safety::fault::LatchedFault;
 
 /// The times of a driver, ticks.
 #[derive(Clone, Copy, Debug, Default)]
@@ -89,7 +89,7 @@ impl Servo {
         let seen = &self.follower.seen;
         let trip = control_loop.monitors.waking(&mut control_loop.watch, seen, supply);
         if let Some(trip) = trip {
-            self.latch(Latched { fault: trip.fault, tick: self.clock, value: trip.value });
+            self.latch(LatchedFault { fault: trip.fault, tick: self.clock, value: trip.value });
             return self.off(Tick::default());
         }
         // The joint may be turned meanwhile: the loop begins where it rests.

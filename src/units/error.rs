@@ -18,7 +18,7 @@ use crate::units::key::Key;
 /// assert!(message.starts_with("value 0x0401 is NaN; allowed is a number"), "{message}");
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Error {
+pub struct InvalidValue {
     /// The number of the value.
     pub key: Key,
     /// The value that was found, as a number.
@@ -64,7 +64,7 @@ impl Allowed {
     }
 }
 
-impl fmt::Display for Error {
+impl fmt::Display for InvalidValue {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "value {:#06x} is {}; allowed is {}", self.key.0, self.found, self.allowed)
     }
@@ -88,20 +88,20 @@ impl fmt::Display for Allowed {
     }
 }
 
-impl core::error::Error for Error {}
+impl core::error::Error for InvalidValue {}
 
 /// The bound of numbers that need no other: no gain, limit or length of a joint comes near it, and
 /// its square is still finite in `f32`.
 pub(crate) const HUGE: f32 = 1e6;
 
 /// Refuses a number that is not in `[low, high]`; NaN is in no range.
-pub(crate) fn between(key: Key, found: f32, low: f32, high: f32) -> Result<(), Error> {
+pub(crate) fn between(key: Key, found: f32, low: f32, high: f32) -> Result<(), InvalidValue> {
     let allowed = Allowed::Between(low, high);
-    if allowed.includes(found) { Ok(()) } else { Err(Error { key, found, allowed }) }
+    if allowed.includes(found) { Ok(()) } else { Err(InvalidValue { key, found, allowed }) }
 }
 
 /// Refuses a number that is not in `(low, high]`; NaN is in no range.
-pub(crate) fn above(key: Key, found: f32, low: f32, high: f32) -> Result<(), Error> {
+pub(crate) fn above(key: Key, found: f32, low: f32, high: f32) -> Result<(), InvalidValue> {
     let allowed = Allowed::Above(low, high);
-    if allowed.includes(found) { Ok(()) } else { Err(Error { key, found, allowed }) }
+    if allowed.includes(found) { Ok(()) } else { Err(InvalidValue { key, found, allowed }) }
 }

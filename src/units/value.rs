@@ -14,7 +14,7 @@
 
 pub use crate::units::key::Key;
 
-use crate::units::error::{Allowed, Error};
+use crate::units::error::{Allowed, InvalidValue};
 
 /// What a value becomes that is not set.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -184,10 +184,10 @@ pub trait Values {
     ///
     /// # Errors
     /// Names the first such value.
-    fn validate(&self) -> Result<(), Error> {
+    fn validate(&self) -> Result<(), InvalidValue> {
         self.each(&mut |key, _| match self.with_bounds(key) {
             Some((found, allowed)) if !allowed.includes(found) => {
-                Err(Error { key, found, allowed })
+                Err(InvalidValue { key, found, allowed })
             }
             _ => Ok(()),
         })

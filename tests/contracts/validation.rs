@@ -2,7 +2,7 @@
 
 use stiction::control::laws::RobustGains;
 use stiction::parameters;
-use stiction::{Allowed, Error};
+use stiction::{Allowed, InvalidValue};
 
 use super::fixture::*;
 
@@ -158,7 +158,7 @@ fn examples_of_the_laws_are_the_gains_of_the_thesis() {
 }
 
 /// Returns the name of the value that was refused.
-fn name_of(error: Error) -> &'static str {
+fn name_of(error: InvalidValue) -> &'static str {
     parameters::about(error.key).unwrap().name
 }
 
@@ -202,7 +202,7 @@ fn drive_and_window_are_refused_just_outside_their_ranges() {
 #[test]
 fn trajectory_is_refused_unless_its_blends_have_room() {
     // Blends of 12.5 ticks on either side.
-    let refused = |ticks: &[u32], half_blend_s, sample_time, resolution| -> Option<Error> {
+    let refused = |ticks: &[u32], half_blend_s, sample_time, resolution| -> Option<InvalidValue> {
         let corners: Vec<_> = ticks.iter().map(|&tick| corner(tick, Position::default())).collect();
         Trajectory::new(&corners, half_blend_s, sample_time, resolution).err()
     };

@@ -10,7 +10,7 @@ use stiction::identification;
 use stiction::link::{CHUNK, PROTOCOL, Request, encode_request};
 use stiction::motion::jog::JogRequest;
 use stiction::parameters::{DeviceConfig, ROOM, record};
-use stiction::safety::fault::Latched;
+use stiction::safety::fault::LatchedFault;
 use stiction::servo::State;
 use stiction::units::position::Position;
 use stiction::units::value::{Key, Table, key};
@@ -394,7 +394,7 @@ impl Chaos {
             5 => {
                 let fault = Fault::ALL[random.below(Fault::ALL.len() as u64) as usize];
                 if fault.is_clearable() {
-                    self.device.device.servo().latch(Latched::from(fault));
+                    self.device.device.servo().latch(LatchedFault::from(fault));
                 }
             }
             _ => {

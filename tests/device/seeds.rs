@@ -12,7 +12,7 @@ use stiction::control::laws::FIRST_LAW;
 use stiction::control::pd::PdGains;
 use stiction::control::signal::SIGNALS;
 use stiction::identification;
-use stiction::link::{CHUNK, Numbered, PROTOCOL, REQUEST, Request, encode_request};
+use stiction::link::{CHUNK, NumberedMessage, PROTOCOL, REQUEST, Request, encode_request};
 use stiction::motion::jog::JogRequest;
 use stiction::parameters::{ROOM, record};
 use stiction::units::position::Position;
@@ -28,7 +28,7 @@ fn folder(target: &str) -> PathBuf {
 fn message(number: u16, content: Request) -> Vec<u8> {
     let is_hello = matches!(content, Request::Hello { .. });
     let mut room = [0; 512];
-    let plain = postcard::to_slice(&Numbered { number, content }, &mut room).unwrap();
+    let plain = postcard::to_slice(&NumberedMessage { number, content }, &mut room).unwrap();
     if is_hello { plain.to_vec() } else { [&[REQUEST], &*plain].concat() }
 }
 

@@ -6,7 +6,7 @@
 
 use std::time::Duration;
 
-use emulator::board_under_test::Halted;
+use emulator::board_under_test::HaltedBoard;
 use emulator::fault_injection::Injection;
 use emulator::wire::EmulatedWire;
 use simulator::device::client::Client;
@@ -65,7 +65,7 @@ fn board(set: &[&str]) -> Client<EmulatedWire> {
 
 fn look(client: &mut Client<EmulatedWire>) -> Seen {
     let mut read = |address: u64| {
-        let register = move |halted: &mut Halted<'_>| halted.register(address);
+        let register = move |halted: &mut HaltedBoard<'_>| halted.register(address);
         client.wire().board.act(register).unwrap().unwrap()
     };
     for (what, address, bits, expected) in FIXED {

@@ -3,7 +3,7 @@
 //!
 //! Blind to the pins themselves: the emulator's have no spikes that a filter could take.
 
-use emulator::board_under_test::Halted;
+use emulator::board_under_test::HaltedBoard;
 use emulator::wire::EmulatedWire;
 use simulator::device::client::Client;
 
@@ -22,7 +22,8 @@ fn registers<const N: usize>(set: &[&str], addresses: [u64; N]) -> [u32; N] {
     let set = [&["drive.pwm_hz=2000", "reference.steps_deg=[5.0]"], set].concat();
     let plan = plans("step-response", &["pd"], &set).remove(0);
     let mut client = Client::connect(EmulatedWire::with(&firmware(), &plan).unwrap()).unwrap();
-    let read = move |halted: &mut Halted<'_>| addresses.map(|address| halted.register(address));
+    let read =
+        move |halted: &mut HaltedBoard<'_>| addresses.map(|address| halted.register(address));
     client.wire().board.act(read).unwrap().map(Option::unwrap)
 }
 

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use emulator::board::FittedParts;
-use emulator::board_under_test::Halted;
+use emulator::board_under_test::HaltedBoard;
 use emulator::fault_injection::Injection;
 use emulator::wire::EmulatedWire;
 use simulator::device::client::Client;
@@ -104,7 +104,7 @@ fn client() -> Client<EmulatedWire> {
 }
 
 fn options(client: &mut Client<EmulatedWire>, set: Option<u64>) -> u64 {
-    let act = move |halted: &mut Halted<'_>| {
+    let act = move |halted: &mut HaltedBoard<'_>| {
         if let Some(word) = set {
             halted.board().set_option_bytes(word);
         }

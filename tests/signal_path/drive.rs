@@ -3,7 +3,7 @@
 use proptest::prelude::*;
 use stiction::control::drive::{Drive, DriveConfig, Duty, PwmMode, pwm_top};
 use stiction::parameters::names::ValuePath;
-use stiction::{Error, Hardware};
+use stiction::{Hardware, InvalidValue};
 
 use super::{HALF_ULP, config};
 
@@ -24,7 +24,7 @@ const TIMER: Hardware = Hardware {
 };
 
 /// A drive whose timer has this top.
-fn drive(full_scale: f32, lsb: f32, mode: PwmMode, top: u16) -> Result<Drive, Error> {
+fn drive(full_scale: f32, lsb: f32, mode: PwmMode, top: u16) -> Result<Drive, InvalidValue> {
     let pwm_hz = TIMER.pwm_clock_hz / (2.0 * f32::from(top));
     let drive = Drive::new(&DriveConfig { full_scale, lsb, mode, pwm_hz, duty_max: 1.0 }, &TIMER)?;
     assert_eq!(drive.pwm_top(), top);

@@ -63,7 +63,7 @@ pub struct PoweredOffBoard<C> {
 }
 
 /// Action on a halted board.
-pub type BoardAction<C> = Box<dyn for<'a> FnOnce(&mut Halted<'a, C>) + Send>;
+pub type BoardAction<C> = Box<dyn for<'a> FnOnce(&mut HaltedBoard<'a, C>) + Send>;
 
 /// Command to a halted board.
 pub enum BoardCommand<C> {
@@ -92,7 +92,7 @@ pub enum StopCondition {
 }
 
 /// The board is halted between two instructions.
-pub struct Halted<'a, C = PlantInLockstep> {
+pub struct HaltedBoard<'a, C = PlantInLockstep> {
     /// The harness has what has been seen, and what is on the pins.
     pub harness: &'a mut Harness<C>,
     pub(super) session: &'a mut Session<EmulatedBoard>,
@@ -179,7 +179,7 @@ impl<C: PlantCoupling> BoardUnderTest<C> {
     /// If the image cannot go on.
     pub fn act<T: Send + 'static>(
         &mut self,
-        act: impl for<'a> FnOnce(&mut Halted<'a, C>) -> T + Send + 'static,
+        act: impl for<'a> FnOnce(&mut HaltedBoard<'a, C>) -> T + Send + 'static,
     ) -> Result<T, Error> {
         let (done, result) = channel();
         // The caller waits for it below.
@@ -231,7 +231,7 @@ fn gone() -> Error {
     Error::Emulator("the emulated board is powered off".into())
 }
 
-impl<C> Halted<'_, C> {
+impl<C> HaltedBoard<'_, C> {
     /// Gives the time since power-on, ns.
     pub const fn now(&self) -> u64 {
         self.stop.at.0
@@ -285,7 +285,7 @@ impl<C> Halted<'_, C> {
     }
 }
 
-impl Halted<'_> {
+impl HaltedBoard<'_> {
     /// Gives access to the joint.
     pub const fn plant(&mut self) -> &mut Plant<RunJoint> {
         &mut self.harness.coupling.plant.plant

@@ -10,7 +10,7 @@ use rigless::session::Reset;
 use rigless::soc::Width;
 
 use super::board::FittedParts;
-use super::board_under_test::{BoardUnderTest, Halted, PoweredOffBoard, StopCondition};
+use super::board_under_test::{BoardUnderTest, HaltedBoard, PoweredOffBoard, StopCondition};
 use super::bridge::BridgeInputs;
 use super::harness::Harness;
 use super::image::FirmwareImage;
@@ -162,7 +162,7 @@ fn observed(
     Ok(BoardObservation { on_ns, any_ns, last, compares, ticks_ns, log: log.lines, resets })
 }
 
-impl<C> Halted<'_, C> {
+impl<C> HaltedBoard<'_, C> {
     /// Injects a fault.
     pub fn inject(&mut self, fault: Injection) {
         let (at, instructions) = (self.stop.at, self.stop.instruction_count);

@@ -12,7 +12,7 @@ use rigless::session::Session;
 use rigless::time::{NO_DEADLINE, VirtualNanos};
 
 use super::board::{EmulatedBoard, TIM11_CCR1};
-use super::board_under_test::{BoardCommand, Halted, StopCondition};
+use super::board_under_test::{BoardCommand, HaltedBoard, StopCondition};
 use super::bridge::BridgeInputs;
 use super::coupling::PlantCoupling;
 use super::guard::Guard;
@@ -154,7 +154,7 @@ impl<C: PlantCoupling> Harness<C> {
             match self.orders.recv() {
                 Ok(BoardCommand::Until(until)) => self.until = Some(until),
                 Ok(BoardCommand::Act(act)) => {
-                    act(&mut Halted { harness: self, session, host, stop: *stop });
+                    act(&mut HaltedBoard { harness: self, session, host, stop: *stop });
                     if self.answer.send(()).is_err() {
                         return false;
                     }

@@ -11,7 +11,7 @@
 use stiction::control::encoder::EncoderState;
 use stiction::control::profile::Profile;
 use stiction::control::reference::Reference;
-use stiction::safety::fault::Latched;
+use stiction::safety::fault::LatchedFault;
 use stiction::servo::{Boot, Input, Refusal, State};
 use stiction::{Controller, Course, CourseState, Motion, Parameters, Reading, Servo, Tick};
 
@@ -74,7 +74,7 @@ pub struct WatchedServo {
     /// Last tick.
     followed: Tick,
     /// Fault that ended the motion, and the number of its tick.
-    pub fault: Option<(Latched, u32)>,
+    pub fault: Option<(LatchedFault, u32)>,
 }
 
 /// Ticks until the servo detects rest: at least 50 ms with a tick of 0.1 ms or more.

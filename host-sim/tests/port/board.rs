@@ -11,7 +11,9 @@ use std::time::Duration;
 use serialport::{SerialPort, TTYPort};
 use simulator::device::simulated::SimulatedDevice;
 use simulator::experiment::{Document, Experiment};
-use stiction::link::{Deframer, DeviceKind, Identity, Message, Numbered, PROTOCOL, Reply, encode};
+use stiction::link::{
+    Deframer, DeviceKind, Identity, Message, NumberedMessage, PROTOCOL, Reply, encode,
+};
 use stiction::servo::State;
 
 use crate::program::{self, SPAWNING, pseudoterminal};
@@ -124,7 +126,7 @@ fn run(manner: Manner, mut master: TTYPort, done: &AtomicBool, progress: &Atomic
                     kind: DeviceKind::Board,
                     version: "9.8.7".try_into().unwrap(),
                 };
-                let reply = Numbered { number: 1, content: Reply::Hello(identity) };
+                let reply = NumberedMessage { number: 1, content: Reply::Hello(identity) };
                 encode(&Message::Reply(reply)).unwrap().to_vec()
             }
             Manner::Banner if turn.is_multiple_of(20) => b"ok T:21.3 /0.0\r\n".to_vec(),

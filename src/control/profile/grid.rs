@@ -11,7 +11,7 @@
 
 use super::approach::Approach;
 use super::limits::ProfileLimits;
-use crate::units::error::{Allowed, Error};
+use crate::units::error::{Allowed, InvalidValue};
 use crate::units::value::{Key, Table, key};
 
 /// Most entries of the ring: N, as a power of two.
@@ -133,7 +133,7 @@ impl ProfileLimits {
     ///
     /// # Errors
     /// Names the limit, and its bounds beside the others.
-    pub(crate) fn check(&self, sample_time: f32, resolution: f32) -> Result<(), Error> {
+    pub(crate) fn check(&self, sample_time: f32, resolution: f32) -> Result<(), InvalidValue> {
         Grid::new(self, sample_time, resolution).map(|_| ())
     }
 }
@@ -143,13 +143,17 @@ impl Grid {
     ///
     /// # Errors
     /// Names the limit that cannot be kept in whole units, and what it may be beside the others.
-    pub fn new(limits: &ProfileLimits, sample_time: f32, resolution: f32) -> Result<Self, Error> {
+    pub fn new(
+        limits: &ProfileLimits,
+        sample_time: f32,
+        resolution: f32,
+    ) -> Result<Self, InvalidValue> {
         let span = span(limits, sample_time);
         let longest = power(MOST_ENTRIES + MOST_TICKS);
         // What is no number is in no range.
         if !(0.0..=longest).contains(&(span * ROUNDING)) {
             let least = 2.0 * limits.acceleration / (longest * sample_time);
-            return Err(Error {
+            return Err(InvalidValue {
                 key: JERK,
                 found: limits.jerk,
                 allowed: Allowed::Between(least, 1e15),
@@ -163,7 +167,7 @@ impl Grid {
         {
             let allowed = Allowed::Between(least, most);
             if !allowed.includes(found) {
-                return Err(Error { key, found, allowed });
+                return Err(InvalidValue { key, found, allowed });
             }
         }
         let [fastest, change] = frame.in_counts(limits).map(|x| (x * power(bits)) as i32);

@@ -41,7 +41,7 @@ pub use bounded_acceleration::{BoundedAcceleration, LimitedReference};
 pub use limits::ProfileLimits;
 
 use crate::control::reference::Setpoint;
-use crate::units::error::Error;
+use crate::units::error::InvalidValue;
 use crate::units::position::Position;
 use grid::Grid;
 
@@ -106,7 +106,7 @@ impl Profile {
         limits: &ProfileLimits,
         sample_time: f32,
         resolution: f32,
-    ) -> Result<Self, Error> {
+    ) -> Result<Self, InvalidValue> {
         let mut profile = Self {
             grid: Grid::new(limits, sample_time, resolution)?,
             units: 0.0,

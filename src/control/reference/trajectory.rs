@@ -25,7 +25,7 @@ use serde::{Deserialize, Serialize};
 use super::Setpoint;
 use crate::control::controller::SAMPLE_TIME;
 use crate::control::encoder::RESOLUTION;
-use crate::units::error::{Allowed, Error, HUGE, above, between};
+use crate::units::error::{Allowed, HUGE, InvalidValue, above, between};
 use crate::units::position::{Position, Rate};
 use crate::units::value::Key;
 
@@ -86,7 +86,7 @@ impl Trajectory {
         half_blend_s: f32,
         sample_time: f32,
         resolution: f32,
-    ) -> Result<Self, Error> {
+    ) -> Result<Self, InvalidValue> {
         Self::validate(corners, half_blend_s, sample_time, resolution)?;
         let mut trajectory = Self::EMPTY;
         trajectory.set(corners, half_blend_s, sample_time, resolution);
@@ -102,7 +102,7 @@ impl Trajectory {
         half_blend_s: f32,
         sample_time: f32,
         resolution: f32,
-    ) -> Result<(), Error> {
+    ) -> Result<(), InvalidValue> {
         between(CORNER_TIMES, corners.len() as f32, 1.0, MAX_CORNERS as f32)?;
         above(SAMPLE_TIME, sample_time, 0.0, 1.0)?;
         above(RESOLUTION, resolution, 0.0, HUGE)?;
@@ -121,7 +121,7 @@ impl Trajectory {
                     None => Allowed::Between(half_blend_s, HUGE),
                     Some(_) => Allowed::LaterBy(2.0 * half_blend_s),
                 };
-                return Err(Error { key: CORNER_TIMES, found, allowed });
+                return Err(InvalidValue { key: CORNER_TIMES, found, allowed });
             }
             before = Some(corner.tick);
         }

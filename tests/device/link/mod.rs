@@ -6,7 +6,7 @@ use simulator::device::simulated::SimulatedDevice;
 use simulator::device::wire::SimulatedWire;
 use stiction::control::signal::SIGNALS;
 use stiction::link::{
-    Deframer, Message, Numbered, PROTOCOL, Reply, Request, RequestRefusal, encode_request,
+    Deframer, Message, NumberedMessage, PROTOCOL, Reply, Request, RequestRefusal, encode_request,
 };
 
 use crate::fixture::plans;
@@ -57,7 +57,7 @@ fn replies(bytes: &[u8]) -> Vec<(u16, Reply)> {
     let (mut deframer, mut replies) = (Deframer::default(), vec![]);
     for &byte in bytes {
         if let Some(message) = deframer.push(byte)
-            && let Message::Reply(Numbered { number, content }) =
+            && let Message::Reply(NumberedMessage { number, content }) =
                 postcard::from_bytes(message).unwrap()
         {
             replies.push((number, content));

@@ -71,7 +71,7 @@ fn a_frame_that_comes_again_and_again_is_no_sign_of_life() {
     // direction.
     let plain = |number| {
         let content = Request::Status;
-        encode(&stiction::link::Numbered { number, content }).unwrap().to_vec()
+        encode(&stiction::link::NumberedMessage { number, content }).unwrap().to_vec()
     };
     for stuck in [frame(3, Request::Arm), frame(2, Request::Status), hello(9, 7), plain(4)] {
         let mut simulated = armed();
@@ -81,8 +81,9 @@ fn a_frame_that_comes_again_and_again_is_no_sign_of_life() {
 
 #[test]
 fn every_client_can_stop_a_device_and_say_hello_to_it() {
-    let plain =
-        |number, content| encode(&stiction::link::Numbered { number, content }).unwrap().to_vec();
+    let plain = |number, content| {
+        encode(&stiction::link::NumberedMessage { number, content }).unwrap().to_vec()
+    };
     let mut simulated = armed();
     let [(4, stiction::link::Reply::Hello(_))] =
         say(&mut simulated, &plain(4, Request::Hello { protocol: 2, session: 1 }))[..]

@@ -14,7 +14,7 @@ use std::sync::{Arc, Mutex};
 use emulator::board::FittedParts;
 use emulator::fault_injection::{BoardObservation, Injection, converse};
 use stiction::link::{
-    CHUNK, Deframer, Message, Numbered, PROTOCOL, Reply, Request, RequestRefusal, Sample,
+    CHUNK, Deframer, Message, NumberedMessage, PROTOCOL, Reply, Request, RequestRefusal, Sample,
     StateCode, Status, encode_request,
 };
 use stiction::parameters::ROOM;
@@ -116,7 +116,7 @@ impl Script {
         let mut talked = Talked { observed, replies: vec![], samples: vec![] };
         for (at, message) in messages {
             match message.clone() {
-                Message::Reply(Numbered { number, content }) => {
+                Message::Reply(NumberedMessage { number, content }) => {
                     talked.replies.push((*at, number, content))
                 }
                 Message::Sample(sample) => talked.samples.push(sample),

@@ -1,7 +1,7 @@
 //! A board with the simulated joint on its pins and a client on its USART, in the situations that a
 //! fault may come in.
 
-use emulator::board_under_test::Halted;
+use emulator::board_under_test::HaltedBoard;
 use emulator::coupling::ImageSample;
 use emulator::wire::EmulatedWire;
 use files::encoder::Wires;
@@ -143,7 +143,7 @@ impl Driven {
     /// Does something to the board.
     pub fn act<T: Send + 'static>(
         &mut self,
-        act: impl for<'a> FnOnce(&mut Halted<'a>) -> T + Send + 'static,
+        act: impl for<'a> FnOnce(&mut HaltedBoard<'a>) -> T + Send + 'static,
     ) -> T {
         self.client().wire().board.act(act).unwrap()
     }
@@ -176,7 +176,7 @@ impl Driven {
 }
 
 /// Nothing is wrong with the board any more.
-pub fn sound(halted: &mut Halted<'_>) {
+pub fn sound(halted: &mut HaltedBoard<'_>) {
     halted.rewire(Wires::Sound);
     halted.board().supply(1650);
     halted.plant().brake_v = 0.0;

@@ -1,6 +1,6 @@
 //! What is done to joint, wires and board, and within how many ticks it has to be seen.
 
-use emulator::board_under_test::Halted;
+use emulator::board_under_test::HaltedBoard;
 use emulator::fault_injection::Injection;
 use files::encoder::Wires;
 use stiction::Fault;
@@ -17,7 +17,7 @@ pub struct Row {
     /// Keys that take the row's fault out of the shadow of those that would be seen earlier.
     pub set: &'static [&'static str],
     /// What is done in every tick from the injection on.
-    pub inject: fn(&mut Halted<'_>, u32),
+    pub inject: fn(&mut HaltedBoard<'_>, u32),
     /// Ticks from the injection to the detection, at least and at most, by situation; or why it
     /// cannot be.
     pub within: [Result<[u32; 2], &'static str>; 3],
@@ -233,7 +233,7 @@ fn is_gain(word: u32) -> bool {
 
 /// No parameters that are accepted lead to a value that is not finite, so the servo's own copy of a
 /// gain is changed.
-fn spoil_gain(halted: &mut Halted<'_>) {
+fn spoil_gain(halted: &mut HaltedBoard<'_>) {
     let mut spoiled = 0;
     for (address, length) in crate::common::firmware().variable("_servo") {
         let words = halted.words(address, length / 4).unwrap();

@@ -81,7 +81,8 @@ pub fn refused(refused: &RequestRefusal) -> String {
             "its firmware cannot read version {version} of the parameters; the old ones stay in use"
         ),
         RequestRefusal::Value { key, found, allowed } => {
-            NamedError(stiction::Error { key: *key, found: *found, allowed: *allowed }).to_string()
+            NamedError(stiction::InvalidValue { key: *key, found: *found, allowed: *allowed })
+                .to_string()
         }
         RequestRefusal::UnknownValue(key) => {
             format!(

@@ -27,7 +27,7 @@ const DERIVED_FROM: [&str; 11] = [
 impl RunPlan {
     /// Converts an error of the core to one with the key and the value of the file. The declaration
     /// of the value has its table.
-    pub fn explain(&self, error: &stiction::Error) -> Error {
+    pub fn explain(&self, error: &stiction::InvalidValue) -> Error {
         let Some(about) = parameters::about(error.key) else {
             return Error::Input(NamedError(*error).to_string());
         };

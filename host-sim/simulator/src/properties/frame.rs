@@ -1,6 +1,6 @@
 //! Property of frames: garbage does not damage the next frame.
 
-use stiction::link::{Deframer, MAX_MESSAGE, Numbered, Request, encode};
+use stiction::link::{Deframer, MAX_MESSAGE, NumberedMessage, Request, encode};
 
 /// Returns the number of whole messages in the bytes.
 pub fn holds(bytes: &[u8]) -> usize {
@@ -16,11 +16,12 @@ pub fn holds(bytes: &[u8]) -> usize {
     let ends = bytes.iter().filter(|&&byte| byte == 0).count();
     assert!(whole + deframer.bad() as usize <= ends + 1);
 
-    let after = Numbered { number: 0x1234, content: Request::Status };
+    let after = NumberedMessage { number: 0x1234, content: Request::Status };
     let frame = encode(&after).unwrap_or_default();
     deframer.push(0);
     let found = frame.iter().filter_map(|&byte| deframer.push(byte).map(<[u8]>::to_vec)).last();
-    let found = found.and_then(|message| postcard::from_bytes::<Numbered<Request>>(&message).ok());
+    let found =
+        found.and_then(|message| postcard::from_bytes::<NumberedMessage<Request>>(&message).ok());
     assert_eq!(found, Some(after), "a whole frame after garbage and a zero");
     whole
 }

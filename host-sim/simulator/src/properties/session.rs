@@ -5,7 +5,7 @@ use stiction::control::drive::Drive;
 use stiction::device::Device;
 use stiction::link::{Deframer, Request, decode_request, encode};
 use stiction::parameters::store::Store;
-use stiction::safety::fault::Latched;
+use stiction::safety::fault::LatchedFault;
 use stiction::servo::{Boot, Input, State};
 use stiction::{Fault, Parameters};
 
@@ -82,7 +82,7 @@ impl CheckedDevice {
     pub fn latch(&mut self, which: usize) {
         let Some(fault) = Fault::ALL.get(which % Fault::ALL.len()) else { return };
         if let Some(device) = &mut self.device {
-            device.servo().latch(Latched::from(*fault));
+            device.servo().latch(LatchedFault::from(*fault));
         }
     }
 

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use stiction::link::{Message, Numbered, Reply, Request, RequestRefusal, encode_request};
+use stiction::link::{Message, NumberedMessage, Reply, Request, RequestRefusal, encode_request};
 
 use super::Client;
 use crate::device::wire::Wire;
@@ -107,7 +107,9 @@ impl<W: Wire> Client<W> {
             let Some(message) = self.deframer.push(byte) else { continue };
             self.heard.whole = true;
             match postcard::from_bytes(message) {
-                Ok(Message::Reply(Numbered { number, content })) if number == self.number => {
+                Ok(Message::Reply(NumberedMessage { number, content }))
+                    if number == self.number =>
+                {
                     self.subscription.answered();
                     reply = Some(content);
                 }
