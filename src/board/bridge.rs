@@ -255,7 +255,7 @@ pub fn silence_break() {
     unsafe { (*pac::TIM1::ptr()).dier().modify(|_, w| w.bie().clear_bit()) };
 }
 
-/// Lets the break interrupt come again. Its task has to be locked out.
+/// Enables the break interrupt again. The caller must have locked out its task.
 pub fn hear_break() {
     // SAFETY: as above.
     unsafe { (*pac::TIM1::ptr()).dier().modify(|_, w| w.bie().set_bit()) };

@@ -52,7 +52,7 @@ pub struct Port {
     _pins: (PA9<Alternate<7>>, PA10<Alternate<7>>),
 }
 
-/// What has come over the wire, which the link reads.
+/// Bytes received over the wire, for the link.
 pub struct ReceiveQueue {
     reader: Reader,
 }

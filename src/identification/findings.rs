@@ -86,14 +86,14 @@ pub struct MapPoint {
     pub windows: u16,
 }
 
-/// What there is to doubt in a result.
+/// Doubts about a result.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Doubts {
     /// The rows do not determine the parameters.
     pub no_fit: bool,
     /// The fit leaves more than a twentieth of the efforts.
     pub poor_fit: bool,
-    /// There were few rows.
+    /// The regression has fewer than 24 rows.
     pub few_rows: bool,
     /// The breakaway differs between the places by more than 15 %: without the load, unless there
     /// is a fit without gravity.

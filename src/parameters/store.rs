@@ -65,7 +65,7 @@ impl<F: NorFlash> Store<F> {
         slots.into_iter().any(|slot| !matches!(self.decode(slot), Ok(_) | Err(DecodeError::Blank)))
     }
 
-    /// Makes these the parameters that count. They must have been validated.
+    /// Saves validated parameters, which the next boot then uses.
     ///
     /// To save takes seconds and stops the program, so the output has to be off.
     ///

@@ -104,7 +104,7 @@ impl Default for FittedParts {
     }
 }
 
-/// The emulated board.
+/// The emulated microcontroller with what is wired to its pins.
 #[derive(Debug)]
 pub struct EmulatedBoard {
     /// The microcontroller.

@@ -15,20 +15,20 @@ use rigless::time::VirtualNanos;
 use super::board::EmulatedBoard;
 use super::bridge::BridgeInputs;
 
-/// A sample is what can be seen from outside of one passage of the control task.
+/// One passage of the control task, as seen from outside.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ImageSample {
-    /// The sample began at this time, ns since power-on.
+    /// Start of the sample, ns since power-on.
     pub at_ns: u64,
-    /// This control tick since the last reset began it, the first being 1. None: it had no tick.
+    /// Number of its control tick since the last reset, from 1; none if it had no tick.
     pub clock: Option<u32>,
-    /// The image has read this from the encoder's counter.
+    /// Counter of the encoder, as the image read it.
     pub counter: u32,
-    /// The encoder's wires showed the disc here at that instant, in counts.
+    /// Position of the disc on the encoder's wires at that instant, counts.
     pub shown: i64,
-    /// The bridge is in this state after it.
+    /// State of the bridge after the sample.
     pub bridge: BridgeInputs,
-    /// The bridge stands for this code of the drive; zero if it is off.
+    /// Drive code of the bridge's state; zero if it is off.
     pub code: i16,
 }
 
@@ -43,7 +43,7 @@ pub struct Sampling {
     pub period_ns: u64,
     /// The duty of this sample is taken at this time.
     pub due: VirtualNanos,
-    /// The sample began at this time.
+    /// Start of the sample, ns since power-on.
     pub begun: VirtualNanos,
     /// The control tick has read the counter, and its duty has not been taken.
     pub is_open: bool,
@@ -71,7 +71,7 @@ impl Sampling {
         }
     }
 
-    /// Takes a read of the counter, and says whether it begins a tick.
+    /// Records a read of the counter, and returns whether it starts a tick.
     pub fn read(
         &mut self,
         board: &mut EmulatedBoard,

@@ -80,7 +80,7 @@ pub struct BoardObservation {
     pub last: BridgeInputs,
     /// It was on with these compare values, each with the time at which it came, ns.
     pub compares: Vec<(u64, u16)>,
-    /// The image read the encoder at these times, ns since power-on: early in each control tick.
+    /// Times at which the image read the encoder, ns since power-on: early in each control tick.
     pub ticks_ns: Vec<u64>,
     /// The firmware logged these lines.
     pub log: Vec<LogLine>,

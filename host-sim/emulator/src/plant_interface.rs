@@ -50,8 +50,9 @@ impl PowerStage {
         Ok(Self { config, drive: *plan.closed_loop()?.controller.drive() })
     }
 
-    /// The code of what is on the bridge; `near` if that gives the same duty, and zero if it is
-    /// off. A duty of another program than the plan's has the code of the nearest duty.
+    /// Returns the drive code of the bridge's state; `near` if that gives the same duty, zero if the
+    /// bridge is off. A duty of another program than the plan's has the code of the nearest
+    /// duty.
     pub fn code(&mut self, bridge: &BridgeInputs, near: i16) -> i16 {
         if !bridge.is_on() {
             return 0;
@@ -68,10 +69,10 @@ impl PowerStage {
     }
 }
 
-/// The joint of a plan is driven by the bridge.
+/// The joint of a plan, driven by the board's bridge.
 #[derive(Debug)]
 pub struct DrivenPlant {
-    /// The joint has an encoder and an amplifier.
+    /// Joint, with encoder and amplifier.
     pub plant: Plant<RunJoint>,
     stage: PowerStage,
     code: i16,

@@ -59,7 +59,7 @@ pub struct EmulatedRun {
     pub result: RunResult,
     /// The firmware said this.
     pub log: Vec<LogLine>,
-    /// Of a free-running run.
+    /// Latency of the output, of a free-running run.
     pub latency: Option<Latency>,
     /// Instructions that the microcontroller ran from power-on to the end.
     pub instructions: u64,

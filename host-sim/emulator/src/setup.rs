@@ -22,13 +22,13 @@ const DRAIN_EVERY_NS: u64 = 5_000_000;
 /// since the last call, and returns what is sent to the board.
 pub type Partner = Box<dyn FnMut(u64, &[u8]) -> Vec<u8> + Send>;
 
-/// A setup is a board without power, and who is connected to it.
+/// A board without power, and its partner on the command link.
 pub struct BoardSetup {
-    /// The run has this name, in messages and beside its log.
+    /// Name of the run, for messages and its log.
     pub label: String,
-    /// The part runs this program.
+    /// Program in the flash.
     pub image: Arc<FirmwareImage>,
-    /// The two parameter sectors have these contents; one without any is erased.
+    /// Contents of the two parameter sectors; one without contents is erased.
     pub records: [Option<Vec<u8>>; 2],
     /// These parts are soldered on.
     pub fitted: FittedParts,

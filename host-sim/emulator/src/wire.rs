@@ -33,7 +33,7 @@ const BOOT_NS: u64 = 200_000_000;
 /// the eye.
 const STEP: Duration = Duration::from_millis(5);
 
-/// The far end of an emulated board's USART is a wire for a client.
+/// Wire to the far end of an emulated board's USART, for a client.
 #[derive(Debug)]
 pub struct EmulatedWire {
     /// The board has the joint of a plan on its pins.

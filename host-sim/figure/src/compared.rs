@@ -25,7 +25,8 @@ pub fn judged_from_s(end_s: f64) -> f64 {
 /// The runs of one joint and step, a controller each.
 type Joint<'a> = Vec<&'a RunResult>;
 
-/// The steps of an experiment with two or three controllers; nothing for another one.
+/// Returns a figure for each step of an experiment with two or three controllers; none for other
+/// experiments.
 pub fn compared(prefix: &str, results: &[RunResult]) -> Vec<NamedFigure> {
     let steps = results
         .iter()

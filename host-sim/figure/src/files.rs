@@ -33,7 +33,7 @@ pub fn figure_directory(
 #[cfg(not(feature = "figures"))]
 pub fn write_figures(directory: &OutputDirectory, _: &[NamedFigure]) -> Result<(), Error> {
     let option = format!("figures in {}", directory.path().display());
-    Err(studies::missing_part::not_built(&option, "what draws them is", "figures"))
+    Err(files::missing_part::not_built(&option, "what draws them is", "figures"))
 }
 
 /// Stands for the drawing of charts where it is not built in.

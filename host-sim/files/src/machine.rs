@@ -126,7 +126,7 @@ pub struct JointTable {
     pub gain_deg_per_s2_per_v: f64,
     /// Viscous friction (b), V s/deg.
     pub viscous_v_per_deg_per_s: f64,
-    /// `[joint.friction]`.
+    /// Friction levels of the joint, `[joint.friction]`.
     pub friction: JointFrictionLevels,
 }
 

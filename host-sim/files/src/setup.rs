@@ -19,7 +19,7 @@ pub struct Setup {
     /// Its figures in the thesis.
     #[serde(default)]
     pub figures: Vec<LabFigureSource>,
-    /// What friction acts on.
+    /// Mechanism on which the friction acts.
     pub mechanism: MechanismTable,
     /// The levels of friction, and what each model adds to them.
     pub friction: FrictionTable,
@@ -74,7 +74,7 @@ impl MechanismKind {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MechanismTable {
-    /// Which one.
+    /// Kind of the mechanism.
     pub kind: MechanismKind,
     /// m.
     pub mass_kg: Vec<f64>,
@@ -174,7 +174,7 @@ pub struct FrictionTable {
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ModelTable {
-    /// D_v of Karnopp's band.
+    /// Half width D_v of Karnopp's band, m/s.
     #[serde(alias = "band_rad_per_s")]
     pub band_m_per_s: Option<Vec<f64>>,
     /// K_r, sigma0 or K of the bristle.
@@ -259,7 +259,7 @@ pub struct RunTable {
     /// Of `exact`: a step's error, relative to the largest value so far.
     #[serde(default = "default_tolerance")]
     pub tolerance: f64,
-    /// Step of `rk4` and `nonsmooth`.
+    /// Step of `rk4` and `nonsmooth`, s.
     #[serde(default = "default_step_s")]
     pub step_s: f64,
     /// eps of `rk4-adaptive`.

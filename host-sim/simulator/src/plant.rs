@@ -20,7 +20,7 @@ pub enum Delay {
     OneSample,
 }
 
-/// Delays outputs by the computation delay of a run.
+/// Delay of the outputs by the computation time of a run.
 #[derive(Clone, Copy, Debug)]
 pub struct DelayLine {
     delay: Delay,

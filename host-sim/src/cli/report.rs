@@ -23,7 +23,7 @@ pub struct ReportArguments {
 pub fn report(arguments: &ReportArguments) -> Result<(), Error> {
     let ReportArguments { file: _, out, force: _, tuning: _ } = arguments;
     let option = format!("report in {}", out.display());
-    Err(studies::missing_part::not_built(&option, "the report is", "report"))
+    Err(files::missing_part::not_built(&option, "the report is", "report"))
 }
 
 #[cfg(feature = "report")]

@@ -120,5 +120,5 @@ impl TargetArguments {
 /// Returns the error of an option in a build without the emulator.
 #[cfg(not(feature = "emulator"))]
 pub fn not_built(option: &str) -> Error {
-    studies::missing_part::not_built(option, "the emulator is", "emulator")
+    files::missing_part::not_built(option, "the emulator is", "emulator")
 }

@@ -62,7 +62,7 @@ pub struct TuningRequest {
     pub laws: Vec<String>,
     /// Objective of the gains.
     pub goal: TuningGoal,
-    /// The joint.
+    /// Source of the joint.
     pub joint: JointSource,
     /// Upper limits of metrics, `FIGURE=MOST`.
     pub limits: Vec<String>,

@@ -34,7 +34,7 @@ impl Supply {
         }
     }
 
-    /// Which way a reading is out of the range.
+    /// Returns the fault of a reading out of the range, if it is out.
     #[inline]
     pub const fn is_out(&self, reading: u16) -> Option<Fault> {
         if reading < self.lowest {

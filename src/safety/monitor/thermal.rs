@@ -32,7 +32,7 @@ impl Thermal {
         Self { most, share: units.tick / limits.thermal_time }
     }
 
-    /// Whether the winding is too hot to begin.
+    /// Returns whether the winding is too hot to arm.
     pub fn is_hot(&self, state: &ThermalState) -> bool {
         state.heat > self.most
     }

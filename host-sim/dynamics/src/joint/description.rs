@@ -24,7 +24,7 @@ pub struct StribeckCurve {
 /// `1 + depth sin(cycles x + phase)`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ripple {
-    /// The part by which the levels rise and fall, from 0 to below 1.
+    /// Relative amplitude of the ripple of the levels, from 0 to below 1.
     pub depth: f64,
     /// Angular frequency over the position, 1/rad: twice the ratio of a harmonic drive.
     pub cycles: f64,
@@ -62,7 +62,7 @@ pub struct Thermal {
 /// Set-valued friction with its variations.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SetValuedFriction {
-    /// The levels.
+    /// Friction at rest and in motion, over the speed.
     pub curve: StribeckCurve,
     /// Variation with the angle.
     pub ripple: Option<Ripple>,

@@ -31,7 +31,7 @@ pub enum Stack {
     Unknown,
 }
 
-/// One instruction.
+/// One instruction of the machine code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Instruction {
     /// Bytes.

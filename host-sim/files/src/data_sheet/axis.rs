@@ -134,7 +134,7 @@ pub struct SheetFactors {
 }
 
 impl SheetFactors {
-    /// The joint of the data sheet.
+    /// Factors of the unchanged joint of the data sheet.
     pub const ONE: Self = Self { inertia: 1.0, slip: 1.0, stick: 1.0, viscous: 1.0 };
 }
 

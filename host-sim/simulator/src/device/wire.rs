@@ -74,7 +74,7 @@ pub const AWAY: Duration = Duration::from_millis(200);
 pub const SIMULATED: &str = "SIMULATED DEVICE: no motor moves or stops.";
 
 impl SimulatedWire {
-    /// Turns the power on, and waits until the joint has been at rest for long enough to be armed.
+    /// Creates a powered device whose joint has rested long enough to be armed.
     pub fn new(simulated: SimulatedDevice) -> Self {
         Self::on_clock(simulated, Arc::new(ComputerClock))
     }

@@ -9,7 +9,7 @@ use files::error::{Error, suggestion};
 pub struct Typical {
     /// Its name on the command line.
     pub name: &'static str,
-    /// What it is.
+    /// Description in a few words.
     pub title: &'static str,
     /// Who measured it.
     pub source: &'static str,
@@ -19,7 +19,7 @@ pub struct Typical {
     pub drive: &'static str,
 }
 
-/// All of them.
+/// The typical joints of `stiction new --typical`.
 pub const TYPICAL: [Typical; 3] = [
     Typical {
         name: "harmonic",

@@ -11,7 +11,7 @@ use stiction::control::laws::{DiscontinuousNonlinearProportionalGains, Gains};
 
 use super::{GainRule, PdLoop, four_digits_single};
 
-/// The rule.
+/// Rule that gives the gains of this law from the bounds of a joint.
 pub const RULE: GainRule = GainRule {
     law: "dnpf",
     knows: "inertia, viscous friction and the highest breakaway effort",

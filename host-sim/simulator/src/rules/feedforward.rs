@@ -23,7 +23,7 @@ use stiction::control::laws::{FeedforwardGains, Gains};
 
 use super::{GainRule, JointBounds, PdLoop, four_digits_single};
 
-/// The rule.
+/// Rule that gives the gains of this law from the bounds of a joint.
 pub const RULE: GainRule = GainRule {
     law: "feedforward",
     knows: "inertia, viscous friction and the lowest breakaway effort",

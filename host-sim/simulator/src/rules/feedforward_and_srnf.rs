@@ -3,7 +3,7 @@
 
 use super::{GainRule, PdLoop, feedforward, smooth_robust_nonlinear as srnf};
 
-/// The rule.
+/// Rule that gives the gains of this law from the bounds of a joint.
 pub const RULE: GainRule = GainRule {
     law: "feedforward+srnf",
     knows: "inertia, viscous friction, both bounds of the breakaway effort and the largest load",

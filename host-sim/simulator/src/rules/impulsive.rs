@@ -10,7 +10,7 @@ use stiction::control::laws::{Gains, ImpulsiveGains};
 
 use super::{GainRule, PdLoop, four_digits_single};
 
-/// The rule.
+/// Rule that gives the gains of this law from the bounds of a joint.
 pub const RULE: GainRule = GainRule {
     law: "impulsive",
     knows: "inertia, viscous friction, both bounds of the breakaway effort and the largest effort",

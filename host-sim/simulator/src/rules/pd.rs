@@ -2,7 +2,7 @@
 
 use super::{GainRule, PdLoop};
 
-/// The rule.
+/// Rule that gives the gains of this law from the bounds of a joint.
 pub const RULE: GainRule = GainRule {
     law: "pd",
     knows: "inertia and viscous friction",

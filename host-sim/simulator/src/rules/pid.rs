@@ -11,7 +11,7 @@ use stiction::control::laws::{Gains, PidGains};
 
 use super::{GainRule, PdLoop, four_digits_single};
 
-/// The rule.
+/// Rule that gives the gains of this law from the bounds of a joint.
 pub const RULE: GainRule = GainRule {
     law: "pid",
     knows: "inertia and viscous friction",

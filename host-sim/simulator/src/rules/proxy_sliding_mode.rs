@@ -10,7 +10,7 @@ use stiction::control::laws::{Gains, ProxySlidingModeGains};
 
 use super::{GainRule, PdLoop, four_digits_single};
 
-/// The rule.
+/// Rule that gives the gains of this law from the bounds of a joint.
 pub const RULE: GainRule = GainRule {
     law: "proxy-sliding-mode",
     knows: "inertia and viscous friction",

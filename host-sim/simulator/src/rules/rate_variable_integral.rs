@@ -13,7 +13,7 @@ use stiction::control::laws::{Gains, RateVariableIntegralGains};
 
 use super::{GainRule, PdLoop, four_digits_single};
 
-/// The rule.
+/// Rule that gives the gains of this law from the bounds of a joint.
 pub const RULE: GainRule = GainRule {
     law: "rvi",
     knows: "inertia and viscous friction",

@@ -13,7 +13,7 @@ use stiction::control::laws::{Gains, ResetIntegralGains};
 
 use super::{GainRule, PdLoop, four_digits_single};
 
-/// The rule.
+/// Rule that gives the gains of this law from the bounds of a joint.
 pub const RULE: GainRule = GainRule {
     law: "ri",
     knows: "inertia, viscous friction and the highest breakaway effort",

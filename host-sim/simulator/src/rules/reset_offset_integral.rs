@@ -12,7 +12,7 @@ use stiction::control::laws::{Gains, ResetOffsetIntegralGains};
 
 use super::{GainRule, PdLoop, four_digits_single};
 
-/// The rule.
+/// Rule that gives the gains of this law from the bounds of a joint.
 pub const RULE: GainRule = GainRule {
     law: "roi",
     knows: "inertia, viscous friction and the lowest breakaway effort",

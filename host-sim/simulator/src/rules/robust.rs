@@ -16,7 +16,7 @@ use stiction::units::value::Table as _;
 use super::pd_loop::VELOCITY_WINDOW;
 use super::{ControllerGains, GainRule, JointBounds, four_digits_single};
 
-/// The rule.
+/// Rule that gives the gains of this law from the bounds of a joint.
 pub const RULE: GainRule = GainRule {
     law: "robust",
     knows: "inertia, viscous friction, both bounds of the breakaway effort, side and jitter of the \

@@ -38,7 +38,7 @@ use stiction::control::laws::{Gains, SmoothRobustNonlinearGains};
 
 use super::{DAMPING_RATIO, GainRule, JointBounds, PdLoop, four_digits_single};
 
-/// The rule.
+/// Rule that gives the gains of this law from the bounds of a joint.
 pub const RULE: GainRule = GainRule {
     law: "srnf",
     knows: "inertia, viscous friction, the highest breakaway effort and the largest load",

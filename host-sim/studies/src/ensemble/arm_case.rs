@@ -4,8 +4,8 @@
 
 use super::arm_rig::ArmRig;
 use super::assemble::{self, TrackedTrajectory};
-use super::case::{CaseResult, JudgedMotion, goal, near_counts};
-use super::draw::Case;
+use super::case_result::{CaseResult, JudgedMotion, goal, near_counts};
+use super::drawn_case::Case;
 use super::measures::{CaseSample, SideMeasures, StepJudge, TrackingJudge};
 use super::motions::Approach;
 use files::error::Error;

@@ -14,8 +14,8 @@
 use std::f64::consts::{PI, TAU};
 
 use super::distribution::Draws;
-use super::draw::{
-    BREAKAWAY, Case, DrawOptions, EFFORT, HARD_BREAKAWAY, NOMINAL, Trapezoid, UnitScale,
+use super::drawn_case::{
+    ArmCase, BREAKAWAY, Case, DrawOptions, EFFORT, HARD_BREAKAWAY, NOMINAL, Trapezoid, UnitScale,
 };
 use super::family::Family;
 use dynamics::joint::{
@@ -23,24 +23,6 @@ use dynamics::joint::{
 };
 use dynamics::mechanism::{GRAVITY, Mechanism as _, TwoLinkArm};
 use simulator::plant::Delay;
-use simulator::rules::JointBounds;
-
-/// What an arm has beside its first joint.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ArmCase {
-    /// The arm.
-    pub arm: ArmDescription,
-    /// Whether the motion of one joint acts on the other.
-    pub is_coupled: bool,
-    /// Bounds of the second joint.
-    pub bounds: JointBounds,
-    /// Its step, rad.
-    pub step: f64,
-    /// Its trajectory.
-    pub trapezoid: Trapezoid,
-    /// Its computation delay.
-    pub delay: Delay,
-}
 
 /// One joint of it, without what the links add.
 struct Drawn {

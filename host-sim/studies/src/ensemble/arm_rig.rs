@@ -7,7 +7,7 @@
 use stiction::control::reference::Reference;
 use stiction::safety::fault::Fault;
 
-use super::draw::Case;
+use super::drawn_case::Case;
 use super::measures::CaseSample;
 use super::motions::Approach;
 use super::rig::{Amplified, armed};

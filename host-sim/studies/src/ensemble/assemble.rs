@@ -9,7 +9,7 @@ use stiction::parameters::DeviceConfig;
 use stiction::units::value::Table as _;
 use stiction::{ControllerConfig, Limits, Motion, Parameters, ProfileLimits};
 
-use super::draw::{Case, Trapezoid};
+use super::drawn_case::{Case, Trapezoid};
 use files::error::Error;
 use simulator::experiment::position;
 use simulator::rules::{ControllerGains, JointBounds};

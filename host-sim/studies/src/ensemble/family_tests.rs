@@ -1,7 +1,8 @@
 //! Families that ask one question each: arms, walls, loads that drive.
 
-use super::case::{self, CaseResult};
-use super::draw::{Case, DrawOptions};
+use super::case;
+use super::case_result::CaseResult;
+use super::drawn_case::{Case, DrawOptions};
 use super::family::Family;
 use super::motions::{Approach, Motions};
 use dynamics::joint::{SetValuedFriction, StribeckCurve, Train};

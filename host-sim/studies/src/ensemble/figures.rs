@@ -1,11 +1,13 @@
 //! The figures of an ensemble: success with its intervals, settling against rest error as a cloud,
 //! and traces of single joints.
 
-use super::case::{self, CaseResult, JudgedMotion};
-use super::draw::Case;
+use super::case;
+use super::case_result::{CaseResult, JudgedMotion};
+use super::drawn_case::Case;
+use super::group::Group;
 use super::measures::{BAND_COUNTS, CaseSample};
 use super::motions::{Approach, Motions};
-use super::rows::{EnsembleHeader, Group};
+use super::rows::EnsembleHeader;
 use super::summary::{LawSummary, SideSummary};
 use figure::chart::{Chart, ChartContent, Cloud, LogAxis, Share};
 use figure::compared::judged_from_s;

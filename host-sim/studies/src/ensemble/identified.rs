@@ -10,7 +10,7 @@ use stiction::identification::{IdentificationRequest, MapPoint, Outcome, SPEEDS,
 use stiction::servo::{Boot, Input, Servo, State};
 
 use super::assemble::parameters;
-use super::draw::{Case, DrawOptions};
+use super::drawn_case::{Case, DrawOptions};
 use super::family::Family;
 use dynamics::joint::{Body, CountNoise, Joint as _, Ripple, Train};
 use files::error::{Error, suggestion};
@@ -51,7 +51,7 @@ pub struct IdentifiedCase {
     pub map: [[MapPoint; 2]; SPEEDS],
     /// Why the servo ended it, if it did.
     pub fault: Option<stiction::Fault>,
-    /// How long it took, s.
+    /// Time that the identification took, s.
     pub time_s: f64,
     /// Largest distance from the start, counts.
     pub farthest: u32,
@@ -116,7 +116,7 @@ pub fn identify(case: &Case, asked: &IdentificationRequest) -> Result<Identified
 }
 
 impl TrueJoint {
-    /// What is put into a joint; of two inertias the sum.
+    /// Returns the true values of a case's joint; of two bodies, the sum of their inertias.
     pub fn of(case: &Case) -> Self {
         let [effort, angle] = [case.scale.effort, case.scale.angle];
         let of = |bodies: &[Body]| {
@@ -321,8 +321,8 @@ fn heads() -> Vec<&'static str> {
     ["family", "joints"].into_iter().chain(of).chain(["time\ns"]).collect()
 }
 
-/// Makes the tables of some families for people, within 80 columns: what was found, then what it is
-/// worth. Both have the family first.
+/// Returns the tables of some families, within 80 columns: how often an identification succeeded,
+/// then how far its values are off.
 pub fn rates_table(all: &[Rates]) -> String {
     /// The columns of the whole table that each has.
     const PARTS: [&[usize]; 2] = [&[0, 1, 2, 3, 12, 13, 14], &[0, 4, 5, 6, 7, 8, 9, 10, 11]];

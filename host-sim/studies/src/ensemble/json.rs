@@ -5,7 +5,8 @@
 
 use serde_json::{Map, Value, json};
 
-use super::rows::{EnsembleHeader, Group};
+use super::group::Group;
+use super::rows::EnsembleHeader;
 use super::statistics::SortedValues;
 use super::summary::{LawSummary, MovesSummary, SideSummary};
 use super::trips::{EndedMotion, FalseTrip};

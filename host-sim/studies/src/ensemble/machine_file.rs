@@ -11,10 +11,10 @@ use std::sync::{Mutex, PoisonError};
 
 use rayon::prelude::*;
 
-use super::case::CaseResult;
+use super::case_result::CaseResult;
 use super::distribution::{Draws, Purpose};
+use super::group::Group;
 use super::measures::{CaseSample, StepJudge, TrackingJudge};
-use super::rows::Group;
 use dynamics::joint::DiscSide;
 use dynamics::solver::AxisSolver;
 use files::document::refused_spread;

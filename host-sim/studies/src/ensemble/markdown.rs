@@ -1,7 +1,8 @@
 //! The summary as tables in Markdown, for pages: a row for each family, a column for each law. A
 //! family whose load rests otherwise than its encoder's side has a second row.
 
-use super::rows::{EnsembleHeader, Group};
+use super::group::Group;
+use super::rows::EnsembleHeader;
 use super::summary::LawSummary;
 
 /// Renders success with its interval, then rest and tracking at their 90 % quantiles.

@@ -21,12 +21,15 @@ mod arm_draw;
 mod arm_rig;
 mod assemble;
 mod case;
+mod case_result;
 mod distribution;
 mod draw;
+mod drawn_case;
 mod family;
 #[cfg(test)]
 mod family_tests;
 mod figures;
+mod group;
 mod identified;
 mod json;
 mod machine_file;
@@ -53,10 +56,12 @@ mod thesis_draw;
 mod trips;
 mod tune;
 
-pub use case::{CaseResult, JudgedMotion, run_and_show};
-pub use draw::{Case, DrawOptions};
+pub use case::run_and_show;
+pub use case_result::{CaseResult, JudgedMotion};
+pub use drawn_case::{Case, DrawOptions};
 pub use family::{Family, FamilyUnits};
 pub use figures::{charts, traces};
+pub use group::Group;
 pub use identified::{
     IdentifiedCase, Rates, TrueJoint, UNEVEN, drawn, identified_names, identify, rates,
     rates_markdown, rates_table, rates_within,
@@ -70,7 +75,7 @@ pub(crate) use measures::Reversals;
 pub use measures::{BAND_COUNTS, CaseSample, HUNTING_REVERSALS, TrackingJudge, TrackingMeasures};
 pub use motions::{Approach, Motions};
 pub use rows::{
-    EnsembleHeader, Group, ResumeFile, Shard, merge, read as read_rows, render as render_rows,
+    EnsembleHeader, ResumeFile, Shard, merge, read as read_rows, render as render_rows,
     sort as sort_rows,
 };
 pub use run::{Ensemble, run};

@@ -10,7 +10,7 @@ use stiction::control::reference::{Corner, Reference, Trajectory};
 use stiction::safety::fault::Fault;
 
 use super::distribution::{Draws, Purpose};
-use super::draw::Case;
+use super::drawn_case::Case;
 use super::family::Family;
 use super::measures::BAND_COUNTS;
 use super::motions::Motions;
@@ -134,7 +134,7 @@ fn trapezoid(case: &Case, next: &Move) -> Result<(Reference, u32), Error> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ensemble::draw::DrawOptions;
+    use crate::ensemble::drawn_case::DrawOptions;
 
     #[test]
     fn moves_are_of_both_kinds_follow_each_other_and_stay_in_range() {

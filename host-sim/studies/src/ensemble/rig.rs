@@ -12,7 +12,7 @@ use stiction::control::signal::MAX_LAW_SIGNALS;
 use stiction::safety::fault::Fault;
 
 use super::assemble::parameters;
-use super::draw::Case;
+use super::drawn_case::Case;
 use super::measures::CaseSample;
 use super::motions::Approach;
 use dynamics::joint::{AnyJoint, CountNoise, DiscSide, Joint, JointEncoder, Turn};
@@ -112,7 +112,7 @@ impl Amplified {
 }
 
 impl Rig {
-    /// Arms a servo on the joint of a case, and lets it hold it until its soft start is over.
+    /// Arms a servo on the joint of a case, and holds the joint until the soft start is over.
     ///
     /// # Errors
     /// If gains are not allowed, or the servo refuses to be armed.

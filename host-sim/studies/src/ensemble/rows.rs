@@ -19,14 +19,12 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use super::case::CaseResult;
-use super::family::Family;
+use super::case_result::CaseResult;
+use super::group::Group;
 use super::machine_file::MachineEnsemble;
 use super::motions::Approach;
 use super::run::Ensemble;
-use files::data_sheet::UnseenSlack;
 use files::error::Error;
-use files::goal::PositionGoal;
 use simulator::output::OutputFile;
 
 /// The form of a file: 2 since every column has to be there, and a group says whether it is a
@@ -71,50 +69,6 @@ const fn step() -> Approach {
     Approach::Step
 }
 
-/// A family as reports need it.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Group {
-    /// Its name.
-    pub name: String,
-    /// Unit of its angles.
-    pub unit: String,
-    /// Unit of its efforts.
-    pub effort_unit: String,
-    /// Time in which a joint has to settle, s.
-    pub settles_within_s: f64,
-    /// Whether it is a family, whose laws have their gains by rules; else it is a machine's file.
-    pub is_family: bool,
-    /// Error below which a joint counts as close to its target, in its unit, if that is judged.
-    pub near: Option<f64>,
-    /// Whether a wall stands before the target.
-    pub has_wall: bool,
-    /// By which a joint is judged: the file's `[goal]`, or two counts.
-    pub goal: PositionGoal,
-    /// Slack of a machine's file that its encoder cannot see.
-    pub unseen_slack: Option<UnseenSlack>,
-}
-
-impl From<Family> for Group {
-    fn from(family: Family) -> Self {
-        let units = family.units();
-        Self {
-            name: family.name().into(),
-            unit: units.angle.into(),
-            effort_unit: units.effort.into(),
-            settles_within_s: family.settles_within_s(),
-            is_family: true,
-            near: family.near(),
-            has_wall: family.has_wall(),
-            goal: PositionGoal {
-                settle_s: Some(family.settles_within_s()),
-                ..PositionGoal::default()
-            },
-            unseen_slack: None,
-        }
-    }
-}
-
 /// The place of a row: family, law and case.
 type Place = (String, String, u64);
 
@@ -153,7 +107,7 @@ impl EnsembleHeader {
         }
     }
 
-    /// Returns how many rows the whole ensemble has.
+    /// Returns the number of rows of the whole ensemble.
     pub fn rows(&self) -> u64 {
         self.cases * (self.families.len() * self.laws.len()) as u64
     }

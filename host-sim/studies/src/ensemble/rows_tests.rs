@@ -1,8 +1,8 @@
 //! Files of rows that are refused, and reports on files and families that are not taken for one
 //! another.
 
-use super::case::CaseResult;
-use super::draw::DrawOptions;
+use super::case_result::CaseResult;
+use super::drawn_case::DrawOptions;
 use super::family::Family;
 use super::machine_file::{MachineEnsemble, MachineOptions};
 use super::motions::Approach;

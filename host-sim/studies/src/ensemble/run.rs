@@ -3,8 +3,9 @@
 use indicatif::{ParallelProgressIterator, ProgressBar, ProgressStyle};
 use rayon::prelude::*;
 
-use super::case::{self, CaseResult};
-use super::draw::{Case, DrawOptions};
+use super::case;
+use super::case_result::CaseResult;
+use super::drawn_case::{Case, DrawOptions};
 use super::family::Family;
 use super::motions::{Approach, Motions};
 use files::error::Error;

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use toml::Value;
 
-use super::draw::{Case, DrawOptions};
+use super::drawn_case::{Case, DrawOptions};
 use super::family::Family;
 use simulator::draft::{Answers, DraftStyle, text_with};
 use simulator::experiment::{Document, Experiment, parameters};

@@ -1,7 +1,8 @@
 //! Verdicts at the encoder and at the load, and false trips by name.
 
-use super::case::{self, CaseResult};
-use super::draw::{Case, DrawOptions, GEAR_BACKLASH_DEG};
+use super::case;
+use super::case_result::CaseResult;
+use super::drawn_case::{Case, DrawOptions, GEAR_BACKLASH_DEG};
 use super::family::Family;
 use super::machine_file::{MachineEnsemble, MachineOptions};
 use super::motions::{Approach, Motions};

@@ -2,10 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use super::case::CaseResult;
+use super::case_result::CaseResult;
+use super::group::Group;
 use super::measures::HUNTING_REVERSALS;
 use super::motions::Approach;
-use super::rows::{EnsembleHeader, Group};
+use super::rows::EnsembleHeader;
 use super::statistics::{SortedValues, wilson};
 use super::trips::{self, FalseTrip};
 

@@ -2,8 +2,9 @@
 
 use std::fmt::Write as _;
 
+use super::group::Group;
 use super::motions::Approach;
-use super::rows::{EnsembleHeader, Group};
+use super::rows::EnsembleHeader;
 use super::statistics::SortedValues;
 use super::summary::{LawSummary, MovesSummary, SideSummary};
 use simulator::output::grid::{self, number};

@@ -6,8 +6,9 @@ use std::sync::Mutex;
 use stiction::control::laws::Gains;
 use stiction::control::laws::robust::EncoderSide;
 
-use super::case::{self, CaseResult};
-use super::draw::{Case, DrawOptions};
+use super::case;
+use super::case_result::CaseResult;
+use super::drawn_case::{Case, DrawOptions};
 use super::family::Family;
 use super::machine_file::{MachineEnsemble, MachineOptions};
 use super::motions::{Approach, Motions};

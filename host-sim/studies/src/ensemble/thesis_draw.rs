@@ -1,7 +1,7 @@
 //! The draw of the thesis's axis with other friction and inertia, in degrees and volts.
 
 use super::distribution::Draws;
-use super::draw::{Case, Trapezoid, UnitScale, wall};
+use super::drawn_case::{Case, Trapezoid, UnitScale, wall};
 use super::family::Family;
 use dynamics::joint::{Body, Description, DiscSide, JointEncoder, Stops, StribeckCurve, Train};
 use simulator::plant::Delay;

@@ -7,7 +7,7 @@ use std::fmt;
 
 use stiction::safety::fault::Fault;
 
-use super::case::CaseResult;
+use super::case_result::CaseResult;
 use super::motions::Approach;
 
 /// Motion that a fault ended.

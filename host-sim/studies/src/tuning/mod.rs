@@ -106,8 +106,7 @@ pub struct TuningResult {
     /// Factors on the file's joint between which the gains that stay succeed, of those that were
     /// tried; the joint has a sample of delay there.
     pub margins: [f64; 2],
-    /// The joint of the judgement that came out worst: what was drawn, its delay in samples, its
-    /// row.
+    /// Worst joint of the judgement: its drawn keys, its delay in samples, its result.
     pub worst: Option<(Vec<String>, u8, CaseResult)>,
 }
 

@@ -36,7 +36,7 @@ pub struct WatchSample {
     pub error_deg: f64,
     /// theta_a', deg/s.
     pub velocity_deg_per_s: f64,
-    /// V.
+    /// Output of the PD loop, V.
     pub v_pd: f64,
     /// V.
     pub v_c: f64,

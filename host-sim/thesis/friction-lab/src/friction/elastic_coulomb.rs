@@ -33,8 +33,8 @@ pub struct ElasticCoulomb {
 }
 
 impl ElasticCoulomb {
-    /// The stiffness and damping of the Reset Integrator's spring (eqs. 4a-4c), and
-    /// [`Stribeck::by_rules`].
+    /// Returns the model with stiffness and damping of the Reset Integrator's spring (eqs. 4a-4c),
+    /// and the limit of [`Stribeck::by_rules`].
     pub fn by_rules(levels: Coulomb, range: f64, mass: f64) -> Self {
         let stiffness = levels.stick / range;
         let damping = std::f64::consts::FRAC_1_SQRT_2 * impedance(stiffness, mass);

@@ -24,7 +24,7 @@ use dynamics::friction::Coulomb;
 pub struct MaxwellSlip<const N: usize> {
     /// k_i, N/m or N m/rad.
     pub stiffness: [f64; N],
-    /// a_i; their sum is one.
+    /// Shares a_i of the elements in the friction; their sum is one.
     pub share: [f64; N],
     /// C, N/s or N m/s: how fast a slipping element follows the curve.
     pub attraction: f64,

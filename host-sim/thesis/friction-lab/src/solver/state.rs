@@ -83,11 +83,11 @@ pub struct BodySample<const N: usize> {
 /// A change between sticking and slipping of one body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BodyEvent {
-    /// When, s.
+    /// Time since the start of the run, s.
     pub time_s: f64,
-    /// Which body, from 0.
+    /// Number of the body, from 0.
     pub body: usize,
-    /// What happened.
+    /// Kind of the change.
     pub kind: EventKind,
 }
 

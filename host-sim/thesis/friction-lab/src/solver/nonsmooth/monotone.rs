@@ -28,11 +28,11 @@ const ROUNDING: f64 = 1e-14;
 /// A friction in the equation.
 #[derive(Clone, Copy, Debug)]
 pub struct Reaction {
-    /// F(v).
+    /// Friction F(v), N or N m.
     pub force: f64,
-    /// Its slope.
+    /// Slope of F over v.
     pub slope: f64,
-    /// What F is measured by: a force far below it is nothing.
+    /// Typical magnitude of F: a force far below it counts as zero.
     pub scale: f64,
 }
 
