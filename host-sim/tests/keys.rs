@@ -17,8 +17,8 @@ fn page(name: &str) -> String {
 
 #[test]
 fn the_page_of_parameters_is_up_to_date() {
-    let why =
-        "docs/reference/parameters.md is not what `stiction keys --markdown` prints: write it anew";
+    let why = "docs/reference/parameters.md is not what `stiction keys --markdown` prints: write it \
+               anew";
     assert!(page("parameters.md") == keys::markdown(), "{why}");
 }
 

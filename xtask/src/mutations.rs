@@ -225,7 +225,7 @@ fn built(tree: &Path) -> PathBuf {
 }
 
 /// Returns the commit that is tested, in the page's form.
-fn commit() -> Result<String, String> {
+pub fn commit() -> Result<String, String> {
     let git = |arguments: &[&str]| {
         let output = Command::new("git").args(arguments).current_dir(root()).output();
         let output = output.map_err(|error| format!("cannot start git: {error}"))?;
@@ -256,14 +256,11 @@ fn earlier_outcome(page: &str, mutation: &Mutation) -> Outcome {
 fn page(outcomes: &[Outcome]) -> String {
     let count = |fate: Fate| outcomes.iter().filter(|other| other.fate == fate).count();
     let mut page = format!(
-        "# Faults that were put into the sources, and whether a test has found them\n\n\
-         `cargo xtask mutations` writes this page. It puts each of {} faults into a copy of the\n\
-         sources, builds it, and runs the tests that should find it. A fault that is not found is\n\
-         a missing test. A run of some of them keeps the rows of the others, and\n\
-         each row has the commit of its run. *In one build*: put in by hand, with\n\
-         others; each was found by an assertion of its own.\n\n\
-         {} found, {} not found, {} not built, {} not run. The result of those not run is\n\
-         unknown.\n\n\
+        "# Faults put into the sources\n\n\
+         `cargo xtask mutations` writes this file: each of {} faults is put into a copy of the\n\
+         sources, and the tests run. A row has the commit of its run. *In one build*: put in by\n\
+         hand with others, each found by an assertion of its own. {} found, {} not found, {} not\n\
+         built, {} not run.\n\n\
          | file | the fault, and why it matters | tests of | result | on commit |\n\
          |---|---|---|---|---|\n",
         outcomes.len(),

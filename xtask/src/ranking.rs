@@ -1,11 +1,11 @@
 //! `cargo xtask ranking` ranks untuned laws on random joints. It writes the table of README.md,
-//! where every law makes the same profiled move, and that of tests/evidence/ensemble.md, where the
+//! where every law makes the same profiled move, and that of tests/evidence/ranking.md, where the
 //! set point steps.
 //!
 //! Each table is between two comments of its page, and is made of the output of `stiction ensemble
 //! --markdown`: success on each family at the encoder, that of a real gear at the load as well, then
-//! some rows of rest and of tracking. README.md has the instructions of tests/evidence/cost.md as well. So no
-//! figure of a table is older than the last run.
+//! some rows of rest and of tracking. README.md has the instructions of tests/evidence/cost.md as
+//! well. So no figure of a table is older than the last run.
 
 use std::fs;
 use std::process::Stdio;
@@ -16,15 +16,14 @@ use crate::simulator::Simulator;
 const COST: &str = "tests/evidence/cost.md";
 
 /// How the set point goes to the target, and the page with its table: the move of a user first.
-const PAGES: [(&str, &str); 2] =
-    [("profiled", "README.md"), ("step", "tests/evidence/ensemble.md")];
+const PAGES: [(&str, &str); 2] = [("profiled", "README.md"), ("step", "tests/evidence/ranking.md")];
 
 const BEGIN: &str = "<!-- ranking: written by `cargo xtask ranking` -->\n";
 const END: &str = "<!-- end of the ranking -->";
 
 /// A seed on which nothing was tuned, and a number of joints for which the widest interval is 9 %.
 /// Joints with a load and with a stiffer gear are within the intervals of others here. Arms have a
-/// row in tests/evidence/ensemble.md.
+/// row in tests/evidence/robust.md.
 const RUN: [&str; 9] = [
     "ensemble",
     "--plant",

@@ -19,6 +19,7 @@ use std::io::{BufRead, BufReader};
 use std::process::Stdio;
 
 use crate::job::{Job, cargo, root};
+use crate::mutations;
 use crate::simulator::EMULATOR;
 use crate::toolchain::{MICROCONTROLLER, Toolchain};
 
@@ -57,6 +58,7 @@ pub fn measure(arguments: &ReliabilityJobArguments) -> Result<(), String> {
     let template = root().join(TEMPLATE);
     let text = fs::read_to_string(&template)
         .map_err(|error| format!("cannot read {TEMPLATE}: {error}"))?;
+    let text = text.replace("{{commit}}", &mutations::commit()?);
     let page = filled(&text, &figures)?;
     fs::write(root().join(PAGE), page).map_err(|error| format!("cannot write {PAGE}: {error}"))?;
     println!("{PAGE}: {} figures", figures.len());

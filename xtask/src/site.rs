@@ -95,6 +95,7 @@ fn sources(book: &Path, is_quick: bool) -> Result<(), String> {
     };
     bend(pages.join("README.md"), "](docs/", "](")?;
     bend(pages.join("evidence.md"), "](../tests/evidence/", "](evidence/")?;
+    bend(pages.join("evidence.md"), "](../README.md", "](index.md")?;
     let playground = if is_quick {
         "# Try it in your browser\n\n`cargo xtask site` without `--quick` puts the studio with a \
          simulated joint here.\n"

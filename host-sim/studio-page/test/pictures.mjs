@@ -1,4 +1,4 @@
-// Makes the pictures of docs/: the studio, and an animation of one move under two laws.
+// Makes the pictures of docs/pictures/: the studio, and an animation of one move under two laws.
 //
 //   node test/pictures.mjs STICTION CHROMIUM DIRECTORY [--dist]
 //

@@ -32,32 +32,27 @@ table! {
     #[derive(Clone, Copy, Debug, PartialEq)]
     pub struct Limits (limits) "limits" {
         /// Travel in one tick, deg. Derived: that of a tick at twice the overspeed, and 4 counts;
-        /// no motor accelerates like that. At six times under a law that ends swings itself.
+        /// at six times under `robust`.
         encoder_jump: f32 = 0x0901 "encoder_jump_deg", OrOff(0.0, HUGE), Derived(3.343_013);
         /// Effort beyond any friction, V. Derived: twice `breakaway_v`, and no more than `duty_max`
-        /// lets through. PD rests with less than the breakaway effort for ever; twice that moves a
-        /// free joint by a count within a tick. Off turns `stall_impulse_vs` off as well.
+        /// lets through. Off turns `stall_impulse_vs` off as well.
         stall_effort: f32 = 0x0902 "stall_v", OrOff(0.0, HUGE), Derived(0.8);
         /// Time without a count under that effort, s.
         stall_time: f32 = 0x0903 "stall_s", Between(0.0, LONGEST), Default(0.2);
-        /// Travel against the effort in the first move after arming, deg. Derived: 8 counts, twice
-        /// the noise that standstill allows; from rest a joint goes where it is pushed. What the
-        /// push before went with the effort, fewer counts than these, is set off.
+        /// Travel against the effort in the first move after arming, deg. Derived: 8 counts,
+        /// twice the noise that standstill allows. Travel of the push before is set off.
         reversal: f32 = 0x0904 "reversal_deg", OrOff(0.0, HUGE), Derived(0.019_36);
         /// Error beyond a jump of the set point, deg. Derived: full scale / Kp; beyond it more
-        /// error gives no more effort. Without Kp, a turn. `robust` has a rule of its own:
-        /// docs/explanation/robust.md.
+        /// error gives no more effort. Without Kp, a turn. `robust` has its own rule.
         following_error: f32 = 0x0905 "following_error_deg", OrOff(0.0, HUGE), Derived(5.0);
-        /// Measured speed, deg/s. Derived: 2.5 full scale / Kd, never below 16 counts a tick: the
-        /// damping alone would take two and a half times the output. Without Kd, that of Kd = 0.15
-        /// s Kp; under `robust`, twice its profile's speed, judged by the mean over 50 ms up to 10
-        /// ms of sample time (100 ms with the encoder on the load). On the thesis's joint a step of
-        /// 25 deg passes under every law, and an unstable loop is seen within a second under PD and
-        /// the laws of the thesis; at half as much again, or at the motor's speed without load,
-        /// some are not. A swing of four ticks is measured too slow.
+        /// Measured speed, deg/s. Derived: 2.5 full scale / Kd, at least 16 counts a tick. Without
+        /// Kd, that of Kd = 0.15 s Kp. Under `robust`, twice the speed of its profile, judged by
+        /// the mean over 50 ms up to 10 ms of sample time (100 ms with the encoder on the load).
+        /// On the thesis's joint a step of 25 deg passes under every law, and an unstable loop is
+        /// detected within a second under PD and the laws of the thesis. A swing of four ticks is
+        /// measured too slow.
         overspeed: f32 = 0x0906 "overspeed_deg_per_s", OrOff(0.0, HUGE), Derived(83.333_336);
-        /// Lowest position, deg from where the joint stood at power-on. Both limits zero: there are
-        /// none.
+        /// Lowest position, deg from the position at power-on. Both limits zero: no limits.
         position_min: f32 = 0x0907 "position_min_deg", Between(-HUGE, HUGE), Default(0.0);
         /// Highest position, deg, not below `position_min_deg`.
         position_max: f32 =
@@ -66,15 +61,12 @@ table! {
         supply_min: f32 = 0x0909 "supply_min_v", OrOff(0.0, HUGE), Derived(0.0);
         /// Highest supply, V. Derived: 1.3 of the nominal supply.
         supply_max: f32 = 0x090A "supply_max_v", OrOff(0.0, HUGE), Derived(0.0);
-        /// Effort that the motor bears for ever, V. Derived: three quarters of what `duty_max`
-        /// lets through, which may last for 8.3 s; the thesis's most violent oscillation heats
-        /// like 0.7 of it. The motor's data sheet knows better.
+        /// Effort that the motor tolerates forever, V. Derived: three quarters of what `duty_max`
+        /// lets through, for up to 8.3 s. Prefer the motor's data sheet.
         continuous_effort: f32 = 0x090B "continuous_v", OrOff(0.0, HUGE), Derived(3.75);
-        /// Time constant of the motor's winding, s. Slower windings would change by less than a
-        /// rounding in a tick of 0.1 ms.
+        /// Time constant of the motor's winding, s.
         thermal_time: f32 = 0x090C "thermal_s", Between(0.1, 100.0), Default(10.0);
-        /// Silence of the link that armed the servo, s: five polls of a client that polls ten times
-        /// a second.
+        /// Silence of the client that armed the servo, s.
         link_timeout: f32 = 0x090D "link_timeout_s", OrOff(0.0, LONGEST), Default(0.5);
         /// Effort of the compensator at standstill that is reported, V. Derived:
         /// `breakaway_v`.
@@ -82,17 +74,16 @@ table! {
         /// How long the compensator has to hold that effort, s.
         wind_up_time: f32 = 0x090F "wind_up_s", Between(0.0, LONGEST), Default(1.0);
         /// Effort that starts the joint, V. Derived: half of `stall_v` if the file has that, else
-        /// its joint's `stick_v` and the load of its data sheet, and a quarter of what `duty_max`
-        /// lets through if nothing is known. More of it without a count adds up to
-        /// `stall_impulse_vs`. Off turns that off, and `reversal_deg` with it.
+        /// `stick_v` and the load of its joint, else a quarter of what `duty_max` lets through.
+        /// Off turns `stall_impulse_vs` and `reversal_deg` off.
         breakaway_effort: f32 = 0x0910 "breakaway_v", OrOff(0.0, HUGE), Derived(0.4);
         /// Effort beyond `breakaway_v` times its time, added up until a count comes, V s. Derived:
         /// `breakaway_v` for half a second.
         stall_impulse: f32 = 0x0911 "stall_impulse_vs", OrOff(0.0, HUGE), Derived(0.2);
-        /// Speed that a volt gives or takes in a second, deg/s^2 per V; counts that stop faster
-        /// than this and `stall_v` allow are a stall. Derived: twice the joint's gain, if the file
-        /// has it; else pi / (`kd_v_per_deg_per_s` `velocity_window` `sample_time_s`), beyond which
-        /// no loop is stable. Off turns that off.
+        /// Acceleration for a volt, deg/s^2 per V. Counts that stop faster than this and `stall_v`
+        /// allow are a stall. Derived: twice the joint's gain, if the file has it; else pi /
+        /// (`kd_v_per_deg_per_s` `velocity_window` `sample_time_s`), beyond which no loop is
+        /// stable.
         stop_gain: f32 = 0x0912 "stop_gain_deg_per_s2_per_v", OrOff(0.0, HUGE), Derived(209.439_51);
     }
 }
