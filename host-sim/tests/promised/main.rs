@@ -3,8 +3,8 @@
 //!
 //! The files beside this one were recorded with the program of that commit: its help, its lists, and
 //! the output of the commands that they name. Names may be added; one that is gone fails, unless it
-//! is an alias. Left out on purpose: `device move 1000`, which a device took then, and which is
-//! refused since targets have a range.
+//! is an alias. Left out on purpose: `device move 1000`, which is refused since targets have a range,
+//! and a tuning without a success, which ends with 1 since it says so.
 #![cfg(unix)]
 #![allow(missing_docs, clippy::unwrap_used, clippy::panic)]
 

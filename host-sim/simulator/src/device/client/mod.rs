@@ -1,10 +1,10 @@
 //! A client of the command link.
 //!
 //! ```
-//! use crate::device::client::Client;
-//! use crate::device::simulated::SimulatedDevice;
-//! use crate::device::wire::SimulatedWire;
-//! use crate::experiment::{Document, Experiment};
+//! use simulator::device::client::Client;
+//! use simulator::device::simulated::SimulatedDevice;
+//! use simulator::device::wire::SimulatedWire;
+//! use simulator::experiment::{Document, Experiment};
 //!
 //! # fn main() -> Result<(), files::Error> {
 //! let document = Document::open("step-response")?;
