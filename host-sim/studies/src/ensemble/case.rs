@@ -23,7 +23,7 @@ pub fn run(
     run_and_show(case, law, gains, motions, |_, _, _| {})
 }
 
-/// Runs a case as [`run`], and passes every sample of step and trajectory with its time (s) to
+/// Runs a case as `run` does, and passes every sample of step and trajectory with its time (s) to
 /// `show`.
 ///
 /// # Errors
