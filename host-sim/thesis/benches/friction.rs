@@ -23,7 +23,7 @@ use diffsol::{NalgebraMat, OdeBuilder, OdeSolverMethod, OdeSolverStopReason};
 use dynamics::friction::Coulomb;
 use dynamics::mechanism::{Mechanism, TwoLinkArm};
 use dynamics::solver::modes::{BodyMode, accelerations, decide};
-use figure::{Figure, Line, Panel, Style};
+use figure::{Figure, Panel, PlotCurve, Style};
 use friction_lab::mechanism::{Pendulum, Pull, SpringMass};
 use friction_lab::solver::event_driven;
 use friction_lab::solver::state::BodyEvent;
@@ -224,8 +224,8 @@ fn compare<const N: usize, M: Mechanism<N> + Copy + 'static>(
     }
     let [ours, theirs] = curves;
     let lines = vec![
-        Line::new("exact", Style::Primary, ours),
-        Line::new("diffsol, tsit45 with roots", Style::Second, theirs),
+        PlotCurve::new("exact", Style::Primary, ours),
+        PlotCurve::new("diffsol, tsit45 with roots", Style::Second, theirs),
     ];
     let figure = Figure {
         title: format!("{}: work and precision over 5 s", case.name),
