@@ -5,6 +5,7 @@
 
 #[cfg(feature = "emulator")]
 pub mod flash_image;
+pub mod matrix;
 
 use simulator::experiment::{Document, Experiment, builtins, with_every_law};
 use stiction::control::laws::Gains;
