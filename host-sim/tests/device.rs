@@ -86,10 +86,7 @@ fn a_jog_says_what_it_has_found_to_a_person_and_to_a_script() {
     let refused = device(&["--simulated", "jog", "--effort", "0.7"]);
     assert_eq!((refused.status.code(), text(&refused.stdout)), (Some(2), String::new()));
     let said = text(&refused.stderr);
-    assert!(
-        said.contains("`jog.effort_v` is 0.7; allowed is a number above 0, up to 0.6"),
-        "{said}"
-    );
+    assert!(said.contains("`jog.effort_v` is 0.7; must be a number above 0, up to 0.6"), "{said}");
 }
 
 #[test]

@@ -98,7 +98,7 @@ fn what_cannot_be_is_refused_in_one_sentence() {
             &["`run.duration_s`", "a quarter of the wave's period"],
         ),
         (set("run.duration_s=1e9"), &["`run.duration_s` is 1000000000", "a number up to"]),
-        (set("run.friction=[\"dry\"]"), &["\"dry\"", "allowed are classical"]),
+        (set("run.friction=[\"dry\"]"), &["\"dry\"", "must be one of classical"]),
         (set("run.friction=[\"dahl\", \"dahl\"]"), &["names `dahl` twice"]),
         (
             vec!["spring-mass", "--friction", "karnopp,lugre"],

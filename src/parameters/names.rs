@@ -39,7 +39,7 @@ impl fmt::Display for ValuePath {
 /// use stiction::{control::pd::PdGains, parameters::names::NamedError, units::value::Values};
 /// let error = PdGains { kp: f32::NAN, kd: 0.15 }.validate().unwrap_err();
 /// let message = NamedError(error).to_string();
-/// assert!(message.starts_with("`controller.NAME.kp_v_per_deg` is NaN; allowed is a number"));
+/// assert!(message.starts_with("`controller.NAME.kp_v_per_deg` is NaN; must be a number"));
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NamedError(pub InvalidValue);
@@ -47,7 +47,7 @@ pub struct NamedError(pub InvalidValue);
 impl fmt::Display for NamedError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let InvalidValue { key, found, allowed } = self.0;
-        write!(f, "`{}` is {found}; allowed is {}", ValuePath(key), NamedBounds(allowed))
+        write!(f, "`{}` is {found}; must be {}", ValuePath(key), NamedBounds(allowed))
     }
 }
 

@@ -15,7 +15,7 @@ use crate::units::key::Key;
 /// ```
 /// use stiction::{control::pd::PdGains, units::value::Values};
 /// let message = PdGains { kp: f32::NAN, kd: 0.15 }.validate().unwrap_err().to_string();
-/// assert!(message.starts_with("value 0x0401 is NaN; allowed is a number"), "{message}");
+/// assert!(message.starts_with("value 0x0401 is NaN; must be a number"), "{message}");
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InvalidValue {
@@ -66,7 +66,7 @@ impl Allowed {
 
 impl fmt::Display for InvalidValue {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "value {:#06x} is {}; allowed is {}", self.key.0, self.found, self.allowed)
+        write!(f, "value {:#06x} is {}; must be {}", self.key.0, self.found, self.allowed)
     }
 }
 

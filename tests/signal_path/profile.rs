@@ -480,7 +480,7 @@ fn limits_that_cannot_be_kept_are_refused_with_what_is_allowed() {
     ] {
         let (velocity, acceleration, jerk) = limits;
         let message = refused(velocity, acceleration, jerk).unwrap_err();
-        let expected = format!("`profile.{key}` is {found}; allowed is a number from {least}");
+        let expected = format!("`profile.{key}` is {found}; must be a number from {least}");
         assert!(message.starts_with(&expected), "{message}");
     }
     for bad in [f32::NAN, f32::INFINITY] {

@@ -70,17 +70,18 @@ fn nearest<'a>(typed: &str, candidates: &[&'a str]) -> Option<&'a str> {
 /// Largest number of candidates that a message lists.
 const MOST_LISTED: usize = 24;
 
-/// Returns `; did you mean ...?` if a candidate is similar, and the list of all candidates.
+/// Returns `; did you mean ...?` if a candidate is similar, and the list of all candidates unless
+/// it is long.
 pub fn suggestion<'a>(typed: &str, candidates: impl IntoIterator<Item = &'a str>) -> String {
     let candidates: Vec<&str> = candidates.into_iter().collect();
     let all = match candidates[..] {
         [] => return "; there is none".into(),
-        [only] => format!("allowed is {only}"),
-        _ => format!("allowed are {}", candidates.join(", ")),
+        [only] => format!("must be {only}"),
+        _ => format!("must be one of {}", candidates.join(", ")),
     };
     match nearest(typed, &candidates) {
         Some(near) if candidates.len() > MOST_LISTED => format!("; did you mean `{near}`?"),
-        Some(near) => format!("; did you mean `{near}`? {all}"),
+        Some(near) => format!("; did you mean `{near}`? It {all}"),
         None => format!("; {all}"),
     }
 }

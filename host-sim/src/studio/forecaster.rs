@@ -96,7 +96,7 @@ impl Twin {
     fn new(parameters: &Parameters, file: Result<Document, Error>) -> Self {
         let trajectory = file.as_ref().ok().and_then(|file| first_trajectory(file).ok());
         let in_use = file.and_then(|file| MachineInUse::new(parameters, &file));
-        Self { in_use: in_use.map_err(|error| prediction::said(&error)), trajectory }
+        Self { in_use: in_use.map_err(|error| error.to_string()), trajectory }
     }
 
     /// Returns the knobs of the joint for the page.
@@ -233,7 +233,7 @@ fn predict(
     is_old: impl Fn() -> bool,
 ) {
     if let Err(error) = prediction::check(machine, &wish.way) {
-        return send_part(asked, "refused", json!(prediction::said(&error)));
+        return send_part(asked, "refused", json!(error.to_string()));
     }
     send_part(asked, "laws", prediction::laws(machine, wish));
     if wish.cloud == 0 || is_old() {
@@ -243,7 +243,7 @@ fn predict(
         Ok(Some(cloud)) => send_part(asked, "cloud", cloud),
         Ok(None) => {}
         Err(error @ (Error::Input(_) | Error::Refused(_))) => {
-            send_part(asked, "cloud", json!({ "refused": prediction::said(&error) }));
+            send_part(asked, "cloud", json!({ "refused": error.to_string() }));
         }
         Err(error) => send_part(asked, "cloud", json!({ "refused": error.to_string() })),
     }

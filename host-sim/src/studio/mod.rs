@@ -64,7 +64,6 @@ mod request;
 mod selftest;
 mod spare_cores;
 mod tuner;
-mod wording;
 mod worker;
 
 // The server, which the playground does not need.

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use serde_json::{Value, json};
-use stiction::identification::Summary;
+use stiction::identification::{Outcome, Summary};
 use stiction::motion::jog::{JogRequest, Verdict};
 use stiction::{Parameters, identification};
 
@@ -12,7 +12,6 @@ use super::desk::{QueuedRequest, UnsavedJoint};
 use super::form;
 use super::machine_in_use::{self, MachineInUse};
 use super::request::{RequestedMotion, StudioAction};
-use super::wording::{of_a_page, without_bounds};
 use super::worker::{RunningMotion, Worker};
 use dynamics::joint::CoreUnits;
 use files::error::Error;
@@ -22,6 +21,10 @@ use simulator::device::identified::{IdentifiedJoint, doubts};
 use simulator::device::wire::Wire;
 use simulator::device::{into, jogged, machine_file, words};
 use simulator::experiment::Document;
+
+/// The page cannot set the bounds of an identification.
+const BOUNDS: &str = ". The bounds are the device's: the effort is that of limits.breakaway_v, the \
+                      speed that of profile.velocity_deg_per_s";
 
 /// Largest number of parameter changes that can be undone.
 const UNDONE: usize = 32;
@@ -50,8 +53,7 @@ impl<W: Wire> Worker<'_, W> {
         }
         let mut identification = identification::IdentificationRequest::default();
         if *what == StudioAction::IdentifyJoint {
-            let checked = self.client.check_identification(&identification);
-            identification = checked.map_err(of_a_page)?;
+            identification = self.client.check_identification(&identification)?;
         }
         // The requests above took time.
         self.is_expected(order)?;
@@ -198,17 +200,19 @@ impl<W: Wire> Worker<'_, W> {
             Err(error) => ((None, None), format!("\nnot in SI units: {error}")),
         };
         let found = IdentifiedJoint { summary, map, parameters: self.client.parameters()?, units };
-        let mut said = found.words() + &without;
-        if said.contains(" --") {
-            said += "\n(a word that starts with -- is an option of `stiction device identify`)";
-        }
+        let said = found.words() + &without;
         // Without a file there are no other motions to copy.
         let nothing = || Document::parse("no file", "");
         let file = document.map_or_else(nothing, Ok).and_then(|of| self.file_of(&found, &of));
         let mut event = match &file {
             Ok(_) => json!({ "ok": true, "said": said, "doubts": doubts(&summary.doubts) }),
             Err(error) => {
-                json!({ "ok": false, "said": said, "why": without_bounds(&error.to_string()) })
+                let at_bounds = matches!(
+                    summary.outcome,
+                    Outcome::Still | Outcome::Travel | Outcome::Speed | Outcome::Time
+                );
+                let bounds = if at_bounds || summary.doubts.few_rows { BOUNDS } else { "" };
+                json!({ "ok": false, "said": said, "why": format!("{error}{bounds}") })
             }
         };
         let is_new = file.is_ok();

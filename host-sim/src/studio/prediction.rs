@@ -321,16 +321,11 @@ pub fn laws(machine: &MachineInUse, wish: &PredictionRequest) -> Value {
         Ok(PredictedMove::of(&for_a_device(&plan)?, &plan, &wish.way)?.json(POINTS, wish.from_deg))
     };
     let curves = wish.laws.iter().map(|law| {
-        let mut curve = under(law).unwrap_or_else(|error| json!({ "refused": said(&error) }));
+        let mut curve = under(law).unwrap_or_else(|error| json!({ "refused": error.to_string() }));
         curve["law"] = law.as_str().into();
         curve
     });
     curves.collect()
-}
-
-/// Returns a refusal without the option `--set`, which a page does not have.
-pub fn said(error: &Error) -> String {
-    error.to_string().trim_start_matches("--set ").to_owned()
 }
 
 /// Returns the motion of a request, to check that the machine can make it.

@@ -29,7 +29,6 @@ use super::desk::QueuedRequest;
 use super::machine_in_use::no_joint;
 use super::request::{JointSource, RequestedMotion};
 use super::spare_cores::{begin, on_spare_cores};
-use super::wording::of_a_page;
 use super::worker::Worker;
 use files::error::Error;
 use simulator::device::wire::Wire;
@@ -178,7 +177,7 @@ impl<W: Wire> Worker<'_, W> {
         let (joints, seed, spreads) = (JOINTS, SEED, vec![]);
         let asked =
             SelfTestRequest { machine: machine.clone(), range_deg, moves, joints, seed, spreads };
-        let planned = asked.plan_of(&mut self.client, document).map_err(of_a_page)?;
+        let planned = asked.plan_of(&mut self.client, document)?;
         let (done, coming) = sync_channel(1);
         let (over, goes_on) = (Arc::new(AtomicU64::new(0)), Arc::new(AtomicBool::new(true)));
         let (counted, still) = (over.clone(), goes_on.clone());
@@ -268,7 +267,7 @@ impl<W: Wire> Worker<'_, W> {
             }
             Err(error) => {
                 self.test = None;
-                self.publish_no_test(Some(of_a_page(error).to_string()));
+                self.publish_no_test(Some(error.to_string()));
             }
         }
     }
@@ -293,7 +292,7 @@ impl<W: Wire> Worker<'_, W> {
         }
         let ready = PredictedSelftest::clone(ready);
         let prepared = &ready.prepared;
-        let status = prepared.fits(&mut self.client).map_err(of_a_page)?;
+        let status = prepared.fits(&mut self.client)?;
         let (signals, request) = (self.signals.clone(), &prepared.request);
         let (steps, time) = Steps::of(&request.targets, signals, &request.parameters, &status)?;
         let steps = steps.judged_by(prepared.goal());

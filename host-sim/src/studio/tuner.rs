@@ -18,7 +18,6 @@ use super::desk::StudioState;
 use super::machine_in_use::no_joint;
 use super::request::{JointSource, TuningRequest};
 use super::spare_cores::{begin, let_others_in, on_spare_cores};
-use super::wording::of_a_page;
 use files::error::Error;
 use simulator::experiment::Document;
 use simulator::rules::TUNING_SEEDS;
@@ -138,7 +137,7 @@ impl Tuner {
             }
             Err(error) => {
                 drop(busy);
-                answered(Err(of_a_page(error)));
+                answered(Err(error));
             }
         });
     }
@@ -204,9 +203,7 @@ impl Task {
 
     fn run(&self, tuner: &Tuner, goes_on: &AtomicBool) -> Value {
         let event = on_spare_cores(|| self.found(tuner, goes_on)).and_then(|all| self.event(&all));
-        event.unwrap_or_else(
-            |error| json!({ "ok": false, "said": format!("tune: {}", of_a_page(error)) }),
-        )
+        event.unwrap_or_else(|error| json!({ "ok": false, "said": format!("tune: {}", error) }))
     }
 
     /// Tunes one law after the other, and publishes the progress.
@@ -236,7 +233,7 @@ impl Task {
                     found.is_cancelled = true;
                     return found;
                 }
-                Err(why) => found.failed.push((law.clone(), of_a_page(why).to_string())),
+                Err(why) => found.failed.push((law.clone(), why.to_string())),
             }
         }
         found

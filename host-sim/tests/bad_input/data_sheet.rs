@@ -8,20 +8,20 @@ use super::{shown, stiction};
 
 /// A key of a typical joint that is set otherwise, and what is answered.
 const CASES: &[(&str, &[&str])] = &[
-    ("motor.kt_nm_per_a=0", &["`motor.kt_nm_per_a` is 0; allowed is a finite number above 0"]),
+    ("motor.kt_nm_per_a=0", &["`motor.kt_nm_per_a` is 0; must be a finite number above 0"]),
     ("motor.kt=1", &["unknown key `motor.kt`", "`kt_nm_per_a`?"]),
     ("motor.driven_by=volts", &["`motor.driven_by` is \"volts\"", "`voltage`?"]),
     ("motor.driven_by=current", &["`motor.amplifier_a_per_v` is missing; a motor driven"]),
     ("motor.amplifier_a_per_v=3", &["belongs to a motor driven by a current", "\"voltage\""]),
     ("motor.rotor_inertia_kg_m2=-1", &["`motor.rotor_inertia_kg_m2` is -1", "not below 0"]),
     ("motor.current_limit_a=nan", &["`motor.current_limit_a` is NaN", "a finite number above 0"]),
-    ("motor.dead_time_s=0.1", &["`motor.dead_time_s` is 0.1; allowed is a number from 0 to 0.001"]),
-    ("gear.ratio=inf", &["`gear.ratio` is inf; allowed is a finite number above 0"]),
-    ("gear.efficiency=90", &["`gear.efficiency` is 90; allowed is a number above 0, up to 1"]),
+    ("motor.dead_time_s=0.1", &["`motor.dead_time_s` is 0.1; must be a number from 0 to 0.001"]),
+    ("gear.ratio=inf", &["`gear.ratio` is inf; must be a finite number above 0"]),
+    ("gear.efficiency=90", &["`gear.efficiency` is 90; must be a number above 0, up to 1"]),
     ("gear.backlash_deg=0.1", &["`gear.stiffness_nm_per_rad` is missing", "backlash"]),
-    ("load.inertia_kg_m2=heavy", &["`load.inertia_kg_m2` is \"heavy\"; allowed is a number"]),
+    ("load.inertia_kg_m2=heavy", &["`load.inertia_kg_m2` is \"heavy\"; must be a number"]),
     ("friction.slip_nm=5", &["`friction.stick_nm` is 4.9", "not below `slip_nm` (5)"]),
-    ("friction.ripple=1", &["`friction.ripple` is 1; allowed is a number from 0 to below 1"]),
+    ("friction.ripple=1", &["`friction.ripple` is 1; must be a number from 0 to below 1"]),
     ("friction.ripple=0.1", &["`friction.ripple_per_turn` is missing"]),
     ("friction.stick_reverse_nm=6", &["`friction.stick_reverse_nm` is 6", "cannot be simulated"]),
     ("friction.motor_share=0.5", &["`friction.motor_share` is 0.5", "no stiffness"]),
@@ -29,13 +29,13 @@ const CASES: &[(&str, &[&str])] = &[
     ("friction.bristle_damping_nm_s_per_rad=1", &["`friction.bristle_stiffness_nm_per_rad` is m"]),
     ("friction.viscous_nm_s_per_deg=1", &["are the same quantity; set only one"]),
     // 50 x 0.0909 N m/A x 12 A.
-    ("friction.stick_nm=60", &["`friction.stick_nm` is 60; allowed is a number below 54.54"]),
-    ("supply.voltage_v=0", &["`supply.voltage_v` is 0; allowed is a finite number above 0"]),
+    ("friction.stick_nm=60", &["`friction.stick_nm` is 60; must be a number below 54.54"]),
+    ("supply.voltage_v=0", &["`supply.voltage_v` is 0; must be a finite number above 0"]),
     ("supply.takes_current_back=1", &["`supply.takes_current_back` is 1"]),
-    ("encoder.lines=0", &["`encoder.lines` is 0; allowed is a whole number above 0"]),
-    ("encoder.lines=12.5", &["`encoder.lines` is 12.5; allowed is a whole number"]),
-    ("encoder.at=gear", &["`encoder.at` is \"gear\"; allowed are motor, load"]),
-    ("encoder.noise_counts=2", &["`encoder.noise_counts` is 2; allowed is 0 or 1"]),
+    ("encoder.lines=0", &["`encoder.lines` is 0; must be a whole number above 0"]),
+    ("encoder.lines=12.5", &["`encoder.lines` is 12.5; must be a whole number"]),
+    ("encoder.at=gear", &["`encoder.at` is \"gear\"; must be one of motor, load"]),
+    ("encoder.noise_counts=2", &["`encoder.noise_counts` is 2; must be 0 or 1"]),
     ("encoder.resolution_deg=0.1", &["`encoder.resolution_deg` is 0.1", "`encoder.lines`"]),
     ("joint.friction.stick_v=0.4", &["`joint.friction.stick_v` is 0.4", "`friction.stick_nm`"]),
     ("drive.full_scale_v=24", &["`drive.full_scale_v` is 24", "`supply.voltage_v` (48)"]),
@@ -45,7 +45,7 @@ const CASES: &[(&str, &[&str])] = &[
         &["`supply.voltage_v` is 0.001 V; usual is 1 to 1000 V: the joint cannot"],
     ),
     ("motor.kt_nm_per_a=1e-9", &["`motor.kt_nm_per_a` is 1e-9 N m/A; usual is"]),
-    ("drive.pwm_hz=1", &["`drive.pwm_hz` is 1; allowed is a number from"]),
+    ("drive.pwm_hz=1", &["`drive.pwm_hz` is 1; must be a number from"]),
 ];
 
 #[test]
@@ -105,7 +105,7 @@ fn a_derived_number_out_of_its_range_is_blamed_on_what_was_written() {
         ("motor.kt_nm_per_a=1000", "it makes `limits.stop_gain_deg_per_s2_per_v`"),
     ] {
         let said = last_line(&["params", &file, "-o", "-", "--set", set]);
-        assert!(said.starts_with(&format!("stiction: --set {set}: ")), "{set}: {said}");
+        assert!(said.starts_with(&format!("stiction: {set}: ")), "{set}: {said}");
         assert!(said.contains(follows), "{set}: {said}");
     }
     let text = fs::read_to_string(&file).unwrap();
@@ -159,11 +159,11 @@ fn an_amplifier_s_supply_is_what_it_can_give_and_no_more() {
         ),
         (
             &[ohm, "supply.voltage_v=40", "supply.internal_resistance_ohm=1"],
-            "`supply.internal_resistance_ohm` is 1; allowed is 0",
+            "`supply.internal_resistance_ohm` is 1; must be 0",
         ),
         (
             &[ohm, "supply.voltage_v=40", "supply.takes_current_back=false"],
-            "`supply.takes_current_back` is false; allowed is true",
+            "`supply.takes_current_back` is false; must be true",
         ),
     ];
     assert_all_refused(cases.into_iter().map(|(set, expected)| {
@@ -186,10 +186,10 @@ fn what_only_a_run_simulates_is_refused_by_what_cannot() {
     let file = directory.path().join("joint.toml").to_str().unwrap().to_owned();
     assert!(stiction(&["new", &file, "--typical", "gimbal"]).output().unwrap().status.success());
     let bridge = ["run", &file, "--set", "motor.dead_time_s=1e-6", "--set", "drive.mode=analog"];
-    let expected = ["`motor.dead_time_s` is 1e-6; allowed is 0, since `drive.mode` is \"analog\""];
+    let expected = ["`motor.dead_time_s` is 1e-6; must be 0, since `drive.mode` is \"analog\""];
     assert_eq!(complaint(stiction(&bridge), &expected), None);
     let by_steps = ["run", &file, "--solver", "rk4", "--set", "load.unbalance_nm=0.01"];
-    let expected = ["`run.solver` is \"rk4\"; allowed is \"exact\""];
+    let expected = ["`run.solver` is \"rk4\"; must be \"exact\""];
     assert_eq!(complaint(stiction(&by_steps), &expected), None);
     let text = fs::read_to_string(&file).unwrap();
     fs::write(&file, text.replace("[supply]", "[supply]\ninternal_resistance_ohm = 0.1")).unwrap();
@@ -211,7 +211,7 @@ fn a_new_file_is_refused_by_what_is_missing_or_there() {
     // An answer with which nothing can move: the error uses the terms of the sheet, and no file is
     // written.
     let stuck = ["new", &file, "--typical", "gimbal", "--stick-nm", "3"];
-    assert_eq!(complaint(stiction(&stuck), &["`friction.stick_nm` is 3; allowed is"]), None);
+    assert_eq!(complaint(stiction(&stuck), &["`friction.stick_nm` is 3; must be"]), None);
     assert_eq!(fs::read_dir(directory.path()).unwrap().count(), 0);
     fs::write(&file, "mine").unwrap();
     let again = ["new", &file, "--typical", "gimbal"];

@@ -14,7 +14,7 @@ fn a_file_with_a_mistake_is_named_with_the_key() {
     // Each case edits a built-in experiment: it names the text that is replaced, and what stands
     // there instead.
     let cases: &[(&str, &str, &str, &[&str])] = &[
-        (STEP, "title = \"Steps", "title = 3 # \"", &["`title` is 3; allowed is a text in quotes"]),
+        (STEP, "title = \"Steps", "title = 3 # \"", &["`title` is 3; must be a text in quotes"]),
         (
             STEP,
             "kp_v_per_deg = 1.0",
@@ -63,7 +63,7 @@ fn a_file_with_a_mistake_is_named_with_the_key() {
             STEP,
             "counter_bits = 16",
             "counter_bits = 99999",
-            &["`encoder.counter_bits` is 99999; allowed are 16, 32"],
+            &["`encoder.counter_bits` is 99999; must be one of 16, 32"],
         ),
         (
             STEP,
@@ -111,7 +111,7 @@ fn a_file_with_a_mistake_is_named_with_the_key() {
             "slugg = \"x\"",
             &["unknown key `variant[1].slugg`", "`slug`?"],
         ),
-        (STEP, "slug = \"literal-si\"", "slug = \"a/b\"", &["`slug`", "\"a/b\"", "allowed are"]),
+        (STEP, "slug = \"literal-si\"", "slug = \"a/b\"", &["`slug`", "\"a/b\"", "must be 1 to"]),
         (
             STEP,
             "\"literal-si\"\nset = {",
@@ -122,7 +122,7 @@ fn a_file_with_a_mistake_is_named_with_the_key() {
             STEP,
             "[controller.pd]",
             "[controller.\"../x\"]",
-            &["controller", "\"../x\"", "allowed are"],
+            &["controller", "\"../x\"", "must be 1 to"],
         ),
         (STEP, "[controller.pd]", "[controller.\"\"]", &["controller", "\"\"", "1 to 20 letters"]),
         (STEP, "[controller.pd]", "[controller.abcdefghijklmnopqrstu]", &["1 to 20 letters"]),
@@ -149,7 +149,7 @@ fn a_file_with_a_mistake_is_named_with_the_key() {
         (PATH, TIMES, "[1.0, nan, 13.0, 23.0]", &["corner_times_s[1]` is NaN", "from 1.5"]),
         (PATH, TIMES, "[1.0, 11.0, 13.0, inf]", &["corner_times_s[3]` is inf", "a finite number"]),
         (PATH, TIMES, "[1.0, 11.0, 13.0, 1e300]", &["corner_times_s[3]` is 1e300", "to 200000"]),
-        (PATH, TIMES, "[]", &["corner_times_s` has 0 entries; allowed are 2 to 16"]),
+        (PATH, TIMES, "[]", &["corner_times_s` has 0 entries; must have 2 to 16"]),
         (
             PATH,
             PLACES,

@@ -125,7 +125,7 @@ fn nothing_is_moved_on_another_machine_or_out_of_its_range() {
     bounded.set_parameters(&parameters(&plan(&set))).unwrap();
     let far = SelfTestRequest { range_deg: Some(6.0), ..asked() };
     let why = said(far.prepare(&mut bounded).unwrap_err());
-    assert!(why.contains("--range 6") && why.contains("limits.position_min_deg"), "{why}");
+    assert!(why.contains("a range of 6") && why.contains("limits.position_min_deg"), "{why}");
     // Without a range it stays within the limits, and reports that they differ from the file's.
     let near = SelfTestRequest { joints: 3, ..asked() }.prepare(&mut bounded).unwrap();
     assert!(near.request.targets.iter().all(|to| to.abs() <= 4.5));

@@ -85,14 +85,14 @@ fn a_refusal_of_the_device_or_of_the_file_is_reported() {
     );
     let said = with("sample_time_s = 0.02", "sample_time_s = 0.05");
     assert!(
-        said.contains("`loop.sample_time_s` is 0.05; allowed is a number from 0.0001 to 0.02"),
+        said.contains("`loop.sample_time_s` is 0.05; must be a number from 0.0001 to 0.02"),
         "{said}"
     );
     // The device itself refuses this ramp.
     let said = complaint(&board.device(&["identify", "--rate", "100"]));
     assert!(
         said.contains(
-            "refuses: `identification.ramp_rates_v_per_s` is 100; allowed is a number from 0 to 10"
+            "refuses: `identification.ramp_rates_v_per_s` is 100; must be a number from 0 to 10"
         ),
         "{said}"
     );

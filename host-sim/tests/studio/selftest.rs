@@ -135,7 +135,7 @@ fn a_self_test_is_refused_where_it_could_not_be_judged_or_is_not_expected() {
         // Of the range, as of the command.
         let wide = json!({ "do": "predict-selftest", "moves": 4, "deg": 1e6 });
         let said = page.refused(wide).await;
-        assert!(said.contains("range 1000000: ") && !said.contains("--"), "{said}");
+        assert!(said.contains("a range of 1000000 deg: ") && !said.contains("--"), "{said}");
         // Another machine: the file says what it is to be compared with.
         let other = json!({ "do": "set", "values": { "encoder.direction": "reverse" } });
         page.done(other).await;

@@ -67,26 +67,26 @@ fn a_change_with_a_value_that_is_not_allowed_changes_nothing() {
     for (entries, said) in [
         (
             vec![number(KP, f32::NAN)],
-            "`controller.NAME.kp_v_per_deg` is NaN; allowed is a number from 0 to 1000000",
+            "`controller.NAME.kp_v_per_deg` is NaN; must be a number from 0 to 1000000",
         ),
         (
             vec![number(KP, 2.0), number(thermal, -1.0)],
-            "`limits.thermal_s` is -1; allowed is a number from 0.1 to 100",
+            "`limits.thermal_s` is -1; must be a number from 0.1 to 100",
         ),
         (
             vec![number(thermal, 0.0), number(KP, 2.0)],
-            "`limits.thermal_s` is 0; allowed is a number from 0.1 to 100",
+            "`limits.thermal_s` is 0; must be a number from 0.1 to 100",
         ),
         // The derived velocity is half of the derived overspeed, 83.3 deg/s times 0.6 under SRNF.
         (
             vec![number(overspeed, 20.0)],
-            "`profile.velocity_deg_per_s` is 25; allowed is a number above 0, up to \
+            "`profile.velocity_deg_per_s` is 25; must be a number above 0, up to \
              `limits.overspeed_deg_per_s`, which is 20",
         ),
         (vec![number(KP, 2.0), (Key(0x087F), 0)], "does not have `value 0x087f`"),
         // The gain belongs to a law that is not in use.
         (vec![number(KP, 2.0), number(KI, 1.0)], "does not have `controller.NAME.ki_v_per_deg_s`"),
-        (vec![number(KP, 2.0), law(1, Some(gains(0.4, 100.0)))], "is 6; allowed is"),
+        (vec![number(KP, 2.0), law(1, Some(gains(0.4, 100.0)))], "is 6; must be"),
     ] {
         let message = client.change(&entries).unwrap_err().to_string();
         assert!(message.contains(said), "{said}: {message}");

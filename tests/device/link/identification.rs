@@ -58,7 +58,7 @@ fn it_begins_like_arming_refuses_more_than_the_device_allows_and_obeys_nothing_b
         |asked| IdentificationRequest { effort: Some(asked), ..IdentificationRequest::default() };
     let message = said(client.identify_joint(ask(5.1)).unwrap_err());
     assert!(
-        message.contains("`identification.effort_v` is 5.1; allowed is a number above 0, up to 5"),
+        message.contains("`identification.effort_v` is 5.1; must be a number above 0, up to 5"),
         "{message}"
     );
     for asked in [
@@ -332,7 +332,7 @@ fn the_bound_of_the_travel_ends_it_within_a_tick_of_it() {
     assert_eq!(course.summary.outcome, Outcome::Travel, "{:?}", course.summary);
     let (farthest, beyond) = (course.farthest(), course.beyond());
     assert!(farthest > 1.5 && farthest <= 1.5 + beyond, "{farthest} {beyond}");
-    course.is_no_file("--travel");
+    course.is_no_file("raise the travel");
 }
 
 /// A joint that breaks away with 0.4 V and slides without friction gains 0.2 deg/s a tick.
@@ -347,7 +347,7 @@ fn the_bound_of_the_speed_ends_it_within_its_slack_and_a_tick() {
     assert!(most > slack && most <= slack + course.beyond(), "{most} {slack}");
     // It had no time to go far.
     assert!(course.farthest() < 1.0, "{}", course.farthest());
-    course.is_no_file("--speed");
+    course.is_no_file("lower the effort");
 }
 
 /// The same joint within a wider bound: nothing slows it down behind the first push.

@@ -32,7 +32,7 @@ fn parameters_come_over_the_link_as_a_whole_or_not_at_all() {
     bad.limits.thermal_time = -1.0;
     let message = client.set_parameters(&bad).unwrap_err().to_string();
     assert!(
-        message.contains("`limits.thermal_s` is -1; allowed is a number from 0.1 to 100"),
+        message.contains("`limits.thermal_s` is -1; must be a number from 0.1 to 100"),
         "{message}"
     );
     assert_eq!(client.parameters().unwrap(), good);
@@ -42,7 +42,7 @@ fn parameters_come_over_the_link_as_a_whole_or_not_at_all() {
     slow.controller.drive.pwm_hz = 1000.0;
     let message = client.set_parameters(&slow).unwrap_err().to_string();
     assert!(
-        message.contains("`drive.pwm_hz` is 1000; allowed is a number from 1300 to 5250000"),
+        message.contains("`drive.pwm_hz` is 1000; must be a number from 1300 to 5250000"),
         "{message}"
     );
     assert_eq!(client.parameters().unwrap(), good);

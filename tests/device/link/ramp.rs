@@ -61,7 +61,7 @@ fn a_ramp_begins_like_arming_and_obeys_nothing_but_a_stop() {
     let mut client = client();
     // The rate is faster than the output's limit rises after arming: 5 V in 0.5 s.
     let message = said(client.identify(10.1, 1.0).unwrap_err());
-    let allowed = "`identification.ramp_rates_v_per_s` is 10.1; allowed is a number from 0 to 10";
+    let allowed = "`identification.ramp_rates_v_per_s` is 10.1; must be a number from 0 to 10";
     assert!(message.contains(allowed), "{message}");
     let message = said(client.identify(0.02, -1.0).unwrap_err());
     assert!(message.contains("`identification.hold_s` is -1"), "{message}");

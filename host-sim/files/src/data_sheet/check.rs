@@ -173,7 +173,7 @@ impl DataSheet {
         if !supply.takes_current_back {
             let key = "supply.takes_current_back";
             let sentence = format!(
-                "`{key}` is false; allowed is true: with an amplifier that sets the current it \
+                "`{key}` is false; must be true: with an amplifier that sets the current it \
                  cannot be simulated"
             );
             return Err(SheetRefusal::of(key, sentence));

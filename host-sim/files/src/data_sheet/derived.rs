@@ -119,7 +119,7 @@ fn alone(table: &Table, sheet: &DataSheet) -> Result<(), SheetRefusal> {
     let both = |key: &str, other: &str| {
         let found = get(table, key).map(ToString::to_string).unwrap_or_default();
         let sentence =
-            format!("`{key}` is {found}; allowed is nothing, since it is derived from `{other}`");
+            format!("`{key}` is {found}; must be left out: it is derived from `{other}`");
         Err(SheetRefusal::of(key, sentence))
     };
     for (key, other) in [

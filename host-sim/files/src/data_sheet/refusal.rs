@@ -32,7 +32,7 @@ impl SheetRefusal {
 
     /// Creates the error of an invalid number.
     pub fn number(key: &str, found: f64, allowed: &str) -> Self {
-        Self::of(key, format!("`{key}` is {}; allowed is {allowed}", shown(found)))
+        Self::of(key, format!("`{key}` is {}; must be {allowed}", shown(found)))
     }
 
     /// Creates the error of a missing key.

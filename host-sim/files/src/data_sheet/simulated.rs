@@ -21,7 +21,7 @@ impl DataSheet {
             ];
             if let Some((other, _)) = other.iter().find(|(_, there)| *there) {
                 let sentence = format!(
-                    "`{key}` and `{other}` cannot be simulated together; allowed is one of them"
+                    "`{key}` and `{other}` cannot be simulated together; remove one of them"
                 );
                 return Err(SheetRefusal::of(key, sentence));
             }

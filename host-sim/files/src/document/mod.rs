@@ -95,7 +95,7 @@ impl Document {
     pub fn set(&mut self, assignments: &[String]) -> Result<(), Error> {
         for assignment in assignments {
             self.assign(assignment)
-                .map_err(|why| Error::Input(format!("--set {}: {why}", brief(assignment))))?;
+                .map_err(|why| Error::Input(format!("{}: {why}", brief(assignment))))?;
             self.origin.set.push(assignment.clone());
         }
         self.check()
@@ -109,7 +109,7 @@ impl Document {
         for (key, number) in numbers {
             let assignment = format!("{key}={number:?}");
             self.put(key, Value::Float(*number), HOW_TO_SET)
-                .map_err(|why| Error::Input(format!("--set {}: {why}", brief(&assignment))))?;
+                .map_err(|why| Error::Input(format!("{}: {why}", brief(&assignment))))?;
             self.origin.set.push(assignment);
         }
         self.check()
@@ -282,7 +282,7 @@ impl Document {
         };
         let refuse = |what: &str, name: &str, allowed: &str| {
             let (origin, name) = (&self.origin, brief(name));
-            let allowed = format!("allowed are 1 to {LONGEST_NAME} letters, digits, {allowed}");
+            let allowed = format!("must be 1 to {LONGEST_NAME} letters, digits, {allowed}");
             Err(Error::Input(format!("{origin}: {what} is {name:?}; {allowed}")))
         };
         if let Some(name) =

@@ -46,7 +46,7 @@ impl Origin {
             return format!("{self}: its spread gives {}", brief(drawn));
         }
         match self.set.iter().rfind(set) {
-            Some(assignment) => format!("--set {}", brief(assignment)),
+            Some(assignment) => brief(assignment),
             // A drawn value may contradict the key.
             None if !self.drawn.is_empty() => {
                 let drawn: Vec<String> = self.drawn.iter().map(|drawn| brief(drawn)).collect();
@@ -54,10 +54,9 @@ impl Origin {
             }
             None => {
                 // An assignment may contradict a key of the file.
-                let with = if self.set.is_empty() { "" } else { " with" };
-                let set: String =
-                    self.set.iter().map(|set| format!(" --set {}", brief(set))).collect();
-                format!("{self}{with}{set}")
+                let with = if self.set.is_empty() { "" } else { " with " };
+                let set: Vec<String> = self.set.iter().map(|set| brief(set)).collect();
+                format!("{self}{with}{}", set.join(", "))
             }
         }
     }

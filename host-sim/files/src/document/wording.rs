@@ -47,10 +47,10 @@ pub fn refused(path: &str, at: Option<&Value>, message: &str) -> String {
         format!("`{path}` is {found}{}", suggestion(typed, quoted))
     } else if message.starts_with("invalid length") {
         let entries = at.and_then(Value::as_array).map_or(0, Vec::len);
-        format!("`{path}` has {entries} entries; allowed are 2")
+        format!("`{path}` has {entries} entries; must have 2")
     } else {
         let expected = message.rsplit_once("expected ").map_or(&*message, |(_, expected)| expected);
-        format!("`{path}` is {found}; allowed is {}", in_words(expected))
+        format!("`{path}` is {found}; must be {}", in_words(expected))
     }
 }
 

@@ -38,15 +38,17 @@ pub const fn ended(outcome: Outcome) -> &'static str {
              or balance it, and identify again"
         }
         Outcome::Still => {
-            "nothing moved up to the largest effort: look at the wiring (`jog`), or raise --effort"
+            "nothing moved up to the largest effort: look at the wiring (`jog`), or raise the effort"
         }
         Outcome::RunsOn => {
             "the joint moves on without effort: a load moves it; take the load off, or balance it, \
              and identify again"
         }
-        Outcome::Travel => "the joint reached its travel limit: raise --travel, or lower --speed",
-        Outcome::Speed => "the joint reached its speed limit: lower --effort, or raise --speed",
-        Outcome::Time => "the time limit was reached: raise --time",
+        Outcome::Travel => {
+            "the joint reached its travel limit: raise the travel, or lower the speed"
+        }
+        Outcome::Speed => "the joint reached its speed limit: lower the effort, or raise the speed",
+        Outcome::Time => "the time limit was reached: raise it",
         Outcome::Capped => "drive or supply limited the effort below the requested value",
     }
 }
@@ -59,7 +61,7 @@ pub fn doubts(doubts: &Doubts) -> Vec<&'static str> {
             doubts.poor_fit,
             "the fit is POOR: the model leaves more than 5 % of the effort; do not trust it",
         ),
-        (doubts.few_rows, "there were few stretches of even sliding: raise --travel or --time"),
+        (doubts.few_rows, "there were few stretches of even sliding: raise the travel or the time"),
         (
             doubts.uneven,
             "the breakaway differs by more than 15 % from place to place, by no gravity: friction \

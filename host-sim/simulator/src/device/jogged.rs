@@ -61,7 +61,7 @@ fn advice(verdict: Verdict, found: &JogFindings, parameters: &Parameters) -> Vec
                 "sound, the joint needs more effort or more time: raise `jog.effort_v` in the"
                     .into(),
                 "machine's file by a half, push it, and jog again; or jog with half the".into(),
-                "`--rate`.".into(),
+                "rate of the effort.".into(),
             ];
         }
         Verdict::Noise => &[

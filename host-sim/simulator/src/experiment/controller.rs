@@ -112,7 +112,7 @@ impl RunPlan {
         let mut gains = FixedVec::new();
         for law in laws.iter().filter_map(|law| law.0) {
             if gains.push(self.gains(name, table, law)?).is_err() {
-                let why = format!("allowed are {MAX_TERMS}, not counting {PD}");
+                let why = format!("at most {MAX_TERMS} beside {PD}");
                 return Err(Error::Input(format!("{origin}: `{key}` has too many entries; {why}")));
             }
         }

@@ -127,9 +127,7 @@ impl RunPlan {
         let (times_key, positions_key) = (key("corner_times_s"), key("corner_positions_deg"));
         let entries = |key: &str, found: usize, allowed: String| {
             let origin = self.origin.of(key);
-            Err(Error::Input(format!(
-                "{origin}: `{key}` has {found} entries; allowed are {allowed}"
-            )))
+            Err(Error::Input(format!("{origin}: `{key}` has {found} entries; must have {allowed}")))
         };
         if !(2..=MAX_CORNERS).contains(&times.len()) {
             return entries(&times_key, times.len(), format!("2 to {MAX_CORNERS}"));

@@ -206,12 +206,12 @@ mod tests {
         }
         // Of what is no limit, and of another word, the refusal says what is allowed.
         for (set, expected) in [
-            ("limits.stall_v=of", "`limits.stall_v` is \"of\"; allowed is a number or \"off\""),
-            ("limits.stall_v=true", "`limits.stall_v` is true; allowed is a number or \"off\""),
-            ("limits.stall_v=-1", "is -1; allowed is a number from 0 to 1000000, or \"off\""),
-            ("limits.stall_s=off", "`limits.stall_s` is \"off\"; allowed is a number"),
-            ("jog.effort_v=off", "`jog.effort_v` is \"off\"; allowed is a number"),
-            ("jog.effort_v=0", "`jog.effort_v` is 0; allowed is a number above 0"),
+            ("limits.stall_v=of", "`limits.stall_v` is \"of\"; must be a number or \"off\""),
+            ("limits.stall_v=true", "`limits.stall_v` is true; must be a number or \"off\""),
+            ("limits.stall_v=-1", "is -1; must be a number from 0 to 1000000, or \"off\""),
+            ("limits.stall_s=off", "`limits.stall_s` is \"off\"; must be a number"),
+            ("jog.effort_v=off", "`jog.effort_v` is \"off\"; must be a number"),
+            ("jog.effort_v=0", "`jog.effort_v` is 0; must be a number above 0"),
         ] {
             let found = plan("step-response", &[set]).and_then(|plan| record(&plan));
             let message = found.unwrap_err().to_string();
@@ -229,7 +229,7 @@ mod tests {
         assert!(record(&rate("10"), "device.soft_start_s=0.5").is_ok());
         assert!(record(&rate("10.1"), "device.soft_start_s=0").is_ok());
         let message = record(&rate("10.1"), "device.soft_start_s=0.5").unwrap_err().to_string();
-        let expected = "`identification.ramp_rates_v_per_s[0]` is 10.1; allowed is a number from 0 \
+        let expected = "`identification.ramp_rates_v_per_s[0]` is 10.1; must be a number from 0 \
             to 10";
         assert!(message.contains(expected), "{message}");
     }

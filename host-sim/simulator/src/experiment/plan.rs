@@ -282,7 +282,7 @@ fn runs_of(
     if names.is_empty() && !tasks.is_empty() {
         let origin = origin.of("loop.controller");
         return Err(Error::Input(format!(
-            "{origin}: `loop.controller` is empty; allowed is at least one name"
+            "{origin}: `loop.controller` is empty; must be at least one name"
         )));
     }
     for name in names {
@@ -353,7 +353,7 @@ fn affordable(origin: &Origin, runs: &[RunPlan]) -> Result<(), Error> {
         let longest_s = loops.iter().map(|run| run.longest_s()).fold(0.0, f64::max);
         let key = "run.duration_s";
         return Err(Error::Input(format!(
-            "{}: `{key}` is {}; allowed is a number up to {}: the {} runs may have {MAX_SAMPLES:e} \
+            "{}: `{key}` is {}; must be a number up to {}: the {} runs may have {MAX_SAMPLES:e} \
              samples in all",
             origin.of(key),
             shown(longest_s),
@@ -365,7 +365,7 @@ fn affordable(origin: &Origin, runs: &[RunPlan]) -> Result<(), Error> {
     if total > MAX_RAMP_SAMPLES {
         let key = "identification.ramp_rates_v_per_s";
         return Err(Error::Input(format!(
-            "{}: the ramps of `{key}` may take {} samples; allowed are {MAX_RAMP_SAMPLES:e}: raise \
+            "{}: the ramps of `{key}` may take {} samples; the limit is {MAX_RAMP_SAMPLES:e}: raise \
              the rates",
             origin.of(key),
             rounded(total),
@@ -382,7 +382,7 @@ fn affordable(origin: &Origin, runs: &[RunPlan]) -> Result<(), Error> {
         let finest = by_steps().map(|run| run.machine.run.step_s).fold(f64::INFINITY, f64::min);
         let key = "run.step_s";
         return Err(Error::Input(format!(
-            "{}: `{key}` is {}; allowed is a number from {}: the {} s of all runs may take \
+            "{}: `{key}` is {}; must be a number from {}: the {} s of all runs may take \
              {MAX_STEPS:e} steps",
             origin.of(key),
             shown(finest),

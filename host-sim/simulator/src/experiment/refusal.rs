@@ -95,15 +95,15 @@ impl RunPlan {
         Error::Input(match (suspect.filter(|suspect| suspect.key != key), derived_of) {
             (None, Some(sheet)) => self.refuse_derived(&sheet, key, found, &finite),
             (None, None) => {
-                format!("{}: `{key}` is {found}; allowed is {finite}", self.origin.of(key))
+                format!("{}: `{key}` is {found}; must be {finite}", self.origin.of(key))
             }
             (Some(suspect), Some(_)) => format!(
-                "{}: {suspect}. It makes `{key}` {found}; allowed is {finite}",
+                "{}: {suspect}. It makes `{key}` {found}; must be {finite}",
                 self.origin.of(suspect.key)
             ),
             (Some(suspect), None) => {
                 let origin = self.origin.of(key);
-                format!("{origin}: `{key}` is {found}; allowed is {finite} ({suspect})")
+                format!("{origin}: `{key}` is {found}; must be {finite} ({suspect})")
             }
         })
     }
@@ -115,14 +115,14 @@ impl RunPlan {
         set.map_or_else(
             || {
                 format!(
-                    "{}: `{key}` is {found}; allowed is {allowed}; it follows from {}",
+                    "{}: `{key}` is {found}; must be {allowed}; it follows from {}",
                     self.origin.of(key),
                     sheet.listed(&DERIVED_FROM)
                 )
             },
             |from| {
                 let origin = self.origin.of(from);
-                format!("{origin}: it makes `{key}` {found}; allowed is {allowed}")
+                format!("{origin}: it makes `{key}` {found}; must be {allowed}")
             },
         )
     }

@@ -173,6 +173,9 @@ impl DeviceIdentifyArguments {
     }
 }
 
+/// Options that set the bounds at which an identification ends.
+const OPTIONS: &str = " (--effort, --travel, --speed, --time)";
+
 /// Writes the file of an identified joint, and returns what it keeps, contradicts and leaves out.
 fn written(
     file: &OutputFile,
@@ -181,7 +184,14 @@ fn written(
     warning: Option<&str>,
 ) -> Result<into::IdentifiedFile, Error> {
     let nothing = |why: Error| Error::Device(format!("identify --into: nothing is written: {why}"));
-    found.joint().map_err(nothing)?;
+    found.joint().map_err(|why| {
+        let at_bounds = matches!(
+            found.summary.outcome,
+            Outcome::Still | Outcome::Travel | Outcome::Speed | Outcome::Time
+        );
+        let options = if at_bounds { OPTIONS } else { "" };
+        nothing(Error::Device(format!("{why}{options}")))
+    })?;
     let header = warning.map_or(String::new(), |warning| format!("# {warning}\n"));
     let written = into::written(found, of)?;
     file.write((header + &written.text).as_bytes())?;

@@ -97,13 +97,10 @@ impl Weights {
                 let near = suggestion(name, COLUMNS.iter().map(|column| column.name));
                 refuse(format!("there is no column `{name}`{near}"))
             })?;
-            weights.0[place] = weight
-                .parse()
-                .ok()
-                .filter(|weight| (0.0..=1e6).contains(weight))
-                .ok_or_else(|| {
-                    refuse(format!("`{weight}` is no weight; allowed is a number from 0 to 1e6"))
-                })?;
+            weights.0[place] =
+                weight.parse().ok().filter(|weight| (0.0..=1e6).contains(weight)).ok_or_else(
+                    || refuse(format!("`{weight}` is no weight; must be a number from 0 to 1e6")),
+                )?;
         }
         if weights.0.iter().all(|weight| *weight == 0.0) {
             return Err(Error::Input("--weights: all of them are 0, so nothing is ranked".into()));
@@ -242,8 +239,8 @@ mod tests {
         for (pair, said) in [
             ("settling", "write COLUMN=WEIGHT"),
             ("setling=2", "did you mean `settling`"),
-            ("rest=-1", "allowed is a number from 0 to 1e6"),
-            ("rest=NaN", "allowed is a number from 0 to 1e6"),
+            ("rest=-1", "must be a number from 0 to 1e6"),
+            ("rest=NaN", "must be a number from 0 to 1e6"),
         ] {
             let error = Weights::read(&[pair.into()]).unwrap_err().to_string();
             assert!(error.contains("--weights") && error.contains(said), "{error}");

@@ -173,7 +173,8 @@ pub fn read(path: &Path) -> Result<(EnsembleHeader, Vec<CaseResult>), Error> {
 }
 
 fn parse(text: &str) -> Result<(EnsembleHeader, Vec<CaseResult>), String> {
-    const NONE: &str = "these are no rows of an ensemble; allowed is what --csv or --resume wrote";
+    const NONE: &str =
+        "these are no rows of an ensemble; it must be a file that --csv or --resume wrote";
     let (first, body) = text.split_once('\n').unwrap_or((text, ""));
     let json = first.strip_prefix('#').ok_or(NONE)?;
     let header: serde_json::Value =
@@ -344,7 +345,7 @@ impl Shard {
             (1..=shard.of).contains(&shard.number).then_some(shard)
         };
         read().ok_or_else(|| {
-            Error::Input(format!("--shard {text}: allowed is K/N with K from 1 to N, as in 3/16"))
+            Error::Input(format!("--shard {text}: must be K/N with K from 1 to N, as in 3/16"))
         })
     }
 

@@ -165,9 +165,9 @@ impl PlannedSelfTest {
         let Some(prediction) = request.predict_while(goes_on)? else { return Ok(None) };
         if prediction.figures.len() < prediction.ended.len().max(1) {
             let why = prediction.ended.first().map_or("", String::as_str);
-            return Err(Error::Device(format!(
+            return Err(Error::Refused(format!(
                 "selftest: nothing was moved: {1} of {0} simulated joints end early, the first by \
-                 {why}; use a smaller --range, or other gains",
+                 {why}; use a smaller range, or other gains",
                 request.joints,
                 prediction.ended.len()
             )));
@@ -313,7 +313,7 @@ fn allowed(
     let deg = asked_deg.unwrap_or(derived.deg);
     let refuse = |why: String| {
         let what = match asked_deg {
-            Some(_) => format!("selftest --range {deg}"),
+            Some(_) => format!("selftest: a range of {deg} deg"),
             None => format!("selftest: the default range is {} deg", rounded(deg)),
         };
         Err(Error::Input(format!("{what}: {why}")))
@@ -325,8 +325,8 @@ fn allowed(
             }
             None => format!(
                 "that is the distance within 1 s by `profile.velocity_deg_per_s` and \
-                 `profile.acceleration_deg_per_s2`, but less than ten times the shortest move; use \
-                 --range {} or more",
+                 `profile.acceleration_deg_per_s2`, but less than ten times the shortest move; set \
+                 a range of {} deg or more",
                 rounded(least)
             ),
         });
@@ -399,7 +399,7 @@ fn differences(
     })?;
     let other = lines.iter().find(|line| OF_THE_MACHINE.iter().any(|key| line.starts_with(key)));
     other.map_or(Ok(lines.clone()), |line| {
-        Err(Error::Device(format!(
+        Err(Error::Refused(format!(
             "selftest: the device is another machine than {machine} ({line}); push that file, or \
              use the device's file"
         )))
@@ -436,7 +436,7 @@ mod tests {
     fn a_range_whose_longest_move_takes_too_long_is_refused_and_one_that_fits_is_named() {
         let slow = found(2.0, [0.0; 2]);
         let why = said(judged_by_default(Some(800.0), &slow, 0.0, 20));
-        assert!(why.contains("selftest --range 800") && why.contains("60 s"), "{why}");
+        assert!(why.contains("selftest: a range of 800 deg") && why.contains("60 s"), "{why}");
         let fits: f64 =
             why.split("up to ").last().unwrap().split(' ').next().unwrap().parse().unwrap();
         assert_eq!(judged_by_default(Some(fits), &slow, 0.0, 20).unwrap().deg, fits);
@@ -457,7 +457,7 @@ mod tests {
         // No option was given, so the message names none.
         let why = said(judged_by_default(None, &bounded, 4.99, 20));
         assert!(
-            why.contains("0.01 deg from a position limit") && !why.contains("--range"),
+            why.contains("0.01 deg from a position limit") && !why.contains("a range of"),
             "{why}"
         );
         let count_deg = MoveRange::derived(&bounded, 0.0).count_deg;
@@ -465,6 +465,6 @@ mod tests {
         assert!(why.contains(&least), "{why}: {least}");
         assert_eq!(judged_by_default(Some(4.5), &bounded, 0.0, 20).unwrap().deg, 4.5);
         let why = said(judged_by_default(Some(4.6), &bounded, 0.0, 20));
-        assert!(why.contains("--range 4.6") && why.contains(": 4.5 deg"), "{why}");
+        assert!(why.contains("range of 4.6") && why.contains(": 4.5 deg"), "{why}");
     }
 }

@@ -39,7 +39,7 @@ pub fn plan(document: &Document) -> Result<Vec<LabPlan>, Error> {
     if models.is_empty() {
         let at = origin.of("run.friction");
         return Err(Error::Input(format!(
-            "{at}: `run.friction` is empty; allowed is at least one \
+            "{at}: `run.friction` is empty; must be at least one \
             model"
         )));
     }
@@ -202,7 +202,7 @@ impl LabPlan {
     }
 
     pub(super) fn refuse(&self, key: &str, found: &str, allowed: &str) -> Error {
-        Error::Input(format!("{}: `{key}` is {found}; allowed is {allowed}", self.origin.of(key)))
+        Error::Input(format!("{}: `{key}` is {found}; must be {allowed}", self.origin.of(key)))
     }
 
     /// One value for each body, each one `good`. `key` is that of a mechanism that moves straight.

@@ -158,7 +158,7 @@ fn what_cannot_move_either_way_is_refused_and_what_moves_one_way_is_not() {
         sheet.can_move(&mapping).map_err(|why| why.to_string())
     };
     let why = can_move(&[("friction.stick_nm", "49")]).unwrap_err();
-    assert!(why.starts_with("`friction.stick_nm` is 49; allowed is a number below 48,"), "{why}");
+    assert!(why.starts_with("`friction.stick_nm` is 49; must be a number below 48,"), "{why}");
     assert_eq!(can_move(&[("friction.stick_nm", "47")]), Ok(()));
     // The key that is far from any real joint is blamed, and not the friction.
     let why = can_move(&[("supply.voltage_v", "1e-3")]).unwrap_err();

@@ -285,7 +285,7 @@ fn fits(
     );
     Err(if is_possible {
         let at_most = 0.01 * (100.0 * room_deg).floor();
-        format!("{stands}; use --travel {} or less. Nothing has moved", deg(at_most))
+        format!("{stands}; use a travel of {} deg or less. Nothing has moved", deg(at_most))
     } else {
         format!(
             "{stands}, and the identification needs {} deg either way, which are {} counts of this \
@@ -306,7 +306,7 @@ fn shows_too_little(
     let least = parameters.identify(asked).ok()?.least_speed()?;
     let most = parameters.profile.velocity;
     let how = if least <= most {
-        format!("use --speed {} or more", enough(least).min(most))
+        format!("use a speed of {} deg/s or more", enough(least).min(most))
     } else {
         format!(
             "raise profile.velocity_deg_per_s from {most} to {} or more, with an acceleration and \
@@ -390,8 +390,8 @@ mod tests {
                 identification::IdentificationRequest { speed: Some(0.05), ..Default::default() };
             shows_too_little(&asked, &parameters).unwrap()
         };
-        assert!(said(1.0).contains("use --speed 0.12 or more"), "{}", said(1.0));
-        assert!(said(0.11).contains("use --speed 0.11 or more"), "{}", said(0.11));
+        assert!(said(1.0).contains("use a speed of 0.12 deg/s or more"), "{}", said(1.0));
+        assert!(said(0.11).contains("use a speed of 0.11 deg/s or more"), "{}", said(0.11));
         assert!(said(0.1).contains("from 0.1 to 0.12 or more"), "{}", said(0.1));
     }
 }
