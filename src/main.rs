@@ -149,8 +149,8 @@ mod app {
 
     /// Runs one tick of the loop.
     ///
-    /// Its budget is 1300 instructions from entry to exit (tests/evidence/cost.md). That is a
-    /// thirteenth of the shortest sample time, if each took one cycle, and by the estimate there
+    /// Its budget is 1400 instructions from entry to exit (tests/evidence/cost.md). That is a
+    /// twelfth of the shortest sample time, if each took one cycle, and by the estimate there
     /// more than that. If the task begins late or takes more than half the sample time, the output
     /// is turned off for good.
     #[task(binds = TIM3, priority = 3, local = [before, output_producer], shared = [control_task])]
@@ -188,7 +188,7 @@ mod app {
     /// This task has the control task's priority, so that neither interrupts the other. Above it,
     /// this task could run between the control task's decision to turn the outputs on and the
     /// writing of it. A break input that is active only for an instant would then leave them on for
-    /// a whole tick. So this task waits for the end of a control task, whose budget is 1300
+    /// a whole tick. So this task waits for the end of a control task, whose budget is 1400
     /// instructions. Of two tasks that wait, it is the first (its interrupt has the lower number).
     #[task(binds = TIM1_BRK_TIM9, priority = 3)]
     fn outputs_broken(_: outputs_broken::Context) {

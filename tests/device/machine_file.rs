@@ -240,6 +240,7 @@ fn machine() -> impl Strategy<Value = Parameters> {
                 breakaway_effort: n[27],
                 stall_impulse: n[28],
                 stop_gain: 1e3 * n[29],
+                progress_gain: 1e2 * n[29],
             };
             machine.profile =
                 ProfileLimits::derived(&machine.controller, machine.limits.overspeed, 0.0);

@@ -33,6 +33,7 @@ mod jog;
 mod link;
 mod machine_file;
 mod matrix;
+mod noisy_encoder;
 mod power_cuts;
 mod profiled;
 mod seeds;

@@ -20,6 +20,11 @@ const SWING: f32 = 6.0;
 /// The impulse without a count is the breakaway effort for this time, s.
 const IMPULSE_TIME: f32 = 0.5;
 
+/// How many times less gain than the largest of a stable loop the weakest joint has. A quarter of
+/// its travel is required, so a joint of an unknown gain trips with less than a 256th of that gain:
+/// in a loop of 1 kHz that regresses over 5 ms, at a bandwidth of its damping below 0.4 Hz.
+const SLOWEST_LOOP: f32 = 64.0;
+
 /// The longest time of a monitor, s: its ticks and their sums stay far within 32 bits.
 const LONGEST: f32 = 600.0;
 
@@ -85,6 +90,12 @@ table! {
         /// (`kd_v_per_deg_per_s` `velocity_window` `sample_time_s`), beyond which no loop is
         /// stable.
         stop_gain: f32 = 0x0912 "stop_gain_deg_per_s2_per_v", OrOff(0.0, HUGE), Derived(209.439_51);
+        /// Acceleration for a volt of the weakest joint, deg/s^2 per V. Effort beyond `stall_v`
+        /// that is not followed by a quarter of its travel is a stall. Derived: a quarter of the
+        /// joint's gain, if the file has it; else a 64th of what the loop allows
+        /// (`stop_gain_deg_per_s2_per_v`).
+        progress_gain: f32 =
+            0x0913 "progress_gain_deg_per_s2_per_v", OrOff(0.0, HUGE), Derived(3.272_492_4);
     }
 }
 
@@ -109,6 +120,7 @@ impl Limits {
         breakaway_effort: 0.0,
         stall_impulse: 0.0,
         stop_gain: 0.0,
+        progress_gain: 0.0,
     };
 
     /// What can be derived from the loop itself, for machines that say nothing of it; the sentence
@@ -152,7 +164,20 @@ impl Limits {
             breakaway_effort: breakaway,
             stall_impulse: breakaway * IMPULSE_TIME,
             stop_gain,
+            progress_gain: stop_gain / SLOWEST_LOOP,
             ..Self::EXAMPLE
+        }
+    }
+
+    /// Returns the same limits for a joint of a known gain (deg/s^2 per V); zero is unknown.
+    ///
+    /// The joint may be half as light or four times as heavy as its file says.
+    #[must_use]
+    pub fn of_gain(self, gain: f32) -> Self {
+        if gain > 0.0 {
+            Self { stop_gain: 2.0 * gain, progress_gain: 0.25 * gain, ..self }
+        } else {
+            self
         }
     }
 

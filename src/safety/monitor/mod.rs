@@ -15,6 +15,7 @@ pub mod limits;
 mod link_timeout;
 mod overspeed;
 mod position_limits;
+mod progress;
 mod reversal;
 mod stall;
 mod stall_impulse;
@@ -40,6 +41,7 @@ use limits::Units;
 use link_timeout::{LinkState, LinkTimeout};
 use overspeed::{Overspeed, OverspeedState};
 use position_limits::PositionLimits;
+use progress::{Progress, ProgressState};
 use reversal::{Reversal, ReversalState};
 use stall::{Stall, StallState};
 use stall_impulse::{StallImpulse, StallImpulseState};
@@ -62,6 +64,7 @@ pub(crate) struct Monitors {
     stall: Stall,
     impulse: StallImpulse,
     abrupt: AbruptStop,
+    progress: Progress,
     position: PositionLimits,
     supply: Supply,
     thermal: Thermal,
@@ -81,6 +84,7 @@ pub(crate) struct MonitorState {
     stall: StallState,
     impulse: StallImpulseState,
     abrupt: AbruptStopState,
+    progress: ProgressState,
     supply: SupplyState,
     thermal: ThermalState,
     link: LinkState,
@@ -135,6 +139,7 @@ impl Monitors {
             stall: Stall::new(limits, &units),
             impulse: StallImpulse::new(limits, &units),
             abrupt: AbruptStop::new(limits, &units),
+            progress: Progress::new(limits, &units),
             position: PositionLimits::new(limits, &units),
             supply: Supply::new(limits, &units),
             thermal: Thermal::new(limits, &units),
@@ -241,6 +246,8 @@ impl Monitors {
         let stalls = self.stall.check(&mut state.stall, code, seen.standstill);
         let stalls =
             stalls | self.impulse.check(&mut state.impulse, code, seen.position, seen.travel);
+        let stalls =
+            stalls | self.progress.check(&mut state.progress, before, seen.travel, tick.velocity);
         if self.abrupt.check(&mut state.abrupt, before, seen.travel) || stalls {
             return trip(Fault::Stall, tick.v_applied);
         }

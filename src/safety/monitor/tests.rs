@@ -296,3 +296,39 @@ fn heat_and_impulse_outlast_arming_and_a_motor_that_is_off_cools() {
     let at_rest = [2, 3].map(|standstill| monitors.is_at_rest(&Seen { standstill, ..seen }));
     assert_eq!(at_rest, [false, true]);
 }
+
+/// The friction is 4 V and the weakest joint makes a deg/s for a volt beyond it: its time constant
+/// is within a tick of 1 s.
+#[test]
+fn too_little_travel_and_travel_to_and_fro_trip_and_braking_does_not() {
+    let limits = Limits { stall_effort: 4.0, progress_gain: 1.0, ..Limits::OFF };
+    let trips_with = |limits: &Limits, code: i32, velocity: f32, travel: fn(i32) -> i32| {
+        let monitor = Progress::new(limits, &UNITS);
+        let mut state = ProgressState::default();
+        let sign = code.signum();
+        (1..1000)
+            .find(|k| monitor.check(&mut state, code, sign * travel(*k), sign as f32 * velocity))
+    };
+    let trips = |code: i32, velocity: f32, travel: fn(i32) -> i32| {
+        let [up, down] = [code, -code].map(|code| trips_with(&limits, code, velocity, travel));
+        assert_eq!(up, down);
+        up
+    };
+    // 14 V: ten counts a tick are due, so the first 64 of them after seven ticks.
+    assert_eq!(trips(14, 0.0, |_| 3), None);
+    assert_eq!(trips(14, 0.0, |_| 2), Some(7));
+    // It may still move against a new effort: a tick is for braking, and four make 32 counts.
+    assert_eq!(trips(14, 0.0, |_| -9), Some(5));
+    // Within the friction nothing is due.
+    assert_eq!(trips(4, 0.0, |_| 0), None);
+    // 5 V: one count a tick is due. Seven of 11 counts go with the effort, or two of 16.
+    assert_eq!(trips(5, 0.0, |k| if k % 2 == 1 { 9 } else { -2 }), None);
+    assert_eq!(trips(5, 0.0, |k| if k % 2 == 1 { 9 } else { -7 }), Some(5));
+    // A joint at -40 deg/s has three ticks of 20 V to brake, half as many again as it needs.
+    let braked = |k| if k < 3 { -60 + 20 * k } else { 20 };
+    assert_eq!(trips(20, -40.0, braked), None);
+    assert_eq!(trips(20, -40.0, |_| -40), Some(4));
+    for off in [Limits { stall_effort: 0.0, ..limits }, Limits { progress_gain: 0.0, ..limits }] {
+        assert_eq!(trips_with(&off, 14, 0.0, |_| -9), None);
+    }
+}

@@ -64,11 +64,9 @@ pub fn assembled(plan: &RunPlan) -> Result<Parameters, Error> {
     let device = plan.machine.device.core(DeviceConfig::CAUTIOUS);
     let controller = plan.controller_config()?;
     let breakaway = breakaway(plan)?;
-    let derived = Limits::derived(&controller, &device, breakaway);
     let gain = plan.machine.joint.gain_deg_per_s2_per_v as f32;
-    // Twice the value of the file: a margin for the uncertainty of the joint.
-    let stop_gain = if gain > 0.0 { 2.0 * gain } else { derived.stop_gain };
-    let limits = plan.machine.limits.core(Limits { stop_gain, ..derived });
+    let derived = Limits::derived(&controller, &device, breakaway).of_gain(gain);
+    let limits = plan.machine.limits.core(derived);
     let profile =
         plan.machine.profile.core(ProfileLimits::derived(&controller, limits.overspeed, gain));
     let jog = plan.machine.jog.core(JogBounds::derived(&controller, &device, breakaway));

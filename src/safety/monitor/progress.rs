@@ -1,0 +1,130 @@
+//! Effort beyond any friction, and the encoder counts too little in its direction.
+//!
+//! ```text
+//! v    += g |u| h                         while v < 0: a joint is braked, friction helps
+//! v    += (g (|u| - F) - v / T) h         then; u: effort, F: stall_v
+//! due  += v h                             g: progress_gain, T = 0.2 s
+//! made += travel in the direction of u
+//! path += travel without its sign
+//! ```
+//!
+//! `v` and `due` are speed and travel of the weakest joint that the file allows: it has the gain
+//! `g`, a mechanical time constant of 0.2 s, and the friction F. All sums start anew when the
+//! effort falls to F or changes its sign. Trips in two cases:
+//!
+//! - `due` exceeds 64 counts, and `made` is less than a quarter of it: the counts are too few.
+//! - `path` exceeds 32 counts, and `made` is less than half of it: the counts go to and fro.
+//!
+//! A joint that still moves against a new effort starts with one and a half times its speed against
+//! it, so that braking is in none of the sums.
+//!
+//! [`super::stall`] and [`super::stall_impulse`] take counts anywhere for a living encoder. An open
+//! line picks up noise, and its counts go to and fro. This monitor requires counts that go where
+//! the effort pushes, as far as it pushes.
+//!
+//! Guarantees: under an effort above F, an encoder whose error stays within n counts is detected
+//! before the weakest joint has moved the larger of 64 and 4 n counts, plus one tick, if it starts
+//! at rest.
+//!
+//! Does badly: efforts up to F are not judged, so noise near the breakaway effort stays
+//! undetected. An effort that keeps changing its sign starts anew each time. Noise in the measured
+//! speed delays the start. Three joints trip although their encoders work: one with less than a
+//! quarter of `g`; one of four times `g`, as derived from its file, with a time constant below 12
+//! ms; and one with the encoder on the load behind a play of more than 64 counts.
+
+use super::limits::{Limits, Units};
+
+/// Travel that is due before it is judged, counts: four times the counts to and fro of an input
+/// that picks up noise of 16 counts.
+const LEAST: f32 = 64.0;
+
+/// Path that is judged, counts: half of it is the noise of 16 counts.
+const LEAST_PATH: i32 = 32;
+
+/// Ticks of one sign that are judged. A loop that swings at a quarter of its sample rate changes the
+/// sign every two ticks, and neither regression nor travel shows its speed.
+const LEAST_TICKS: u32 = 4;
+
+/// Part of the due travel that the joint has to make.
+const SHARE: f32 = 0.25;
+
+/// Mechanical time constant of the weakest joint, s: after it the due speed no longer rises.
+const TIME: f32 = 0.2;
+
+/// Multiple of its speed against the effort with which a joint starts: it is still braked when the
+/// friction is at its least.
+const AGAINST: f32 = 1.5;
+
+/// Due travel against its limit.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Progress {
+    /// Codes within any friction.
+    friction: i32,
+    /// Counts per tick and tick, of a code.
+    gain: f32,
+    /// What is left of the due speed after a tick.
+    decay: f32,
+    /// Counts per tick, of a deg/s.
+    per_speed: f32,
+}
+
+/// What has been due, and what was made, since the effort rose.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct ProgressState {
+    /// Sign of the effort; zero: it was within the friction.
+    sign: i32,
+    ticks: u32,
+    /// Counts per tick.
+    speed: f32,
+    /// Counts.
+    due: f32,
+    made: i32,
+    /// Counts, without their signs.
+    path: i32,
+}
+
+impl Progress {
+    pub fn new(limits: &Limits, units: &Units) -> Self {
+        let per_speed = units.tick / units.count;
+        // Disabled together with the stall monitor.
+        let is_on = limits.progress_gain > 0.0 && limits.stall_effort > 0.0;
+        Self {
+            friction: if is_on { (limits.stall_effort / units.code) as i32 } else { i32::MAX },
+            gain: limits.progress_gain * units.code * units.tick * per_speed,
+            decay: (1.0 - units.tick / TIME).max(0.0),
+            per_speed,
+        }
+    }
+
+    /// Takes the code that was applied in the last tick, the travel in it (counts), and the
+    /// measured speed (deg/s).
+    #[inline]
+    pub fn check(&self, state: &mut ProgressState, code: i32, travel: i32, velocity: f32) -> bool {
+        let excess = code.saturating_abs().saturating_sub(self.friction);
+        if excess <= 0 {
+            state.sign = 0;
+            return false;
+        }
+        let sign = code.signum();
+        if sign != state.sign {
+            // The regression is late; the travel of a tick is coarse.
+            let with =
+                (velocity * self.per_speed * sign as f32).min((travel.saturating_mul(sign)) as f32);
+            *state =
+                ProgressState { sign, speed: AGAINST * with.min(0.0), ..ProgressState::default() };
+        }
+        state.ticks = state.ticks.saturating_add(1);
+        if state.speed < 0.0 {
+            // Friction helps the effort to brake.
+            state.speed += code.saturating_abs() as f32 * self.gain;
+            return false;
+        }
+        state.speed = state.speed * self.decay + excess as f32 * self.gain;
+        state.due += state.speed;
+        state.made = state.made.saturating_add(travel.saturating_mul(sign));
+        state.path = state.path.saturating_add(travel.saturating_abs());
+        let too_few = state.due > LEAST && (state.made as f32) < SHARE * state.due;
+        let to_and_fro = state.path > LEAST_PATH && state.made < state.path / 2;
+        state.ticks >= LEAST_TICKS && (too_few || to_and_fro)
+    }
+}
