@@ -1,5 +1,6 @@
 //! Arming, by a command or by itself, and what turns the output off again.
 
+use super::control_loop::leads_too_far;
 use super::{ControlLoop, Follower, Output, Refusal, Servo, State};
 use crate::control::signal::Tick;
 use crate::identification::Ramp;
@@ -25,6 +26,9 @@ impl Servo {
             return Err(Refusal::OutOfRange);
         }
         // Arming makes the place of the joint zero.
+        if leads_too_far(&control_loop.course, 0) {
+            return Err(Refusal::TooFar);
+        }
         if control_loop.begins_far_from(&control_loop.course, 0) {
             return Err(Refusal::FarAway);
         }

@@ -179,16 +179,9 @@ impl ControlLoop {
     /// Returns whether a course leads out of the range, if its zero is at `zero`, counts since
     /// power-on.
     pub(super) fn leads_out(&self, course: &Course, zero: i32) -> bool {
-        let out =
-            |position: Position| self.monitors.is_out_of_range(zero.wrapping_add(position.counts));
-        match course {
-            Course::Follow(Reference::Step(step)) => out(step.to),
-            Course::Follow(Reference::Trajectory(trajectory)) => {
-                trajectory.corners().any(|corner| out(corner.position))
-            }
-            Course::Profile(profile) => out(profile.target()),
-            Course::Ramp(_) | Course::Jog(_) | Course::Identification(_) => false,
-        }
+        any_target(course, |position| {
+            self.monitors.is_out_of_range(zero.wrapping_add(position.counts))
+        })
     }
 
     /// Returns whether a trajectory begins so far from `counts`, in the zero of an arming, that its
@@ -220,4 +213,28 @@ impl ControlLoop {
     pub(super) const fn is_over(&self) -> bool {
         self.state.is_over(&self.course)
     }
+}
+
+/// Returns whether any position that a course leads to satisfies a condition.
+fn any_target(course: &Course, condition: impl Fn(Position) -> bool) -> bool {
+    match course {
+        Course::Follow(Reference::Step(step)) => condition(step.to),
+        Course::Follow(Reference::Trajectory(trajectory)) => {
+            trajectory.corners().any(|corner| condition(corner.position))
+        }
+        Course::Profile(profile) => condition(profile.target()),
+        Course::Ramp(_) | Course::Jog(_) | Course::Identification(_) => false,
+    }
+}
+
+/// Returns whether a course leads to a position so far from `counts` that a difference of 32 bits
+/// could change its sign on the way.
+pub(super) fn leads_too_far(course: &Course, counts: i32) -> bool {
+    any_target(course, |position| is_too_far(position, counts))
+}
+
+/// Returns whether a position is 2^30 counts or more from `counts`: differences of positions are 32
+/// bits with a sign, and the joint may pass its target.
+pub(super) fn is_too_far(position: Position, counts: i32) -> bool {
+    position.counts.checked_sub(counts).is_none_or(|way| way.unsigned_abs() >= 1 << 30)
 }

@@ -10,8 +10,8 @@
 //! The joint is driven only while the state is [`State::Armed`]. A fault that is seen in a tick
 //! turns that tick's output off. The first fault is latched with its time and the value that
 //! tripped it; later ones do not hide it. A microcontroller that comes out of a reset with a fault
-//! ([`Boot`]) reports it and stays faulted: no unrequested reset leads to a motion. The reset after
-//! that one starts clean.
+//! ([`Boot`]) reports it and stays faulted: no unrequested reset leads to a motion. Further resets
+//! report it again until a command clears it.
 //!
 //! To be armed, the servo has to be stopped, with a fault cleared if there was one. The joint has
 //! to be at rest for 50 ms, and supply, position and motor must be such that no monitor would trip

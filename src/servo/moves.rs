@@ -1,14 +1,11 @@
 //! Moves while the servo is armed: another reference, a profile to a position, and a hold.
 
+use super::control_loop::{is_too_far, leads_too_far};
 use super::{ControlLoop, Refusal, Servo, State};
 use crate::control::profile::Profile;
 use crate::control::reference::{Reference, Step};
 use crate::motion::Course;
 use crate::units::position::Position;
-
-/// The longest way of a profile, counts: differences of positions are 32 bits with a sign, and it
-/// may pass its target.
-const FARTHEST: u32 = 1 << 30;
 
 impl Servo {
     /// Replaces the reference that the joint follows, from the next tick on, in the zero that
@@ -16,15 +13,18 @@ impl Servo {
     /// fault.
     ///
     /// # Errors
-    /// Refuses unless the servo is armed and the reference stays within the range of positions. A
-    /// trajectory has to begin where the joint is, to the following error that is allowed, and to
-    /// the error that asks for the full scale: its first point would be a jump. A step is a jump
-    /// that was asked for.
+    /// Refuses unless the servo is armed and the reference stays within the range of positions, and
+    /// less than 2^30 counts from the joint. A trajectory has to begin where the joint is, to the
+    /// following error that is allowed, and to the error that asks for the full scale: its first
+    /// point would be a jump. A step is a jump that was asked for.
     pub fn follow(&mut self, reference: Reference) -> Result<(), Refusal> {
         let control_loop = self.armed_loop()?;
         let course = Course::Follow(reference);
         if control_loop.leads_out(&course, control_loop.zero) {
             return Err(Refusal::OutOfRange);
+        }
+        if leads_too_far(&course, control_loop.state.counts()) {
+            return Err(Refusal::TooFar);
         }
         if control_loop.begins_far_from(&course, control_loop.state.counts()) {
             return Err(Refusal::FarAway);
@@ -49,8 +49,7 @@ impl Servo {
             return Err(Refusal::OutOfRange);
         }
         let from = control_loop.setpoint().position;
-        let way = target.counts.checked_sub(from.counts);
-        if way.is_none_or(|way| way.unsigned_abs() >= FARTHEST) {
+        if is_too_far(target, from.counts) {
             return Err(Refusal::TooFar);
         }
         control_loop.begin_profile(profile)

@@ -23,7 +23,7 @@ pub enum Refusal {
     OutOfRange,
     /// The trajectory begins too far from the joint.
     FarAway,
-    /// The position is 2^30 counts away from the set point, or farther.
+    /// The position is 2^30 counts away from the joint or its set point, or farther.
     TooFar,
     /// The set point is too fast to come to rest within the range of positions.
     TooFast,

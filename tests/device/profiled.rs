@@ -245,6 +245,31 @@ fn what_cannot_be_done_is_refused_before_it_begins() {
     }
 }
 
+/// The difference of two positions of 32 bits changes its sign beyond 2^31 counts, and the joint
+/// would go the other way.
+#[test]
+fn a_step_whose_way_has_no_sign_in_32_bits_is_refused() {
+    let free = plan("srnf", &["limits.following_error_deg=off"]);
+    let mut simulated = armed(&free);
+    go_to(&mut simulated, &free, -413).unwrap();
+    run(&mut simulated, 3.0, "-1");
+    let far = 1 << 30;
+    for (at, expected) in [
+        (i32::MAX, Err(Refusal::TooFar)),
+        (i32::MIN, Err(Refusal::TooFar)),
+        (far, Err(Refusal::TooFar)),
+        (far - 1000, Ok(())),
+    ] {
+        let to = Position::from_counts(at);
+        let step = Step { from: Position::default(), to, at_tick: 0 };
+        let servo = simulated.device.servo();
+        assert_eq!(servo.follow(Reference::Step(step)), expected, "{at}");
+    }
+    let from = simulated.position_deg();
+    simulated.ticks(10);
+    assert!(simulated.position_deg() > from, "{} deg", simulated.position_deg());
+}
+
 /// The limits of a profile are those of the whole output: with a part of it, the joint would trail
 /// until the following error ends the move.
 #[test]
