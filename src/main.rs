@@ -94,10 +94,15 @@ mod app {
         let (to_wire_producer, to_wire_consumer) = to_wire.split();
         let (record, was_armed) = retained::take();
         let cause = reset::take_cause(&cx.device.RCC);
+        let fault = record.and_then(|record| record.fault()).or(cause.fault(was_armed));
+        // The next reset has no cause of its own and could arm: the cause is kept until a command
+        // clears it. A button that bounces resets before the first tick.
+        if let Some(fault) = fault.filter(|fault| fault.is_clearable()) {
+            retained::keep(record.unwrap_or(RetainedFault::of(fault)));
+        }
         let brown_out = reset::brown_out(&cx.device.FLASH);
         let may_be_dip = cause.may_be_dip(brown_out);
         let settings = setup::BoardSettings::read();
-        let fault = record.and_then(|record| record.fault()).or(cause.fault(was_armed));
         let board = setup::start(cx.device, cx.core, &settings, servo, |crystal| {
             let crystal = match crystal {
                 Crystal::Right | Crystal::NotMeasured => None,
