@@ -40,7 +40,7 @@ mod app {
     use crate::board::liveness;
     use crate::board::machine::BoardMachine;
     use crate::board::report::Report;
-    use crate::board::retained::{self, RetainedFault};
+    use crate::board::retained::{self, Retained, RetainedFault};
     use crate::board::sectors::Sectors;
     use crate::board::setup::{self, Board};
     use crate::board::traits::Watchdog;
@@ -67,7 +67,7 @@ mod app {
 
     #[local]
     struct Local {
-        before: State,
+        before: (State, bool),
         output_producer: Producer<'static, Output>,
         output_consumer: Consumer<'static, Output>,
         report: Report,
@@ -92,7 +92,7 @@ mod app {
         let session = session.write(Session::new(DeviceKind::Board, None));
         let (output_producer, output_consumer) = outputs.split();
         let (to_wire_producer, to_wire_consumer) = to_wire.split();
-        let (record, was_armed) = retained::take();
+        let Retained { fault: record, was_armed, is_encoder_in_doubt } = retained::take();
         let cause = reset::take_cause(&cx.device.RCC);
         let fault = record.and_then(|record| record.fault()).or(cause.fault(was_armed));
         // The next reset has no cause of its own and could arm: the cause is kept until a command
@@ -116,7 +116,7 @@ mod app {
             // A crystal's fault must not hide behind an old fault that a command may clear.
             let lasting = before.filter(|latched| !latched.fault.is_clearable());
             let fault = lasting.or(crystal).or(before);
-            Boot { fault, is_damaged: settings.is_damaged, may_be_dip }
+            Boot { fault, is_encoder_in_doubt, is_damaged: settings.is_damaged, may_be_dip }
         });
         if let Ok(parameters) = settings.parameters() {
             session.use_saved(parameters);
@@ -128,7 +128,7 @@ mod app {
         report.banner(&board, (cause, brown_out), record.as_ref(), fault, &settings);
 
         let Board { control_task, watchdog, port, received, store, timer_clock, .. } = board;
-        let before = control_task.servo.state();
+        let before = (control_task.servo.state(), is_encoder_in_doubt);
         let shared = Shared { control_task, session, watchdog };
         let local = Local {
             before,
@@ -165,9 +165,10 @@ mod app {
         cx.shared.control_task.lock(|parts| {
             parts.enter();
             let output = parts.tick();
-            if output.state != *local.before {
-                remember(output.state, parts.servo.latched());
-                *local.before = output.state;
+            let now = (output.state, parts.servo.is_encoder_in_doubt());
+            if now != *local.before {
+                remember(parts.servo);
+                *local.before = now;
             }
             last_tick::publish(&output.tick);
             // A full queue loses a line of the log and samples of the telemetry, nothing else.
@@ -177,10 +178,12 @@ mod app {
         });
     }
 
-    /// Keeps, for the time after the next reset, whether the servo is armed and what is latched.
-    fn remember(state: State, latched: Option<LatchedFault>) {
-        retained::set_armed(state == State::Armed);
-        match latched {
+    /// Keeps, for the time after the next reset, whether the servo is armed, what is latched, and
+    /// whether the encoder is in doubt.
+    fn remember(servo: &Servo) {
+        retained::set_armed(servo.state() == State::Armed);
+        retained::set_encoder_in_doubt(servo.is_encoder_in_doubt());
+        match servo.latched() {
             Some(latched) => retained::keep(RetainedFault::latched(&latched)),
             // The fault has been cleared: the next reset must not report it again.
             None => retained::forget(),

@@ -1,4 +1,5 @@
-//! The memory across a reset: the last fault, and whether the motor was being driven.
+//! The memory across a reset: the last fault, whether the motor was being driven, and whether the
+//! encoder is in doubt.
 //!
 //! It lies in RAM that is neither zeroed nor initialised (`NOINIT` of memory.x). After power-on it
 //! is noise, which the check words distinguish from a record.
@@ -14,6 +15,7 @@ use stiction::safety::fault::LatchedFault;
 const TEXT: usize = 40;
 const MAGIC: u32 = 0x5354_4943;
 const ARMED: u32 = 0xA12E_D0DE;
+const IN_DOUBT: u32 = 0xD00B_7ED1;
 
 /// A fault that is kept across a reset, and where it was.
 #[derive(Clone, Copy)]
@@ -34,6 +36,17 @@ pub struct RetainedFault {
 struct Memory {
     fault: RetainedFault,
     armed: [u32; 2],
+    encoder: [u32; 2],
+}
+
+/// What was kept before a reset.
+pub struct Retained {
+    /// The last fault.
+    pub fault: Option<RetainedFault>,
+    /// Whether the motor was driven.
+    pub was_armed: bool,
+    /// Whether the encoder is in doubt.
+    pub is_encoder_in_doubt: bool,
 }
 
 struct Kept(UnsafeCell<MaybeUninit<Memory>>);
@@ -124,20 +137,34 @@ pub fn forget() {
 
 /// Remembers whether the motor is driven.
 pub fn set_armed(armed: bool) {
-    let word = if armed { ARMED } else { 0 };
     // SAFETY: within the static; see `Kept`.
-    unsafe { ptr::write_volatile(&raw mut (*memory()).armed, [word, !word]) };
+    unsafe { ptr::write_volatile(&raw mut (*memory()).armed, flag(armed, ARMED)) };
 }
 
-/// Returns the fault that was kept before this reset and whether the motor was driven, and forgets
-/// both.
-pub fn take() -> (Option<RetainedFault>, bool) {
+/// Remembers whether the encoder is in doubt.
+pub fn set_encoder_in_doubt(in_doubt: bool) {
+    // SAFETY: within the static; see `Kept`.
+    unsafe { ptr::write_volatile(&raw mut (*memory()).encoder, flag(in_doubt, IN_DOUBT)) };
+}
+
+/// Returns the words that stand for a flag: noise after power-on is no flag that is set.
+const fn flag(is_set: bool, word: u32) -> [u32; 2] {
+    let word = if is_set { word } else { 0 };
+    [word, !word]
+}
+
+/// Returns what was kept before this reset, and forgets the fault and that the motor was driven.
+pub fn take() -> Retained {
     // SAFETY: within the static; any bits are a value of these types.
-    let Memory { fault: record, armed } = unsafe { ptr::read_volatile(memory()) };
+    let Memory { fault: record, armed, encoder } = unsafe { ptr::read_volatile(memory()) };
     let known = record.magic == MAGIC && record.check == record.sum() && record.fault().is_some();
     keep(RetainedFault { magic: 0, ..RetainedFault::of(Fault::Panic) });
     set_armed(false);
-    (known.then_some(record), armed == [ARMED, !ARMED])
+    Retained {
+        fault: known.then_some(record),
+        was_armed: armed == flag(true, ARMED),
+        is_encoder_in_doubt: encoder == flag(true, IN_DOUBT),
+    }
 }
 
 const fn memory() -> *mut Memory {

@@ -150,6 +150,9 @@ pub struct Status {
     pub crystal_not_measured: bool,
     /// Whether the law has ended its attempts to reach the set point. The output stays on.
     pub gave_up: bool,
+    /// Whether the encoder is in doubt after a stall, a jump or a reversal, so that only a jog may
+    /// drive the joint.
+    pub is_encoder_in_doubt: bool,
 }
 
 /// The errors of the wire that bytes come over. Each costs the frame that it hits, which is also
@@ -238,6 +241,9 @@ pub enum RequestRefusal {
     Untouchable,
     /// The set point is too fast to come to rest within the range of positions.
     TooFast,
+    /// The encoder is in doubt after a stall, a jump or a reversal: the joint has to be moved by
+    /// hand, or a jog has to show that encoder and motor agree.
+    EncoderInDoubt,
 }
 
 impl From<servo::Refusal> for RequestRefusal {
@@ -254,6 +260,7 @@ impl From<servo::Refusal> for RequestRefusal {
             servo::Refusal::FarAway => Self::FarAway,
             servo::Refusal::TooFar => Self::TooFar,
             servo::Refusal::TooFast => Self::TooFast,
+            servo::Refusal::EncoderInDoubt => Self::EncoderInDoubt,
             // Nothing that comes over a link asks for the motion of the parameters.
             servo::Refusal::Replaced => Self::NoSuch,
         }

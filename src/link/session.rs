@@ -480,6 +480,7 @@ impl<const RING: usize> Session<RING> {
             wire,
             crystal_not_measured,
             gave_up: servo.has_given_up(),
+            is_encoder_in_doubt: servo.is_encoder_in_doubt(),
         })
     }
 }

@@ -5,6 +5,8 @@ use super::{ControlLoop, Follower, Output, Refusal, Servo, State};
 use crate::control::signal::Tick;
 use crate::identification::Ramp;
 use crate::motion::Course;
+use crate::motion::jog::Verdict;
+use crate::safety::encoder_proof::EncoderProof;
 use crate::safety::fault::Fault;
 
 impl Servo {
@@ -18,7 +20,7 @@ impl Servo {
             return Ok(());
         }
         let here = self.follower.seen.position;
-        let control_loop = self.ready_to_arm()?;
+        let control_loop = self.ready_to_close()?;
         if control_loop.replaced {
             return Err(Refusal::Replaced);
         }
@@ -52,9 +54,17 @@ impl Servo {
             control_loop.watch.listen();
             return Ok(());
         }
-        self.ready_to_arm()?.begin(ramp.map_or_else(Course::default, Course::Ramp));
+        self.ready_to_close()?.begin(ramp.map_or_else(Course::default, Course::Ramp));
         self.start_loop(true);
         Ok(())
+    }
+
+    /// Returns the control loop that is to be armed for more than a jog, unless something is in the
+    /// way.
+    pub(super) fn ready_to_close(&mut self) -> Result<&mut ControlLoop, Refusal> {
+        let is_in_doubt = self.is_encoder_in_doubt();
+        let control_loop = self.ready_to_arm()?;
+        if is_in_doubt { Err(Refusal::EncoderInDoubt) } else { Ok(control_loop) }
     }
 
     /// Returns the control loop that is to be armed, unless something is in the way.
@@ -94,9 +104,21 @@ impl Servo {
         self.countdown = None;
         if matches!(self.state, State::Armed) {
             self.state = State::Stopped;
+            self.encoder_proof = self.encoder_proof.after_drive();
             if let Some(control_loop) = &mut self.control_loop {
                 control_loop.rest();
             }
+        }
+    }
+
+    /// Turns the output off at the end of a course that ends by itself.
+    // Not in the tick, which it would make longer.
+    #[inline(never)]
+    pub(super) fn end_course(&mut self) {
+        let proves = self.jogged().is_some_and(|found| found.verdict() == Verdict::Agrees);
+        self.stop();
+        if proves {
+            self.encoder_proof = EncoderProof::Given;
         }
     }
 

@@ -3,6 +3,7 @@
 use super::{ControlLoop, Follower, Servo, State, WakeUp};
 use crate::control::hardware::Hardware;
 use crate::parameters::{DecodeError, Parameters};
+use crate::safety::encoder_proof::EncoderProof;
 use crate::safety::fault::{Fault, FaultLog, LatchedFault};
 
 /// The boot: how the part came out of its last reset.
@@ -11,6 +12,8 @@ pub struct Boot {
     /// The fault that the part comes up with, if any; its time is that of the run in which it
     /// happened.
     pub fault: Option<LatchedFault>,
+    /// Whether the encoder was [in doubt](crate::safety::encoder_proof) before the reset.
+    pub is_encoder_in_doubt: bool,
     /// Whether a slot of the parameters is damaged: the parameters may not be those that were saved
     /// last, so nothing arms by itself.
     pub is_damaged: bool,
@@ -41,6 +44,7 @@ impl Servo {
             clock: 0,
             follower: Follower::default(),
             wake_up: WakeUp::default(),
+            encoder_proof: EncoderProof::default(),
             latched: None,
             log: FaultLog::default(),
         }
@@ -59,7 +63,11 @@ impl Servo {
         });
         let autostart = self.control_loop.as_ref().and_then(|control_loop| control_loop.autostart);
         let after_dip = parameters.is_ok_and(|parameters| parameters.device.autostart_after_dip);
-        let is_sure = !boot.is_damaged && (!boot.may_be_dip || after_dip);
+        let is_sure =
+            !boot.is_damaged && !boot.is_encoder_in_doubt && (!boot.may_be_dip || after_dip);
+        if boot.is_encoder_in_doubt {
+            self.encoder_proof = EncoderProof::Moving;
+        }
         self.countdown = autostart.filter(|_| is_sure);
         let refused = match prepared {
             Ok(()) => None,

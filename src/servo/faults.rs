@@ -29,6 +29,7 @@ impl Servo {
         self.latched = Some(latched);
         self.log.push(latched);
         self.countdown = None;
+        self.encoder_proof = self.encoder_proof.after(latched.fault);
         if let Some(control_loop) = &mut self.control_loop {
             control_loop.rest();
         }

@@ -15,7 +15,7 @@ impl Servo {
     /// servo identifies nothing.
     pub fn identify(&mut self, settings: &IdentificationPlan) -> Result<(), Refusal> {
         let here = self.follower.seen.position;
-        let control_loop = self.ready_to_arm()?;
+        let control_loop = self.ready_to_close()?;
         if control_loop.is_too_near_to_the_end(settings.travel(), here) {
             return Err(Refusal::OutOfRange);
         }

@@ -13,7 +13,8 @@
 //! ([`Boot`]) reports it and stays faulted: no unrequested reset leads to a motion. Further resets
 //! report it again until a command clears it.
 //!
-//! To be armed, the servo has to be stopped, with a fault cleared if there was one. The joint has
+//! To be armed, the servo has to be stopped, with a fault cleared if there was one. After a stall, a
+//! jump or a reversal the encoder has to [prove itself](crate::safety::encoder_proof). The joint has
 //! to be at rest for 50 ms, and supply, position and motor must be such that no monitor would trip
 //! at once. The position in which the servo is armed becomes the joint's zero. A command arms the
 //! servo ([`Servo::arm`]). If the parameters say `autostart` (off by default) and nothing went
@@ -48,6 +49,7 @@ mod wake_up;
 use crate::control::controller::{Controller, Reading};
 use crate::control::signal::Tick;
 use crate::motion::{Course, CourseState};
+use crate::safety::encoder_proof::EncoderProof;
 use crate::safety::fault::{Fault, FaultLog, LatchedFault};
 use crate::safety::monitor::Standstill;
 pub use boot::Boot;
@@ -83,6 +85,7 @@ pub struct Servo {
     clock: u32,
     follower: Follower,
     wake_up: WakeUp,
+    encoder_proof: EncoderProof,
     latched: Option<LatchedFault>,
     log: FaultLog,
 }
@@ -122,6 +125,12 @@ impl Servo {
             control_loop.controller.has_given_up(control_loop.state.controller())
         };
         self.state == State::Armed && self.control_loop.as_ref().is_some_and(given_up)
+    }
+
+    /// Returns whether the encoder is in doubt, so that only a jog may drive the joint; see
+    /// [`encoder_proof`](crate::safety::encoder_proof).
+    pub const fn is_encoder_in_doubt(&self) -> bool {
+        self.encoder_proof.is_due()
     }
 
     /// Returns the steady effort that would heat the motor as much as it is heated, V.
@@ -187,7 +196,9 @@ impl Servo {
         self.advance();
         let (State::Armed, Some(control_loop)) = (self.state, &mut self.control_loop) else {
             if let Some(control_loop) = &mut self.control_loop {
-                control_loop.monitors.idle(&mut control_loop.watch, &self.follower.seen);
+                let seen = &self.follower.seen;
+                control_loop.monitors.idle(&mut control_loop.watch, seen);
+                self.encoder_proof.update(seen.position, control_loop.monitors.is_at_rest(seen));
             }
             self.wake_up.rest();
             return self.stopped();
@@ -208,7 +219,7 @@ impl Servo {
             return self.off(tick);
         }
         if control_loop.is_over() {
-            self.stop();
+            self.end_course();
             return self.off(tick);
         }
         let wound_up = control_loop.watch.warning();

@@ -19,6 +19,9 @@ pub enum Refusal {
     Moving,
     /// Arming would end in this fault at once.
     WouldTrip(Fault),
+    /// The encoder is in doubt after a stall, a jump or a reversal: the joint has to be moved by
+    /// hand, or a jog has to show that encoder and motor agree.
+    EncoderInDoubt,
     /// The motion leads out of the range of positions.
     OutOfRange,
     /// The trajectory begins too far from the joint.

@@ -10,6 +10,7 @@ use stiction::identification;
 use stiction::link::{CHUNK, PROTOCOL, Request, encode_request};
 use stiction::motion::jog::JogRequest;
 use stiction::parameters::{DeviceConfig, ROOM, record};
+use stiction::safety::encoder_proof::BY_HAND;
 use stiction::safety::fault::LatchedFault;
 use stiction::servo::State;
 use stiction::units::position::Position;
@@ -383,6 +384,20 @@ impl Chaos {
         self.taken += u64::from(changes && self.device.device.parameters().cloned() != before);
     }
 
+    /// A person turns the joint to and fro, if its encoder is in doubt and its wires are sound.
+    fn turn_by_hand(&mut self, name: &str) {
+        if self.device.wires != Wires::Sound || !self.device.device.servo().is_encoder_in_doubt() {
+            return;
+        }
+        for counts in [0, BY_HAND as i32, -(BY_HAND as i32)] {
+            self.device.jump(counts);
+            // 50 ms of rest, and some more of coasting.
+            for _ in 0..10 {
+                self.tick(name);
+            }
+        }
+    }
+
     /// Something goes wrong, or is mended.
     fn disturb(&mut self, random: &mut Random) {
         match random.below(12) {
@@ -423,7 +438,8 @@ fn nothing_moves_unasked_and_the_joint_stays_within_what_was_asked_whatever_goes
         for message in 0..each {
             let mut contents = requests(&parameters, chaos.counts, &mut random);
             // After a fault, the client clears it in the end and arms again.
-            if message % 16 == 15 {
+            let clears = message % 16 == 15;
+            if clears {
                 chaos.device.supply = SUPPLY;
                 contents = vec![Request::Clear];
             }
@@ -434,6 +450,9 @@ fn nothing_moves_unasked_and_the_joint_stays_within_what_was_asked_whatever_goes
             for content in contents {
                 send(&mut chaos, content);
                 chaos.device.device.transmit(&mut [0; 512]);
+            }
+            if clears {
+                chaos.turn_by_hand(&format!("{law}, message {message}"));
             }
             // A motion without a loop takes a second or more to set out, and a client that is
             // there.

@@ -21,6 +21,7 @@ mod chaos;
 mod dead_encoder;
 mod dying_encoder;
 mod encoder_faults;
+mod encoder_in_doubt;
 mod fast_loops;
 mod first_motion;
 #[path = "../first_run.rs"]

@@ -189,19 +189,30 @@ impl Bench for ImageBench {
         self.push(0.0, 0.0);
         self.ticks(2);
         // A second reset has no cause of its own. The fault is kept until a command clears it.
+        let last = format!("reset by reset pin; last fault: {}", fault.describe());
+        let reported = |bench: &mut Self| bench.log().iter().filter(|line| **line == last).count();
+        let before = reported(self);
+        let reset_now = |bench: &mut Self| {
+            bench.act(|halted| halted.inject(Injection::Reset));
+            bench.wait(200 * MS);
+            bench.connect_anew();
+        };
         for reset in 1..=2 {
             let name = format!("{name}, reset {reset}");
-            self.act(|halted| halted.inject(Injection::Reset));
-            self.wait(200 * MS);
-            self.connect_anew();
+            reset_now(self);
             assert_eq!(self.client().status().unwrap().fault.code, fault as u8, "{name}");
             assert!(self.client().arm().is_err(), "{name}");
             self.ticks(10);
             assert_eq!(self.off_and_now().0, off, "{name}: driven after the reset");
-            let last = format!("reset by reset pin; last fault: {}", fault.describe());
-            let lines = self.log().iter().filter(|line| **line == last).count();
-            assert_eq!(lines, reset, "{name}: {:?}", self.log());
+            assert_eq!(reported(self), before + reset, "{name}");
         }
+        // The doubt in the encoder outlasts a command and the reset after it.
+        self.client().clear().unwrap();
+        self.ticks(2);
+        reset_now(self);
+        let status = self.client().status().unwrap();
+        let doubts = matches!(fault, Fault::EncoderJump | Fault::Stall | Fault::EncoderReversed);
+        assert_eq!((status.fault.code, status.is_encoder_in_doubt), (0, doubts), "{name}");
     }
 
     fn report(

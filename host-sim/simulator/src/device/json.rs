@@ -49,6 +49,7 @@ pub fn status(status: &Status, warning: Option<&str>) -> Value {
         "thermal_effort_v": single(status.thermal_effort),
         "wound_up": status.wound_up,
         "gave_up": status.gave_up,
+        "encoder_in_doubt": status.is_encoder_in_doubt,
         "unsaved": status.unsaved,
         "is_damaged": status.is_damaged,
         "has_brown_out": status.has_brown_out,

@@ -68,6 +68,11 @@ pub fn refused(refused: &RequestRefusal) -> String {
              slower"
                 .into()
         }
+        RequestRefusal::EncoderInDoubt => {
+            "the encoder is in doubt since a stall, a jump or a reversal: turn the joint by hand \
+             by 16 counts or more, or let `jog` find that encoder and motor agree"
+                .into()
+        }
         RequestRefusal::NoParameters => {
             "it has no parameters; `params push FILE.toml` first".into()
         }
@@ -281,6 +286,13 @@ pub fn status(status: &Status) -> String {
         let then = "           A new move tries again; see docs/reference/faults.md";
         lines.extend([what, then].map(String::from));
     }
+    if status.is_encoder_in_doubt {
+        let what =
+            "warning    the encoder is in doubt since a stall, a jump or a reversal: turn the";
+        let then =
+            "           joint by hand by 16 counts or more, or `jog`, before it is armed again";
+        lines.extend([what, then].map(String::from));
+    }
     if status.is_damaged {
         let what =
             "warning    one of the two saved sets of parameters is damaged: those in use can be";
@@ -367,6 +379,7 @@ mod tests {
             wire: WireErrors::default(),
             crystal_not_measured: false,
             gave_up: false,
+            is_encoder_in_doubt: false,
         }
     }
 

@@ -37,6 +37,7 @@ fn status() -> Status {
         wire: WireErrors::default(),
         crystal_not_measured: false,
         gave_up: false,
+        is_encoder_in_doubt: false,
     }
 }
 

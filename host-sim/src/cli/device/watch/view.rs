@@ -115,6 +115,11 @@ fn state_of(watched: &WatchedDevice) -> Line<'static> {
             Color::Yellow,
         ),
         (status.gave_up, "given up: something holds the joint before its target", Color::Yellow),
+        (
+            status.is_encoder_in_doubt,
+            "encoder in doubt: turn the joint by hand by 16 counts, or `jog`, before arming",
+            Color::Yellow,
+        ),
         (status.is_damaged, "a saved set of parameters is damaged: see `status`", Color::Red),
         (
             status.crystal_not_measured,

@@ -1,0 +1,128 @@
+//! The proof of the encoder that arming needs after a stall, a jump or a reversal.
+//!
+//! ```text
+//!   fault                 rests                16 counts by hand, or a jog that agrees
+//!  --|- - - - in doubt - - -|- - - in doubt - - - -|------- arming is allowed
+//! ```
+//!
+//! A command clears these faults, and a dead encoder looks like a joint at rest. A client that
+//! clears, arms and repeats would push the joint a little farther each time, without end. So the
+//! encoder is in doubt until one of two proofs:
+//!
+//! - The joint is moved by hand with the output off: the position is [`BY_HAND`] counts from where
+//!   the joint rested. The count begins at rest, because one open line turns a coasting joint into
+//!   counts to and fro.
+//! - A [jog](crate::motion::jog) ends with the verdict that encoder and motor agree.
+//!
+//! Guarantees: a client alone drives a joint with a dead encoder by jogs only, each within its own
+//! bounds. Noise of less than 16 counts to each side is no proof.
+//!
+//! Does badly: a load that moves the joint is taken for a hand. Noise that walks by 16 counts while
+//! the joint rests is taken for one, too. Counts by hand do not show the direction: only the jog
+//! does.
+
+use crate::safety::fault::Fault;
+use crate::safety::open_loop::SLACK;
+
+/// Distance from the place of rest that proves the encoder, counts: twice the counts that show the
+/// direction in a jog, since noise of 4 counts to each side makes 8.
+pub const BY_HAND: u32 = 2 * SLACK;
+
+/// Whether the encoder is in doubt, and since which place of rest.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum EncoderProof {
+    /// The encoder is trusted.
+    #[default]
+    Given,
+    /// The encoder is in doubt, and the joint has not rested with the output off since.
+    Moving,
+    /// The encoder is in doubt. The joint rested at this position, counts.
+    Rested(i32),
+}
+
+impl EncoderProof {
+    /// Returns whether the encoder is in doubt.
+    pub const fn is_due(self) -> bool {
+        !matches!(self, Self::Given)
+    }
+
+    /// Returns the proof after a fault: it is due if the fault may come from the encoder.
+    pub const fn after(self, fault: Fault) -> Self {
+        match fault {
+            Fault::EncoderJump | Fault::Stall | Fault::EncoderReversed => Self::Moving,
+            _ => self.after_drive(),
+        }
+    }
+
+    /// Returns the proof after the output was on: what the drive moved, no hand did.
+    pub const fn after_drive(self) -> Self {
+        if self.is_due() { Self::Moving } else { Self::Given }
+    }
+
+    /// Takes the position (counts) of a tick with the output off.
+    pub const fn update(&mut self, position: i32, is_at_rest: bool) {
+        match *self {
+            Self::Moving if is_at_rest => *self = Self::Rested(position),
+            Self::Rested(at) if position.wrapping_sub(at).unsigned_abs() >= BY_HAND => {
+                *self = Self::Given;
+            }
+            _ => {}
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn in_doubt() -> EncoderProof {
+        EncoderProof::default().after(Fault::Stall)
+    }
+
+    #[test]
+    fn sixteen_counts_from_the_place_of_rest_are_a_proof() {
+        for way in [1, -1] {
+            let mut proof = in_doubt();
+            // A joint that coasts proves nothing, however far.
+            proof.update(1000, false);
+            proof.update(i32::MAX - 2, true);
+            assert!(proof.is_due());
+            proof.update((i32::MAX - 2).wrapping_add(way * 15), false);
+            assert!(proof.is_due());
+            proof.update((i32::MAX - 2).wrapping_add(way * 16), false);
+            assert!(!proof.is_due());
+        }
+    }
+
+    #[test]
+    fn noise_about_the_place_of_rest_is_no_proof() {
+        let mut proof = in_doubt();
+        proof.update(0, true);
+        for tick in 0..1000 {
+            proof.update([4, -4, 15, -15][tick % 4], tick % 3 == 0);
+        }
+        assert!(proof.is_due());
+    }
+
+    #[test]
+    fn what_the_drive_moves_is_no_proof() {
+        let mut proof = in_doubt();
+        proof.update(0, true);
+        proof = proof.after_drive();
+        proof.update(100, false);
+        assert!(proof.is_due());
+        proof.update(100, true);
+        proof.update(110, false);
+        assert!(proof.is_due());
+    }
+
+    #[test]
+    fn other_faults_neither_put_the_encoder_in_doubt_nor_prove_it() {
+        for &fault in Fault::ALL {
+            let doubts =
+                matches!(fault, Fault::EncoderJump | Fault::Stall | Fault::EncoderReversed);
+            assert_eq!(EncoderProof::Given.after(fault).is_due(), doubts, "{fault:?}");
+            assert!(in_doubt().after(fault).is_due(), "{fault:?}");
+        }
+    }
+}
