@@ -5,7 +5,7 @@ use core::panic::PanicInfo;
 use core::sync::atomic::{Ordering, compiler_fence};
 
 use cortex_m::peripheral::SCB;
-use cortex_m_rt::{ExceptionFrame, exception};
+use cortex_m_rt::exception;
 use stiction::Fault;
 use stm32f4xx_hal::pac;
 
@@ -35,14 +35,6 @@ fn panic(info: &PanicInfo) -> ! {
         record = record.with_text(location.file()).at(location.line(), 0);
     }
     stop(record)
-}
-
-#[exception]
-unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
-    off_for_good();
-    // SAFETY: reads a status register.
-    let status = unsafe { (*SCB::PTR).cfsr.read() };
-    stop(RetainedFault::of(Fault::HardFault).at(frame.pc(), status))
 }
 
 /// Stops at an exception or interrupt that nothing here enables. Its number in the vector table is

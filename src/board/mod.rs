@@ -12,6 +12,7 @@ pub mod crystal;
 pub mod debugger;
 pub mod encoder;
 pub mod fatal;
+mod hard_fault;
 pub mod last_tick;
 pub mod liveness;
 pub mod machine;

@@ -67,6 +67,9 @@ impl Report {
             Some((Some(Fault::Panic), record)) => {
                 error!("panic in {=str}, line {=u32}", record.text(), record.place);
             }
+            Some((Some(Fault::HardFault), record)) if record.place == 0 => {
+                error!("hard fault after a stack overflow, status {=u32:#x}", record.status);
+            }
             Some((Some(Fault::HardFault), record)) => {
                 error!("hard fault at {=u32:#x}, status {=u32:#x}", record.place, record.status);
             }

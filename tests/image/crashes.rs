@@ -10,7 +10,10 @@ use emulator::FirmwareImage;
 use emulator::board::FittedParts;
 use emulator::fault_injection::{BoardObservation, Injection, converse, observe};
 
-use crate::common::{firmware, image};
+use emulator::parameters::everything_on;
+use emulator::setup::Partner;
+
+use crate::common::{firmware, image, plans};
 use crate::fault_injection::{
     AT, MS, UNTIL, assert_off_after, inject, parameters, parameters_with,
 };
@@ -138,6 +141,10 @@ fn a_panic_turns_the_bridge_off_and_is_told() {
     let observed = crash(&injections);
     assert_off_after(&observed, AT, 120 * MS);
     assert_off_before_the_reset(&observed);
+    // What takes long is the wait for the next line: the task of the log writes it after a tick.
+    let off = observed.any_ns;
+    let tick = observed.ticks_ns.iter().rfind(|at| **at < off).unwrap();
+    assert_pins_in_time("panic", &observed, *tick);
     assert!(observed.says("panic in") && observed.says("line"), "{:?}", observed.log);
     assert!(observed.says("faulted: panic"), "{:?}", observed.log);
 }
@@ -147,12 +154,76 @@ fn a_hard_fault_turns_the_bridge_off_and_is_told() {
     let observed = crash(&[(AT, Injection::BusError { address: TIM2_CNT })]);
     assert_off_after(&observed, AT, 20 * MS);
     assert_off_before_the_reset(&observed);
+    // What takes long is the wait for the next reading of the encoder, which fails. It is due a tick
+    // of 20 ms after the last one.
+    let due = observed.ticks_ns.iter().rfind(|at| **at < AT).unwrap() + 20 * MS;
+    let late = observed.any_ns.abs_diff(due);
+    assert!(late < PINS_NS, "{late} ns");
     // CFSR: a precise data bus error with a valid address.
     assert!(
         observed.says("hard fault at 0x80") && observed.says("status 0x8200"),
         "{:?}",
         observed.log
     );
+    assert!(observed.says("faulted: hard fault"), "{:?}", observed.log);
+}
+
+/// Time from a crash to the pins, ns.
+const PINS_NS: u64 = 10_000;
+
+/// `push {r0-r7, lr}` without an end: 36 bytes of the stack each.
+const PUSH_FOR_EVER: [u8; 4] = [0xFF, 0xB5, 0xFD, 0xE7];
+
+/// The stack has 14 KiB (memory.x). A push of nine words and a branch take 13 cycles at most at 168
+/// MHz, so it is full after 31 us. The processor is in the handler 12 cycles later, and 9
+/// instructions turn the pins off. The control task is within its 1400 instructions before, 8 us,
+/// and the link begins within 10 us after it.
+const OVERFLOW_NS: u64 = 50_000;
+
+/// Runs a copy of the image in which a function pushes until the stack is full. Asserts that the
+/// bridge is off before the reset, and within [`OVERFLOW_NS`] of what called the function.
+fn overflow(name: &str, record: &[u8], until: u64, partner: Partner) -> BoardObservation {
+    let bytes = patched(|_| function(name), &PUSH_FOR_EVER);
+    let image = Arc::new(FirmwareImage::parse(&image(), bytes).unwrap());
+    let (records, fitted) = ([Some(record), None], FittedParts::default());
+    let injections = [(0, Injection::NothingBelowRam)];
+    let observed = converse(&image, records, fitted, &injections, until, partner).unwrap();
+    assert_driven_before(&observed);
+    let reset = observed.resets[0].at.0;
+    let (off, any) = (observed.on_ns[0][1], observed.any_ns);
+    // By both: the outputs and the enable pin. Nothing turns them on again.
+    assert!(observed.on_ns.len() == 1 && off <= any && any < reset, "{off}, {any}, {reset}");
+    observed
+}
+
+fn assert_pins_in_time(name: &str, observed: &BoardObservation, called: u64) {
+    let [pins, reset] = [observed.any_ns, observed.resets[0].at.0].map(|at| at - called);
+    let [pins_us, reset_us] = [pins, reset].map(|ns| ns as f64 / 1000.0);
+    println!("reliability: pins | after={name} | pins_us={pins_us:.1} | reset_us={reset_us:.1}");
+    assert!(pins < OVERFLOW_NS, "{name}: {pins_us} us");
+}
+
+#[test]
+fn a_stack_that_overflows_in_the_control_task_turns_the_bridge_off() {
+    // The blocked joint stalls while the motor is driven, and the control task latches that. The
+    // copy latches at each start, too, and resets again and again: the first time is looked at.
+    let record = everything_on(&plans("step-response", &["pd"], &[])[0]).unwrap();
+    let silent = Box::new(|_: u64, _: &[u8]| Vec::new());
+    let observed = overflow("Servo$GT$5latch", &record, 342 * MS, silent);
+    let tick = observed.ticks_ns.iter().rfind(|at| **at < observed.any_ns).unwrap();
+    assert_pins_in_time("control", &observed, *tick);
+}
+
+#[test]
+fn a_stack_that_overflows_in_the_link_turns_the_bridge_off_and_is_reported() {
+    let mut byte = Some(0);
+    let partner = move |at: u64, _: &[u8]| {
+        if at < AT { Vec::new() } else { byte.take().into_iter().collect() }
+    };
+    let observed = overflow("Session$LT$_$GT$7receive", &parameters(), UNTIL, Box::new(partner));
+    // 10 bits of a byte take 10 us at 1 Mbit/s; the partner is asked every 50 us.
+    assert_pins_in_time("link", &observed, AT);
+    assert!(observed.says("hard fault after a stack overflow"), "{:?}", observed.log);
     assert!(observed.says("faulted: hard fault"), "{:?}", observed.log);
 }
 

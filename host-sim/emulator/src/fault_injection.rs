@@ -21,6 +21,12 @@ use super::setup::{BoardSetup, Partner};
 use super::spans::Spans;
 use files::error::Error;
 
+/// First address of the RAM, and bytes of the page below it.
+const RAM: u64 = 0x2000_0000;
+const PAGE: u64 = 0x1000;
+/// Accesses below the RAM that are answered by a bus error: more than two exceptions save.
+const BELOW_RAM: usize = 64;
+
 /// The log is read more often than elsewhere: what a reset finds unread is lost.
 const DRAIN_EVERY_NS: u64 = 2_000_000;
 /// Time between two samples until the part has set its timer, ns.
@@ -58,6 +64,9 @@ pub enum Injection {
         /// Address of the register.
         address: u64,
     },
+    /// The next accesses to the page below the RAM are answered by bus errors, as on the part. The
+    /// emulator drops them otherwise.
+    NothingBelowRam,
     /// Bytes of the RAM change.
     Corrupts {
         /// The first of them.
@@ -182,6 +191,9 @@ impl<C> HaltedBoard<'_, C> {
             Injection::CoreStalls => host.hold(true),
             Injection::CoreGoesOn => host.hold(false),
             Injection::BusError { address } => session.fail_next(address, address + 4),
+            Injection::NothingBelowRam => {
+                (0..BELOW_RAM).for_each(|_| session.fail_next(RAM - PAGE, RAM));
+            }
             Injection::Corrupts { address, length, to } => {
                 for address in address..address + length {
                     // What is no RAM stays as it is, and a test of what should follow fails.
