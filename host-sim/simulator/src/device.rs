@@ -10,6 +10,7 @@ pub mod identified;
 pub mod into;
 pub mod jogged;
 pub mod json;
+pub mod limit_origins;
 pub mod log;
 pub mod machine_file;
 mod merged;

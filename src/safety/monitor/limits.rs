@@ -2,8 +2,9 @@
 
 use crate::control::controller::ControllerConfig;
 use crate::control::device_config::DeviceConfig;
+use crate::control::encoder::CounterBits;
 use crate::units::error::HUGE;
-use crate::units::value::{Table, table};
+use crate::units::value::{Key, Table, key, table};
 
 /// The largest error where Kp is zero and says nothing of it: a turn, deg.
 const TURN: f32 = 360.0;
@@ -25,6 +26,14 @@ const IMPULSE_TIME: f32 = 0.5;
 /// in a loop of 1 kHz that regresses over 5 ms, at a bandwidth of its damping below 0.4 Hz.
 const SLOWEST_LOOP: f32 = 64.0;
 
+/// Part of the converter's full scale up to which a supply is distinguished from a higher one: the
+/// last four of 4096 readings are left out.
+const MEASURED: f32 = 1.0 - 4.0 / 4096.0;
+
+/// Part of the counter's half range up to which a travel in one tick is a jump: beyond the half
+/// range it is read as travel the other way.
+const COUNTED: f32 = 0.9;
+
 /// The longest time of a monitor, s: its ticks and their sums stay far within 32 bits.
 const LONGEST: f32 = 600.0;
 
@@ -36,8 +45,8 @@ table! {
     /// ms).
     #[derive(Clone, Copy, Debug, PartialEq)]
     pub struct Limits (limits) "limits" {
-        /// Travel in one tick, deg. Derived: that of a tick at twice the overspeed, and 4 counts;
-        /// at six times under `robust`.
+        /// Travel in one tick, deg; half of the counter's range and more never trips. Derived: that of a tick at
+        /// twice the overspeed, and 4 counts; at six times under `robust`.
         encoder_jump: f32 = 0x0901 "encoder_jump_deg", OrOff(0.0, HUGE), Derived(3.343_013);
         /// Effort beyond any friction, V. Derived: twice `breakaway_v`, and no more than `duty_max`
         /// lets through. Off turns `stall_impulse_vs` off as well.
@@ -53,6 +62,8 @@ table! {
         /// Measured speed, deg/s. Derived: 2.5 full scale / Kd, at least 16 counts a tick. Without
         /// Kd, that of Kd = 0.15 s Kp. Under `robust`, twice the speed of its profile, judged by
         /// the mean over 50 ms up to 10 ms of sample time (100 ms with the encoder on the load).
+        /// It is no more than the counter tells apart in a tick, nor than the speed of the joint's
+        /// gain, if the file has it, after a turn under the largest effort.
         /// On the thesis's joint a step of 25 deg passes under every law, and an unstable loop is
         /// detected within a second under PD and the laws of the thesis. A swing of four ticks is
         /// measured too slow.
@@ -64,7 +75,8 @@ table! {
             0x0908 "position_max_deg", Between(limits.position_min, HUGE), Default(0.0);
         /// Lowest supply, V. Derived: 0.7 of the nominal supply.
         supply_min: f32 = 0x0909 "supply_min_v", OrOff(0.0, HUGE), Derived(0.0);
-        /// Highest supply, V. Derived: 1.3 of the nominal supply.
+        /// Highest supply, V; the converter's full scale and more never trips. Derived: 1.3 of the
+        /// nominal supply, and no more than the converter distinguishes.
         supply_max: f32 = 0x090A "supply_max_v", OrOff(0.0, HUGE), Derived(0.0);
         /// Effort that the motor tolerates forever, V. Derived: three quarters of what `duty_max`
         /// lets through, for up to 8.3 s. Prefer the motor's data sheet.
@@ -98,6 +110,9 @@ table! {
             0x0913 "progress_gain_deg_per_s2_per_v", OrOff(0.0, HUGE), Derived(3.272_492_4);
     }
 }
+
+const SUPPLY_MAX: Key = key(Limits::ABOUT, "supply_max");
+const ENCODER_JUMP: Key = key(Limits::ABOUT, "encoder_jump");
 
 impl Limits {
     /// No monitor at all, for tests of what is around them.
@@ -140,13 +155,15 @@ impl Limits {
             _ => following_error / UNDAMPED,
         };
         let of_pd = damped.max(16.0 * count / sample_time).min(HUGE);
-        let overspeed = laws.iter().find_map(|law| law.overspeed(&around)).unwrap_or(of_pd);
+        let faster = if Self::swing_time(controller) > 0.0 { SWING } else { 2.0 };
+        let counted = (COUNTED * Self::half_range(controller) - 4.0 * count) / faster / sample_time;
+        let overspeed =
+            laws.iter().find_map(|law| law.overspeed(&around)).unwrap_or(of_pd).min(counted);
         // A speed loop with a gain k and a delay d, v' = -k v(t - d), is stable below k d = pi / 2.
         // The slope of a window is (N - 1) / 2 samples late, and a held output half a sample.
         let damping = 2.5 * full_scale / damped;
         let late = 0.5 * controller.velocity_window as f32 * sample_time;
         let stop_gain = (core::f32::consts::FRAC_PI_2 / (damping * late)).min(HUGE);
-        let faster = if Self::swing_time(controller) > 0.0 { SWING } else { 2.0 };
         let encoder_jump = (faster * overspeed * sample_time + 4.0 * count).min(HUGE);
         // What the output stage lets through: beyond it nothing trips.
         let largest = full_scale * controller.drive.duty_max;
@@ -158,7 +175,8 @@ impl Limits {
             following_error,
             overspeed,
             supply_min: 0.7 * device.nominal_supply,
-            supply_max: 1.3 * device.nominal_supply,
+            supply_max: (1.3 * device.nominal_supply)
+                .min((MEASURED * device.supply_full_scale).max(device.nominal_supply)),
             continuous_effort: 0.75 * largest,
             wind_up_effort: breakaway,
             breakaway_effort: breakaway,
@@ -171,13 +189,45 @@ impl Limits {
 
     /// Returns the same limits for a joint of a known gain (deg/s^2 per V); zero is unknown.
     ///
-    /// The joint may be half as light or four times as heavy as its file says.
+    /// The joint may be half as light or four times as heavy as its file says. It is no faster than
+    /// `sqrt(2 gain V 360 deg)` after a turn under the largest effort `V`, without any friction: a
+    /// higher limit of the speed would never trip there.
     #[must_use]
-    pub fn of_gain(self, gain: f32) -> Self {
+    pub fn of_gain(self, gain: f32, controller: &ControllerConfig) -> Self {
         if gain > 0.0 {
-            Self { stop_gain: 2.0 * gain, progress_gain: 0.25 * gain, ..self }
+            let largest = controller.drive.full_scale * controller.drive.duty_max;
+            let after_a_turn = libm::sqrtf(2.0 * gain * largest * TURN);
+            let overspeed = self.overspeed.min(after_a_turn);
+            Self { overspeed, stop_gain: 2.0 * gain, progress_gain: 0.25 * gain, ..self }
         } else {
             self
+        }
+    }
+
+    /// Returns the travel in one tick (deg) beyond which the counter reads travel the other way.
+    fn half_range(controller: &ControllerConfig) -> f32 {
+        let counts = match controller.encoder.counter_bits {
+            CounterBits::Sixteen => i16::MAX as f32,
+            CounterBits::ThirtyTwo => i32::MAX as f32,
+        };
+        (counts * controller.encoder.resolution).min(HUGE)
+    }
+
+    /// Returns whether the hardware cannot read a value beyond the limit of this number, so that the
+    /// limit never trips.
+    pub fn is_out_of_reach(
+        &self,
+        key: Key,
+        controller: &ControllerConfig,
+        device: &DeviceConfig,
+    ) -> bool {
+        match key {
+            SUPPLY_MAX => {
+                device.supply_full_scale > 0.0
+                    && self.supply_max > MEASURED * device.supply_full_scale
+            }
+            ENCODER_JUMP => self.encoder_jump >= Self::half_range(controller),
+            _ => false,
         }
     }
 
@@ -235,6 +285,7 @@ impl Units {
 mod tests {
     use super::*;
     use crate::control::drive::DriveConfig;
+    use crate::control::encoder::Encoder;
     use crate::control::laws::robust::EncoderSide;
     use crate::control::laws::{Gains, RobustGains};
     use crate::control::pd::PdGains;
@@ -327,6 +378,54 @@ mod tests {
                 let off = (found - expected).abs();
                 assert!(off <= 1e-3 * expected, "{tick} {side:?}: {found:?}, not {expected:?}");
             }
+        }
+    }
+
+    /// Without a cap, 2.5 times 5 V / Kd would be 12 500 deg/s.
+    #[test]
+    fn a_derived_speed_is_one_that_the_counter_tells_apart_and_the_joint_reaches() {
+        let of = |kd: f32, counter_bits: CounterBits, gain: f32| {
+            let encoder = Encoder { counter_bits, ..Encoder::EXAMPLE };
+            let pd = PdGains { kp: 1.0, kd };
+            let controller = ControllerConfig { pd, encoder, ..ControllerConfig::EXAMPLE };
+            let limits = Limits::derived(&controller, &DeviceConfig::EXAMPLE, 0.4)
+                .of_gain(gain, &controller);
+            assert!(!limits.is_out_of_reach(ENCODER_JUMP, &controller, &DeviceConfig::EXAMPLE));
+            limits
+        };
+        use CounterBits::{Sixteen, ThirtyTwo};
+        // 16 bits: half of 65 536 counts of 0.00242 deg in 20 ms, and 0.9 of that at twice the
+        // speed. A gain of 27 deg/s^2 per V reaches sqrt(2 27 5 360) deg/s after a turn.
+        let counted = (0.9 * 32_767.0 - 4.0) * 0.00242 / 0.04;
+        let turn = (2.0f32 * 27.0 * 5.0 * 360.0).sqrt();
+        for (kd, bits, gain, expected) in [
+            (0.001, ThirtyTwo, 0.0, 12_500.0),
+            (0.001, Sixteen, 0.0, counted),
+            (0.001, Sixteen, 27.0, turn),
+            (0.001, ThirtyTwo, 27.0, turn),
+            (0.15, Sixteen, 27.0, 250.0 / 3.0),
+        ] {
+            let found = of(kd, bits, gain);
+            let off = (found.overspeed - expected).abs();
+            assert!(off < 1e-4 * expected, "{kd}, {bits:?}, {gain}: {found:?}, not {expected}");
+            let half = if bits == Sixteen { 32_767.0 * 0.00242 } else { HUGE };
+            assert!(found.encoder_jump < half, "{found:?}");
+        }
+    }
+
+    /// A converter reads its full scale for every supply beyond it.
+    #[test]
+    fn a_derived_highest_supply_is_one_that_the_converter_measures() {
+        let controller = ControllerConfig::EXAMPLE;
+        for (nominal_supply, expected) in [(12.0, 15.6), (20.0, 23.976_56)] {
+            let device =
+                DeviceConfig { nominal_supply, supply_full_scale: 24.0, ..DeviceConfig::EXAMPLE };
+            let limits = Limits::derived(&controller, &device, 0.4);
+            assert!((limits.supply_max - expected).abs() < 1e-4, "{limits:?}");
+            let out = |limits: Limits, key| limits.is_out_of_reach(key, &controller, &device);
+            assert!(!out(limits, SUPPLY_MAX) && !out(limits, ENCODER_JUMP));
+            assert!(out(Limits { supply_max: 24.0, ..limits }, SUPPLY_MAX));
+            assert!(out(Limits { encoder_jump: 80.0, ..limits }, ENCODER_JUMP));
         }
     }
 

@@ -65,7 +65,7 @@ pub fn assembled(plan: &RunPlan) -> Result<Parameters, Error> {
     let controller = plan.controller_config()?;
     let breakaway = breakaway(plan)?;
     let gain = plan.machine.joint.gain_deg_per_s2_per_v as f32;
-    let derived = Limits::derived(&controller, &device, breakaway).of_gain(gain);
+    let derived = Limits::derived(&controller, &device, breakaway).of_gain(gain, &controller);
     let limits = plan.machine.limits.core(derived);
     let profile =
         plan.machine.profile.core(ProfileLimits::derived(&controller, limits.overspeed, gain));

@@ -37,7 +37,7 @@ pub fn parameters(bounds: &JointBounds, gains: &ControllerGains) -> Parameters {
     let device = DeviceConfig::CAUTIOUS;
     let breakaway = (bounds.breakaway[1] + bounds.load) as f32;
     let gain = (1.0 / bounds.inertia) as f32;
-    let limits = Limits::derived(&controller, &device, breakaway).of_gain(gain);
+    let limits = Limits::derived(&controller, &device, breakaway).of_gain(gain, &controller);
     let profile = ProfileLimits::derived(&controller, limits.overspeed, gain);
     let jog = JogBounds::derived(&controller, &device, breakaway);
     Parameters { controller, motion: Motion::Hold, device, limits, profile, jog }
