@@ -62,7 +62,7 @@ table! {
         /// Measured speed, deg/s. Derived: 2.5 full scale / Kd, at least 16 counts a tick. Without
         /// Kd, that of Kd = 0.15 s Kp. Under `robust`, twice the speed of its profile, judged by
         /// the mean over 50 ms up to 10 ms of sample time (100 ms with the encoder on the load).
-        /// It is no more than the counter tells apart in a tick, nor than the speed of the joint's
+        /// It is no more than the counter distinguishes in a tick, nor than the speed of the joint's
         /// gain, if the file has it, after a turn under the largest effort.
         /// On the thesis's joint a step of 25 deg passes under every law, and an unstable loop is
         /// detected within a second under PD and the laws of the thesis. A swing of four ticks is
@@ -383,7 +383,7 @@ mod tests {
 
     /// Without a cap, 2.5 times 5 V / Kd would be 12 500 deg/s.
     #[test]
-    fn a_derived_speed_is_one_that_the_counter_tells_apart_and_the_joint_reaches() {
+    fn a_derived_speed_is_one_that_the_counter_distinguishes_and_the_joint_reaches() {
         let of = |kd: f32, counter_bits: CounterBits, gain: f32| {
             let encoder = Encoder { counter_bits, ..Encoder::EXAMPLE };
             let pd = PdGains { kp: 1.0, kd };

@@ -72,7 +72,7 @@ fn origin(parameters: &Parameters, about: &About) -> String {
             "derived: what the joint's gain reaches after a turn under the largest effort".into()
         }
         ("overspeed", _) if is_of_the_counter(parameters) => {
-            "derived: what the encoder's counter tells apart in a tick".into()
+            "derived: what the encoder's counter distinguishes in a tick".into()
         }
         ("overspeed", _) if !controller.compensator.is_empty() => {
             format!("derived: {rule}, unless the law says more")
