@@ -1,8 +1,8 @@
 //! Origins of a device's limits: what each was derived from, or that the file set it.
 //!
 //! A device keeps values only. So each limit is held against the one that the core derives from the
-//! device's own loop, its breakaway effort and its gain. Does badly: a value of the file that equals
-//! the derived one counts as derived.
+//! device's own loop, its breakaway effort and its gain. Does badly: a value that the file sets to
+//! what would be derived counts as derived.
 
 use stiction::safety::monitor::limits::Limits;
 use stiction::units::value::{About, Absent, Table, Values};
