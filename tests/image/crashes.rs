@@ -154,8 +154,8 @@ fn a_hard_fault_turns_the_bridge_off_and_is_told() {
     let observed = crash(&[(AT, Injection::BusError { address: TIM2_CNT })]);
     assert_off_after(&observed, AT, 20 * MS);
     assert_off_before_the_reset(&observed);
-    // What takes long is the wait for the next reading of the encoder, which fails. It is due a tick
-    // of 20 ms after the last one.
+    // What takes long is the wait for the next reading of the encoder, which fails. It is due 20 ms
+    // after the last one.
     let due = observed.ticks_ns.iter().rfind(|at| **at < AT).unwrap() + 20 * MS;
     let late = observed.any_ns.abs_diff(due);
     assert!(late < PINS_NS, "{late} ns");
