@@ -14,8 +14,10 @@ use simulator::device::wire::{SimulatedWire, Wire};
 use simulator::experiment::RunPlan;
 use stiction::Fault;
 use stiction::link::{DeviceKind, Sample, StateCode};
+use stiction::motion::jog::Verdict;
 
 use crate::common::{firmware, plans};
+use crate::first_run::jogged;
 
 fn plan(law: &str, set: &[&str]) -> RunPlan {
     plans("step-response", &[law], &[&["drive.pwm_hz=2000"], set].concat()).remove(0)
@@ -116,7 +118,7 @@ fn parameters_go_there_and_back_but_not_into_its_flash() {
 }
 
 #[test]
-fn a_stall_is_told_and_cleared_and_a_reset_ends_the_session() {
+fn a_stall_is_cleared_a_jog_proves_the_encoder_and_a_reset_ends_the_session() {
     let mut client = emulated(&plan("pd", &[]));
     client.arm().unwrap();
     client.wire().board.act(|halted| halted.plant().brake_v = 100.0).unwrap();
@@ -127,6 +129,9 @@ fn a_stall_is_told_and_cleared_and_a_reset_ends_the_session() {
     assert_eq!(client.faults().unwrap().len(), 1);
     client.clear().unwrap();
     assert_eq!(client.status().unwrap().state, StateCode::Stopped);
+    assert!(client.arm().unwrap_err().to_string().contains("in doubt"));
+    client.wire().board.act(|halted| halted.plant().brake_v = 0.0).unwrap();
+    assert_eq!(jogged(&mut client).unwrap().verdict(), Verdict::Agrees);
     client.arm().unwrap();
     let board = &mut client.wire().board;
     // The one that was under way, and the first one armed.
