@@ -48,6 +48,9 @@ pub enum Outcome {
     Time,
     /// Drive or supply let less effort through than was asked for.
     Capped,
+    /// Effort beyond the friction moved the joint by less than a quarter of what was due, or it did
+    /// not return: an end stop, or an encoder that broke.
+    NoProgress,
 }
 
 impl From<Bound> for Outcome {

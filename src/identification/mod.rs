@@ -8,6 +8,7 @@
 //!   pulses.rs      two efforts from rest -> a rough inertia
 //!   breakaway.rs   effort rises until the joint leaves its place
 //!   follower.rs    a stiff loop leads the joint along speeds that the sequence asks for
+//!   progress.rs    effort beyond the friction moves the joint, or the sequence ends
 //!   window.rs      a stretch of sliding -> a row of the regression, in integral form
 //!   givens.rs      rows -> a triangle, by rotations
 //! model.rs      the triangle -> parameters, standard deviations, relative residual
@@ -20,6 +21,7 @@ mod follower;
 pub mod givens;
 mod model;
 mod plan;
+mod progress;
 mod pulses;
 mod ramp;
 mod sequence;

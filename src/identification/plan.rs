@@ -21,6 +21,8 @@ pub(super) enum Task {
     Swing { reverse: bool },
     /// On to a place.
     Go { place: usize },
+    /// Back to where the sequence began. A broken encoder does not show the way.
+    Return,
     /// The breakaway at a place.
     Push { place: usize, reverse: bool, slow: bool },
 }
@@ -29,6 +31,9 @@ pub(super) enum Task {
 const BEFORE: usize = 6;
 const SWINGS: usize = 4;
 const OF_PLACE: usize = 5;
+
+/// The step after the legs.
+pub(super) const FIRST_SWING: u8 = (BEFORE + 2 * SPEEDS) as u8;
 
 impl Task {
     /// Returns the task of a step; none after the last one.
@@ -47,11 +52,13 @@ impl Task {
             return Some(Self::Swing { reverse });
         };
         let (place, part) = (rest / OF_PLACE, rest % OF_PLACE);
-        (place < PLACES).then_some(match part {
-            0 => Self::Go { place },
+        match part {
+            0 if place == PLACES => Some(Self::Return),
+            _ if place >= PLACES => None,
+            0 => Some(Self::Go { place }),
             // The fast one comes after a reversal, the slow one in the same sense as before.
-            _ => Self::Push { place, reverse: part > 2, slow: part % 2 == 0 },
-        })
+            _ => Some(Self::Push { place, reverse: part > 2, slow: part % 2 == 0 }),
+        }
     }
 }
 
@@ -73,14 +80,14 @@ mod tests {
     #[test]
     fn every_step_has_its_task_and_both_senses_come_equally_often() {
         let tasks = || (0..).map_while(Task::of);
-        assert_eq!(tasks().count(), 6 + 12 + 4 + 25);
+        assert_eq!(tasks().count(), 6 + 12 + 4 + 25 + 1);
         let backwards = |task: &Task| match *task {
             Task::Try { reverse }
             | Task::Pulse { reverse, .. }
             | Task::Leg { reverse, .. }
             | Task::Swing { reverse }
             | Task::Push { reverse, .. } => reverse,
-            Task::Go { .. } => false,
+            Task::Go { .. } | Task::Return => false,
         };
         assert_eq!(tasks().filter(backwards).count(), (6 + 12 + 4 + 20) / 2);
         assert_eq!(Task::of(2), Some(Task::Pulse { strong: false, reverse: false }));
@@ -89,7 +96,9 @@ mod tests {
         assert_eq!(Task::of(22), Some(Task::Go { place: 0 }));
         assert_eq!(Task::of(24), Some(Task::Push { place: 0, reverse: false, slow: true }));
         assert_eq!(Task::of(46), Some(Task::Push { place: 4, reverse: true, slow: true }));
+        assert_eq!((Task::of(47), Task::of(48)), (Some(Task::Return), None));
         assert_eq!((at(0), at(2)), (-0.8, 0.0));
+        assert_eq!(Task::of(FIRST_SWING.into()), Some(Task::Swing { reverse: false }));
         // 0.45^5
         assert!((share(5) - 0.018_45).abs() < 1e-5);
     }

@@ -7,6 +7,7 @@
 //! legs + -    at six speeds in the ratio 0.45: the map of the friction  -+-> rows of the
 //! swings + -  at a speed that goes to and fro between 0.4 and 1.6        +   regression
 //! places      at five places, each way: breakaway at a fast rate, then at a slow one
+//! return      to where it began
 //! ```
 //!
 //! The sequence tries to keep itself within the bound of the speed. A pulse ends at 0.6 of it,
@@ -17,6 +18,10 @@
 //! Every effort goes through [`Bounds::admit`](crate::safety::open_loop::Bounds), which ends the
 //! sequence at the bounds of travel, speed and time, and the breakaway at that of the effort. So
 //! the guarantees are those of `open_loop.rs`. The servo's monitors stay on.
+//!
+//! A broken encoder ends the sequence as well, and never as [`Outcome::Done`]: legs have to make
+//! progress (`progress.rs`), a push ends at 1.75 times the effort that the joint has needed before,
+//! and the return has to make half of its way.
 //!
 //! Between two steps the effort is zero until the joint has rested. The rates of the breakaway are
 //! `F / 5` and `F / 20` a second: at the slow one a reading that is a tenth of a second late is
@@ -29,7 +34,8 @@ use super::breakaway::{Breakaway, Push};
 use super::findings::{Findings, GIVES_WAY, Outcome};
 use super::follower::Follower;
 use super::model::Model;
-use super::plan::{SPEEDS, Task, at, share};
+use super::plan::{FIRST_SWING, SPEEDS, Task, at, share};
+use super::progress::{LegTick, Progress};
 use super::pulses::{Next, Pulse, Pulses};
 use super::settings::IdentificationPlan;
 use super::window::{RegressionRow, Window};
@@ -51,6 +57,16 @@ const RUNS_ON_S: f32 = 5.0;
 const SLIDES: f32 = 0.25;
 /// Part by which the mean speed of a window of the map may differ from the asked one.
 const EVEN: f32 = 0.2;
+/// Parts of the travel that have to be due before a motion is judged: one that ends the sequence,
+/// and a slow leg.
+const DUE: [f32; 2] = [0.25, 0.05];
+/// The first speed of the map at which a joint may stick.
+const SLOW: usize = 2;
+/// Multiples of the needed effort beyond which a fast push has no reading, and of the fast reading
+/// beyond which a slow one has none.
+const BEYOND: [f32; 2] = [1.75, 1.25];
+/// Part of its way that the return has to make.
+const RETURNED: f32 = 0.5;
 /// The shares of its mean speed between which a swing goes, and the time of each in windows.
 const SWING: [f32; 2] = [0.4, 1.6];
 const SWING_WINDOWS: f32 = 1.25;
@@ -93,6 +109,9 @@ pub struct Identification {
     /// Speed of the leg, deg/s, and its way, deg. Zero: it comes to its end.
     speed: f32,
     way: f32,
+    progress: Progress,
+    /// The position of the tick before, counts.
+    before: i32,
     window: Window,
     findings: Findings,
 }
@@ -120,6 +139,8 @@ impl Identification {
             follower: Follower::default(),
             speed: 0.0,
             way: 0.0,
+            progress: Progress::default(),
+            before: 0,
             window: Window::default(),
             findings: Findings { model, ..Findings::default() },
         }
@@ -178,6 +199,7 @@ impl Identification {
             Phase::Leading => self.lead(counts),
             Phase::Over => 0.0,
         };
+        self.before = counts;
         match self.settings.bounds.admit(&mut self.open_loop, counts, effort) {
             // The loop lets go of a joint that has come to the bound of the speed.
             Ok(effort) if self.phase == Phase::Leading && self.open_loop.drives_on(effort) => 0.0,
@@ -247,6 +269,10 @@ impl Identification {
                 let way = at(place) * self.settings.room() - self.position();
                 self.begin_leg(0.5 * self.settings.fast, way.abs(), way < 0.0);
             }
+            Some(Task::Return) => {
+                let way = -self.position();
+                self.begin_leg(0.5 * self.settings.fast, way.abs(), way < 0.0);
+            }
             Some(Task::Push { reverse, slow: false, .. }) => {
                 let rough = self.rough_friction(reverse);
                 let [rate, _] = RATES.map(|rate| rate * rough * self.settings.tick);
@@ -277,6 +303,19 @@ impl Identification {
         self.rough[reverse as usize]
     }
 
+    /// Returns the efforts (V) that the joint has needed in a sense so far, the least one of a leg
+    /// and the largest one. Neither is less than the rough breakaway effort: a bristle or a shaft
+    /// may have given way to that.
+    fn needed(&self, reverse: bool) -> [f32; 2] {
+        let side = usize::from(reverse);
+        let rough = self.rough_friction(reverse);
+        let slides = self.findings.map.iter().filter_map(|both| both.get(side));
+        let efforts = slides.map(|point| point.effort.abs()).filter(|effort| *effort > 0.0);
+        let [least, most] = efforts
+            .fold([f32::MAX, 0.0], |[least, most], effort| [least.min(effort), most.max(effort)]);
+        [if most > 0.0 { least.max(rough) } else { rough }, most.max(rough)]
+    }
+
     /// Returns where the joint rests, deg.
     const fn position(&self) -> f32 {
         self.origin as f32 * self.settings.count
@@ -288,8 +327,22 @@ impl Identification {
         self.phase = Phase::Pushing;
     }
 
+    /// Returns the effort (V) beyond which a push has no reading: the encoder does not show that
+    /// the joint broke away, or the place has far more friction than the others.
+    fn most_of_push(&self) -> f32 {
+        match self.task() {
+            Some(Task::Push { slow: true, .. }) => BEYOND[1] * self.fast,
+            Some(Task::Push { reverse, .. }) => BEYOND[0] * self.needed(reverse)[0],
+            _ => f32::MAX,
+        }
+    }
+
     fn push(&mut self, counts: i32) -> f32 {
         let reading = match self.breakaway.update(&self.push, counts, self.settings.tick) {
+            Ok(effort) if effort.abs() > self.most_of_push() => {
+                self.not_found();
+                return 0.0;
+            }
             Ok(effort) => return effort,
             Err(reading) => reading,
         };
@@ -321,6 +374,10 @@ impl Identification {
 
     /// Ends a push without a reading.
     fn not_found(&mut self) {
+        if let Some(Task::Push { slow: true, .. }) = self.task() {
+            // At the slow rate it takes far more than at the fast one.
+            self.findings.lost = self.findings.lost.max(BEYOND[1] - 1.0);
+        }
         self.fast = 0.0;
         self.settle();
     }
@@ -361,6 +418,7 @@ impl Identification {
         self.way = way.min(room);
         self.speed = sign * speed;
         self.window = Window::begin(self.origin);
+        self.progress = Progress::default();
         // It is not worth it, or the encoder would not show that the joint slides.
         if self.way > 0.0 && speed >= self.settings.slow {
             self.phase = Phase::Leading;
@@ -380,7 +438,26 @@ impl Identification {
         }
         let ends = self.way <= 0.0;
         if ends && self.follower.speed == 0.0 {
+            if task == Some(Task::Return) && !self.has_returned(counts) {
+                return self.end(Outcome::NoProgress);
+            }
             return self.settle();
+        }
+        let reverse = speed < 0.0;
+        let friction = match task {
+            Some(Task::Leg { .. }) => self.rough_friction(reverse),
+            _ => self.needed(reverse)[1],
+        };
+        let expected = [friction, self.follower.speed.abs()];
+        if self.lacks_progress(counts, reverse, expected) {
+            return match task {
+                // It may stick there, and at the slower speeds. The swings have to move it.
+                Some(Task::Leg { speed: SLOW.., .. }) => {
+                    self.findings.steps = self.findings.steps.max(FIRST_SWING);
+                    self.again()
+                }
+                _ => self.end(Outcome::NoProgress),
+            };
         }
         // Of the least speed that is asked for.
         let share = if let Some(Task::Swing { .. }) = task { SWING[0] * SLIDES } else { SLIDES };
@@ -405,6 +482,31 @@ impl Identification {
         let rough = [self.pulses.inertia, self.rough_friction(speed < 0.0), positive.max(negative)];
         let asked = self.follower.lead(towards, self.acceleration(), tick, rough);
         bounded(asked, self.settings.bounds.effort)
+    }
+
+    /// Returns whether the joint makes too little of what the effort of the last tick was due to
+    /// make. `friction` (V) is that of this sense; `speed` is the reference's, deg/s.
+    fn lacks_progress(&mut self, counts: i32, reverse: bool, [friction, speed]: [f32; 2]) -> bool {
+        let IdentificationPlan { tick, count, bounds, .. } = self.settings;
+        let sense = if reverse { -1.0 } else { 1.0 };
+        let leg = LegTick {
+            excess: sense * self.applied - friction,
+            inertia: self.pulses.inertia,
+            speed,
+            travel: sense * counts.wrapping_sub(self.before) as f32 * count,
+            tick,
+        };
+        let share = if matches!(self.task(), Some(Task::Leg { speed: SLOW.., .. })) {
+            DUE[1]
+        } else {
+            DUE[0]
+        };
+        self.progress.lacks(&leg, share * bounds.travel as f32 * count)
+    }
+
+    /// Returns whether the joint has made half of the way to where the sequence began.
+    fn has_returned(&self, counts: i32) -> bool {
+        counts.unsigned_abs() as f32 <= (1.0 - RETURNED) * self.origin.unsigned_abs() as f32
     }
 
     /// Takes a row, and counts it for the map if it is of a leg.

@@ -35,6 +35,7 @@ mod link;
 mod machine_file;
 mod matrix;
 mod noisy_encoder;
+mod noisy_identification;
 mod power_cuts;
 mod profiled;
 mod seeds;

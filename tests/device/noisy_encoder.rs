@@ -12,11 +12,11 @@ use crate::fuzz::Random;
 use experiments::controllers;
 
 /// Angle of a count, deg.
-const COUNT: f64 = 0.00242;
+pub const COUNT: f64 = 0.00242;
 
 /// Open lines of an encoder.
 #[derive(Clone, Copy, Debug)]
-enum OpenLines {
+pub enum OpenLines {
     /// The level of one is random at each edge of the other, and once in each tick.
     One,
     /// Both: the counter is anywhere within this number of counts of where it was.
@@ -24,7 +24,7 @@ enum OpenLines {
 }
 
 /// The wires of an encoder in quadrature, and the counts of a decoder behind them.
-struct Lines {
+pub struct Lines {
     open: OpenLines,
     random: Random,
     /// True position, counts.
@@ -35,14 +35,14 @@ struct Lines {
 }
 
 impl Lines {
-    fn new(open: OpenLines, seed: u64) -> Self {
+    pub fn new(open: OpenLines, seed: u64) -> Self {
         let mut random = Random(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1);
         (0..8).for_each(|_| _ = random.next());
         Self { open, random, disc: 0, level: false, counts: 0 }
     }
 
     /// Moves the disc, and returns the change of the decoder's counts.
-    fn move_to(&mut self, disc: i64) -> i32 {
+    pub fn move_to(&mut self, disc: i64) -> i32 {
         let before = self.counts;
         match self.open {
             OpenLines::Both(most) => {

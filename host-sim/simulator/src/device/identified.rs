@@ -49,6 +49,10 @@ pub const fn ended(outcome: Outcome) -> &'static str {
         }
         Outcome::Speed => "the joint reached its speed limit: lower the effort, or raise the speed",
         Outcome::Time => "the time limit was reached: raise it",
+        Outcome::NoProgress => {
+            "effort beyond the friction did not move the joint as the encoder should show: look for \
+             an end stop and at the encoder's wires (`jog`), and lower the travel"
+        }
         Outcome::Capped => "drive or supply limited the effort below the requested value",
     }
 }
