@@ -39,6 +39,9 @@ table! {
         /// Autostart also where power-on cannot be distinguished from a dip of the supply: on a
         /// microcontroller whose brown-out reset is off, the factory's setting.
         autostart_after_dip: bool = 0x080A "autostart_after_dip", Any, Default(false);
+        /// Longest time of a stop, s: the loop brakes the joint, then the output is off. So does a
+        /// link that falls silent. 0: the output is off at once, and the joint coasts.
+        stop_time: f32 = 0x080B "stop_s", Between(0.0, 10.0), Default(1.0);
     }
 }
 

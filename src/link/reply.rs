@@ -244,6 +244,8 @@ pub enum RequestRefusal {
     /// The encoder is in doubt after a stall, a jump or a reversal: the joint has to be moved by
     /// hand, or a jog has to show that encoder and motor agree.
     EncoderInDoubt,
+    /// A stop is under way.
+    Stopping,
 }
 
 impl From<servo::Refusal> for RequestRefusal {
@@ -261,6 +263,7 @@ impl From<servo::Refusal> for RequestRefusal {
             servo::Refusal::TooFar => Self::TooFar,
             servo::Refusal::TooFast => Self::TooFast,
             servo::Refusal::EncoderInDoubt => Self::EncoderInDoubt,
+            servo::Refusal::Stopping => Self::Stopping,
             // Nothing that comes over a link asks for the motion of the parameters.
             servo::Refusal::Replaced => Self::NoSuch,
         }

@@ -205,8 +205,9 @@ impl<const RING: usize> Session<RING> {
         let searched = self.search.map(|(searched, _)| searched);
         let is_overtaken = searched.or(last).is_some_and(overtaken);
         match (&request, last) {
-            (Some(Request::Stop), _) => {
-                machine.servo(Servo::stop);
+            // One that comes twice is one stop: a second one would end the first at once.
+            (Some(Request::Stop), last) if last != Some(number) => {
+                machine.servo(Servo::come_to_rest);
                 if !is_overtaken {
                     self.search = None;
                 }

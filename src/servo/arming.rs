@@ -16,6 +16,9 @@ impl Servo {
     /// # Errors
     /// Says what is in the way.
     pub fn arm(&mut self) -> Result<(), Refusal> {
+        if self.is_stopping() {
+            return Err(Refusal::Stopping);
+        }
         if let State::Armed = self.state {
             return Ok(());
         }
@@ -46,6 +49,9 @@ impl Servo {
     /// # Errors
     /// Says what is in the way.
     pub fn arm_for_link(&mut self, ramp: Option<Ramp>) -> Result<(), Refusal> {
+        if self.is_stopping() {
+            return Err(Refusal::Stopping);
+        }
         if let (State::Armed, Some(control_loop)) = (self.state, &mut self.control_loop) {
             // The loop of a ramp and of a jog is open, and must not be reported as closed.
             if ramp.is_some() || control_loop.course.is_open() {
@@ -102,6 +108,7 @@ impl Servo {
     /// Turns the output off. A fault stays latched.
     pub fn stop(&mut self) {
         self.countdown = None;
+        self.stopping = None;
         if matches!(self.state, State::Armed) {
             self.state = State::Stopped;
             self.encoder_proof = self.encoder_proof.after_drive();

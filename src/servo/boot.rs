@@ -45,6 +45,8 @@ impl Servo {
             follower: Follower::default(),
             wake_up: WakeUp::default(),
             encoder_proof: EncoderProof::default(),
+            velocity: 0.0,
+            stopping: None,
             latched: None,
             log: FaultLog::default(),
         }

@@ -1,6 +1,7 @@
 //! The control loop of a joint: controller, course and monitors, which parameters make once, and
 //! what each of them remembers.
 
+use super::stopping::Brakes;
 use super::wake_up::DriverTimes;
 use super::{Refusal, control};
 use crate::control::controller::{Controller, Reading};
@@ -31,6 +32,7 @@ pub struct ControlLoop {
     /// Ticks from the first one until the servo arms itself; none: it does not.
     pub(super) autostart: Option<u32>,
     pub(super) driver_times: DriverTimes,
+    pub(super) brakes: Brakes,
 }
 
 impl ControlLoop {
@@ -78,6 +80,12 @@ impl ControlLoop {
             watch: MonitorState::default(),
             autostart: device.autostart.then(|| parameters.in_ticks(device.autostart_delay)),
             driver_times: DriverTimes::of(parameters),
+            brakes: Brakes {
+                time: device.stop_time,
+                acceleration: parameters.profile.acceleration,
+                tick: config.sample_time,
+                count: config.encoder.resolution,
+            },
         });
         Ok(())
     }
@@ -223,6 +231,8 @@ fn any_target(course: &Course, condition: impl Fn(Position) -> bool) -> bool {
             trajectory.corners().any(|corner| condition(corner.position))
         }
         Course::Profile(profile) => condition(profile.target()),
+        // It begins where the joint is, and no one but the servo asks for it.
+        Course::Follow(Reference::Braking(_)) => false,
         Course::Ramp(_) | Course::Jog(_) | Course::Identification(_) => false,
     }
 }

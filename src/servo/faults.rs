@@ -28,7 +28,7 @@ impl Servo {
         self.state = State::Faulted(latched.fault);
         self.latched = Some(latched);
         self.log.push(latched);
-        self.countdown = None;
+        (self.countdown, self.stopping) = (None, None);
         self.encoder_proof = self.encoder_proof.after(latched.fault);
         if let Some(control_loop) = &mut self.control_loop {
             control_loop.rest();

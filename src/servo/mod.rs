@@ -21,6 +21,9 @@
 //! wrong before, the servo arms itself, `autostart_delay` after the first tick. The motion of the
 //! parameters begins with the tick after that.
 //!
+//! A stop and a silent link brake a joint that moves before the output is off
+//! (`servo/stopping.rs`). Every other fault lets it coast.
+//!
 //! After arming, the limit of the output rises in a straight line from zero to the full scale (soft
 //! start): a wrong sign or a large first error shows as a slow pull and not as a jerk. The loop has
 //! its own gains from the start; what the limit cuts off is reported as `saturated`.
@@ -44,6 +47,7 @@ mod moves;
 mod output;
 mod ramp;
 mod refusal;
+mod stopping;
 mod wake_up;
 
 use crate::control::controller::{Controller, Reading};
@@ -58,6 +62,7 @@ use follower::Follower;
 pub use output::{Input, Output};
 pub use ramp::FrictionLevels;
 pub use refusal::Refusal;
+use stopping::Stopping;
 use wake_up::WakeUp;
 
 /// The state of a servo.
@@ -86,6 +91,9 @@ pub struct Servo {
     follower: Follower,
     wake_up: WakeUp,
     encoder_proof: EncoderProof,
+    /// Velocity of the last tick with output, deg/s.
+    velocity: f32,
+    stopping: Option<Stopping>,
     latched: Option<LatchedFault>,
     log: FaultLog,
 }
@@ -215,9 +223,21 @@ impl Servo {
         if let Some(trip) =
             control_loop.monitors.check(&mut control_loop.watch, seen, &tick, input.supply)
         {
-            self.latch(LatchedFault { fault: trip.fault, tick: self.clock, value: trip.value });
-            return self.off(tick);
+            let latched = LatchedFault { fault: trip.fault, tick: self.clock, value: trip.value };
+            let brakes = trip.fault == Fault::LinkTimeout && self.begin_stop(Some(latched));
+            if !brakes {
+                self.latch(latched);
+                return self.off(tick);
+            }
         }
+        self.velocity = tick.velocity;
+        if self.is_stopping() {
+            self.go_on_stopping();
+            if self.state != State::Armed {
+                return self.off(tick);
+            }
+        }
+        let Some(control_loop) = &self.control_loop else { return self.off(tick) };
         if control_loop.is_over() {
             self.end_course();
             return self.off(tick);

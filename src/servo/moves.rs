@@ -72,6 +72,9 @@ impl Servo {
     }
 
     fn armed_loop(&mut self) -> Result<&mut ControlLoop, Refusal> {
+        if self.is_stopping() {
+            return Err(Refusal::Stopping);
+        }
         match (self.state, &mut self.control_loop) {
             // A ramp and a jog measure the response to their own effort alone.
             (State::Armed, Some(ControlLoop { course, .. })) if course.is_open() => {

@@ -17,6 +17,8 @@ pub enum Refusal {
     NotArmed,
     /// The joint moves, and has to be at rest.
     Moving,
+    /// A stop is under way.
+    Stopping,
     /// Arming would end in this fault at once.
     WouldTrip(Fault),
     /// The encoder is in doubt after a stall, a jump or a reversal: the joint has to be moved by

@@ -26,10 +26,15 @@ pub fn armed(law: &str) -> SimulatedDevice {
 /// The same with an output that is scaled by the supply; the factor is the supply over the nominal
 /// one.
 fn armed_at(law: &str, supply: f64) -> SimulatedDevice {
+    armed_with(law, supply, &[])
+}
+
+/// The same with further keys.
+pub fn armed_with(law: &str, supply: f64, set: &[&str]) -> SimulatedDevice {
     let controller = format!("loop.controller={law}");
     let [nominal, range] = ["device.nominal_supply_v=12", "device.supply_full_scale_v=24"];
-    let set = [&controller, nominal, range, "reference.steps_deg=[5.0]"];
-    let plan = &plans("step-response", &set)[0];
+    let own = [&*controller, nominal, range, "reference.steps_deg=[5.0]"];
+    let plan = &plans("step-response", &[&own, set].concat())[0];
     let mut device = SimulatedDevice::new(plan).unwrap();
     device.supply = (2047.5 * supply).round() as u16;
     device.ticks(50);

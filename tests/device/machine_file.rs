@@ -220,6 +220,7 @@ fn machine() -> impl Strategy<Value = Parameters> {
                 fault_blanking: n[27] * n[28],
                 reset_pulse: n[29],
                 autostart_after_dip: flags[2],
+                stop_time: 10.0 * n[28],
             };
             machine.limits = stiction::Limits {
                 encoder_jump: 100.0 * n[11],

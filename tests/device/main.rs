@@ -18,6 +18,7 @@ macro_rules! reliability {
 
 mod autostart;
 mod chaos;
+mod controlled_stop;
 mod dead_encoder;
 mod dying_encoder;
 mod encoder_faults;

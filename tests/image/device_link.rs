@@ -74,8 +74,8 @@ fn a_move_is_that_of_the_simulated_device_to_the_bit() {
 }
 
 #[test]
-fn it_says_what_it_is_and_stops_at_once() {
-    let mut client = emulated(&plan("pd", &[]));
+fn it_says_what_it_is_and_without_a_stop_time_it_stops_at_once() {
+    let mut client = emulated(&plan("pd", &["device.stop_s=0"]));
     let identity = client.identity().unwrap();
     assert_eq!((identity.kind, &*identity.version), (DeviceKind::Board, stiction::VERSION));
     assert_eq!(client.wire().warning(), Some("EMULATED DEVICE: no motor moves or stops."));
@@ -96,6 +96,33 @@ fn it_says_what_it_is_and_stops_at_once() {
     // A tick of 20 ms, and what the request takes on the wire.
     assert!((begin..begin + 21_000_000).contains(&on), "on until {on}, asked at {begin}");
     assert_eq!(client.status().unwrap().state, StateCode::Stopped);
+}
+
+/// Counts that the joint goes on after a stop in the middle of a step.
+fn stopping_distance<W: Wire>(client: &mut Client<W>) -> i32 {
+    client.arm().unwrap();
+    client.step_to(20.0).unwrap();
+    let before = client.pass(Duration::from_millis(500)).unwrap();
+    assert!(before.state == StateCode::Armed && !before.at_rest);
+    client.stop().unwrap();
+    let after = client.status().unwrap();
+    assert_eq!(after.state, StateCode::Stopped);
+    after.position - before.position
+}
+
+/// `tests/device/controlled_stop.rs` has the bounds of the simulated device.
+#[test]
+fn a_stop_brakes_the_joint_as_in_the_simulated_device() {
+    let distance = |set: &[&str]| {
+        let plan = plan("pd", set);
+        let simulated = SimulatedWire::new(SimulatedDevice::new(&plan).unwrap());
+        let here = stopping_distance(&mut Client::connect(simulated).unwrap());
+        (f64::from(here), f64::from(stopping_distance(&mut emulated(&plan))))
+    };
+    let (here, there) = distance(&[]);
+    // A request takes its time on the wire, so the stop may come a tick of 0.8 deg later.
+    assert!((here - there).abs() < 0.8 / 0.00242, "{here} and {there} counts");
+    assert!((8.0..12.0).contains(&(there * 0.00242)), "{there} counts");
 }
 
 #[test]

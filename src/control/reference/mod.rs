@@ -3,9 +3,11 @@
 //! Each generator gives position, velocity and acceleration. Time is a number of ticks since the
 //! motion began. The position is counts and a fraction, never rounded.
 
+mod braking;
 mod step;
 mod trajectory;
 
+pub use braking::Braking;
 pub use step::Step;
 pub(crate) use trajectory::{CORNER_TIMES, HALF_BLEND};
 pub use trajectory::{Corner, MAX_CORNERS, Trajectory};
@@ -47,6 +49,8 @@ pub enum Reference {
     Step(Step),
     /// Linear segments with parabolic blends.
     Trajectory(Trajectory),
+    /// From a velocity to rest.
+    Braking(Braking),
 }
 
 impl Reference {
@@ -56,6 +60,7 @@ impl Reference {
         match self {
             Self::Step(step) => step.at(tick),
             Self::Trajectory(trajectory) => trajectory.at(tick),
+            Self::Braking(braking) => braking.at(tick),
         }
     }
 }

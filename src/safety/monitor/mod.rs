@@ -274,6 +274,11 @@ impl MonitorState {
         self.link = LinkState::watch(true);
     }
 
+    /// The silence of the link is no fault any more.
+    pub const fn ignore_link(&mut self) {
+        self.link = LinkState::watch(false);
+    }
+
     /// The direction of the encoder is not known yet, and shall not trip: a jog finds it.
     pub const fn suppose_direction(&mut self) {
         self.reversal.suppose();

@@ -68,6 +68,9 @@ pub fn refused(refused: &RequestRefusal) -> String {
              slower"
                 .into()
         }
+        RequestRefusal::Stopping => {
+            "a stop is under way (`device.stop_s`); the output is off at its end".into()
+        }
         RequestRefusal::EncoderInDoubt => {
             "the encoder is in doubt since a stall, a jump or a reversal: turn the joint by hand \
              by 16 counts or more, or let `jog` find that encoder and motor agree"

@@ -25,12 +25,13 @@ impl<W: Wire> Client<W> {
         self.done("arm", Request::Arm)
     }
 
-    /// Turns the output off.
+    /// Brakes the joint, and waits until the output is off.
     ///
     /// # Errors
     /// Returns an error if the device does not answer.
     pub fn stop(&mut self) -> Result<(), Error> {
-        self.done("stop", Request::Stop)
+        self.done("stop", Request::Stop)?;
+        self.wait_until_off()
     }
 
     /// Stops the joint; the loop stays closed. A profiled move slows down within its limits;

@@ -13,6 +13,12 @@ use files::error::Error;
 /// Longest time between two requests of a waiting client: a fifth of the default link timeout.
 const SIGN_OF_LIFE: Duration = Duration::from_millis(100);
 
+/// Time between two looks at a stop.
+const STOP_POLL: Duration = Duration::from_millis(20);
+
+/// Twice the longest `device.stop_s`.
+const LONGEST_STOP: Duration = Duration::from_secs(20);
+
 impl<W: Wire> Client<W> {
     /// Reads the state of the device.
     ///
@@ -65,6 +71,22 @@ impl<W: Wire> Client<W> {
     /// Returns an error if the device does not answer.
     pub fn pass_armed(&mut self, time: Duration) -> Result<Status, Error> {
         self.pass_while(time, |status| status.state == StateCode::Armed)
+    }
+
+    /// Waits until the output is off. Ctrl-C does not end this wait: it is what asked for it.
+    pub(super) fn wait_until_off(&mut self) -> Result<(), Error> {
+        let started = self.wire.now();
+        while self.status()?.state == StateCode::Armed {
+            if self.wire.now() - started > LONGEST_STOP {
+                return Err(Error::Device(
+                    "stop: the output is still on; turn the supply off (docs/reference/link.md)"
+                        .into(),
+                ));
+            }
+            let bytes = self.wire.receive(STOP_POLL)?;
+            self.take(&bytes);
+        }
+        Ok(())
     }
 
     fn pass_while(
