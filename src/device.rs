@@ -33,6 +33,7 @@ impl<F: NorFlash> Device<F> {
         let servo = Servo::new(found.as_ref().map_err(|error| *error), boot, &hardware);
         let mut session = Session::new(DeviceKind::Simulated, found.ok());
         session.tell_damage(boot.is_damaged);
+        session.tell_saves(store.saves());
         Self { session, parts: Parts { hardware, servo, store } }
     }
 
@@ -79,8 +80,10 @@ impl<F: NorFlash> Machine for Parts<F> {
         self.hardware
     }
 
-    fn save(&mut self, parameters: &Parameters) -> Result<(), RequestRefusal> {
-        Ok(self.store.save(parameters)?)
+    fn save(&mut self, parameters: &Parameters) -> Result<u32, RequestRefusal> {
+        self.store.save(parameters)?;
+        self.store.erase_damaged()?;
+        Ok(self.store.saves())
     }
 
     /// Does nothing: there is no timer to set, and the caller of a tick reads the

@@ -122,6 +122,7 @@ mod app {
             session.use_saved(parameters);
         }
         session.tell_damage(settings.is_damaged);
+        session.tell_saves(settings.saves());
         session.tell_brown_out(brown_out.is_on());
         session.tell_crystal(board.crystal == Crystal::NotMeasured);
         let report = Report::new();

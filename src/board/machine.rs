@@ -111,9 +111,13 @@ impl<C: Mutex<T = ControlTask>, W: Mutex<T = Independent>> Machine for BoardMach
     }
 
     #[inline(never)]
-    fn save(&mut self, parameters: &Parameters) -> Result<(), RequestRefusal> {
+    fn save(&mut self, parameters: &Parameters) -> Result<u32, RequestRefusal> {
         let after = Timeout::of_loop(parameters.controller.sample_time);
-        self.stand_still(after, |store| Ok(store.save(parameters)?))
+        self.stand_still(after, |store| Ok(store.save(parameters)?))?;
+        if self.store.is_damaged() {
+            self.stand_still(after, |store| Ok(store.erase_damaged()?))?;
+        }
+        Ok(self.store.saves())
     }
 
     #[inline(never)]

@@ -54,11 +54,11 @@ pub fn are_damaged() -> bool {
     records().into_iter().any(Parameters::is_damaged)
 }
 
-/// Returns the newest valid parameters, and the number of their sector.
+/// Returns the newest valid parameters, the number of saves, and the number of their sector.
 #[inline(never)]
-pub fn read() -> Result<(Parameters, u8), DecodeError> {
-    let (parameters, which) = Parameters::newest(records())?;
-    Ok((parameters, FIRST + which as u8))
+pub fn read() -> Result<(Parameters, u32, u8), DecodeError> {
+    let (parameters, saves, which) = Parameters::newest(records())?;
+    Ok((parameters, saves, FIRST + which as u8))
 }
 
 /// Time after which a sleeper looks again whether an erase is over, clocks of the processor: 10 ms

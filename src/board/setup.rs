@@ -31,7 +31,7 @@ const IDLE_SAMPLE_TIME: f32 = 0.001;
 
 /// The settings of the board: the parameters that the sectors hold, or why there are none.
 pub struct BoardSettings {
-    found: Result<(Parameters, u8), DecodeError>,
+    found: Result<(Parameters, u32, u8), DecodeError>,
     /// Whether a sector holds something that is no valid record.
     pub is_damaged: bool,
 }
@@ -61,7 +61,7 @@ impl BoardSettings {
     #[inline(never)]
     pub fn read() -> Self {
         let mut found = sectors::read();
-        if let Ok((parameters, _)) = &found
+        if let Ok((parameters, ..)) = &found
             && let Err(error) = parameters.fits(&HARDWARE)
         {
             found = Err(error);
@@ -69,14 +69,19 @@ impl BoardSettings {
         Self { found, is_damaged: sectors::are_damaged() }
     }
 
+    /// Returns how often parameters have been saved.
+    pub fn saves(&self) -> u32 {
+        self.found.as_ref().map_or(0, |(_, saves, _)| *saves)
+    }
+
     /// Returns the parameters, or why there are none.
     pub fn parameters(&self) -> Result<&Parameters, DecodeError> {
-        self.found.as_ref().map(|(parameters, _)| parameters).map_err(|error| *error)
+        self.found.as_ref().map(|(parameters, ..)| parameters).map_err(|error| *error)
     }
 
     /// Returns the number of the sector that the parameters are in.
     pub fn sector(&self) -> Option<u8> {
-        self.found.as_ref().ok().map(|(_, sector)| *sector)
+        self.found.as_ref().ok().map(|(.., sector)| *sector)
     }
 
     /// Returns the time between ticks, s.

@@ -35,6 +35,9 @@ const FAR: u32 = 8;
 /// Time without a count that ends a run, s.
 const PAUSE: f32 = 0.1;
 
+/// Counts to and fro that are noise.
+const NOISE: u32 = 16;
+
 /// A ramp of the effort that is prepared for its ticks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Push {
@@ -57,6 +60,8 @@ pub struct Breakaway {
     /// Tick of the first and of the last count of the run.
     run_began: u32,
     last_count: u32,
+    /// Travel without its sign, counts.
+    path: u32,
     /// The position at the begin of the present short time, and its tick.
     short: i32,
     short_began: u32,
@@ -72,6 +77,7 @@ impl Breakaway {
             counts,
             run_began: 0,
             last_count: 0,
+            path: 0,
             short: counts,
             short_began: 0,
         }
@@ -89,6 +95,12 @@ impl Breakaway {
         self.run.wrapping_sub(self.origin).unsigned_abs()
     }
 
+    /// Returns whether the counts go to and fro: the encoder picks up noise. A joint that gives way
+    /// goes one way.
+    pub const fn is_noisy(&self) -> bool {
+        self.path > self.travel().unsigned_abs().saturating_mul(2).saturating_add(NOISE)
+    }
+
     /// Takes the position of a tick (counts) and its length (s). Returns the effort from now on
     /// (V), or the reading (V, without its sign) if the joint has broken away.
     pub fn update(&mut self, push: &Push, counts: i32, tick: f32) -> Result<f32, f32> {
@@ -97,6 +109,8 @@ impl Breakaway {
         let (pause, short) = (ticks(PAUSE), ticks(SHORT));
         // The effort that has led to this position is that of the tick before.
         let size = |ticks: u32| push.from + ticks.saturating_sub(pause) as f32 * push.rung;
+        let moved = counts.wrapping_sub(self.counts).unsigned_abs();
+        self.path = self.path.saturating_add(moved);
         if self.elapsed <= pause {
             (self.run, self.counts, self.short) = (counts, counts, counts);
             (self.last_count, self.short_began) = (0, self.elapsed);

@@ -20,8 +20,8 @@
 //! the guarantees are those of `open_loop.rs`. The servo's monitors stay on.
 //!
 //! A broken encoder ends the sequence as well, and never as [`Outcome::Done`]: legs have to make
-//! progress (`progress.rs`), a push ends at 1.75 times the effort that the joint has needed before,
-//! and the return has to make half of its way.
+//! progress (`progress.rs`), a push whose counts go to and fro ends at 1.75 times the effort
+//! that the joint has needed before, and the return has to make half of its way.
 //!
 //! Between two steps the effort is zero until the joint has rested. The rates of the breakaway are
 //! `F / 5` and `F / 20` a second: at the slow one a reading that is a tenth of a second late is
@@ -306,14 +306,18 @@ impl Identification {
     /// Returns the efforts (V) that the joint has needed in a sense so far, the least one of a leg
     /// and the largest one. Neither is less than the rough breakaway effort: a bristle or a shaft
     /// may have given way to that.
+    #[inline(never)]
     fn needed(&self, reverse: bool) -> [f32; 2] {
-        let side = usize::from(reverse);
         let rough = self.rough_friction(reverse);
-        let slides = self.findings.map.iter().filter_map(|both| both.get(side));
-        let efforts = slides.map(|point| point.effort.abs()).filter(|effort| *effort > 0.0);
-        let [least, most] = efforts
-            .fold([f32::MAX, 0.0], |[least, most], effort| [least.min(effort), most.max(effort)]);
-        [if most > 0.0 { least.max(rough) } else { rough }, most.max(rough)]
+        let (mut least, mut most) = (f32::MAX, rough);
+        for [positive, negative] in &self.findings.map {
+            let point = if reverse { negative } else { positive };
+            if point.windows > 0 {
+                least = least.min(point.effort.abs());
+                most = most.max(point.effort.abs());
+            }
+        }
+        [if least < f32::MAX { least.max(rough) } else { rough }, most]
     }
 
     /// Returns where the joint rests, deg.
@@ -327,8 +331,8 @@ impl Identification {
         self.phase = Phase::Pushing;
     }
 
-    /// Returns the effort (V) beyond which a push has no reading: the encoder does not show that
-    /// the joint broke away, or the place has far more friction than the others.
+    /// Returns the effort (V) beyond which a push whose counts go to and fro has no reading: they do
+    /// not show that the joint broke away.
     fn most_of_push(&self) -> f32 {
         match self.task() {
             Some(Task::Push { slow: true, .. }) => BEYOND[1] * self.fast,
@@ -339,7 +343,7 @@ impl Identification {
 
     fn push(&mut self, counts: i32) -> f32 {
         let reading = match self.breakaway.update(&self.push, counts, self.settings.tick) {
-            Ok(effort) if effort.abs() > self.most_of_push() => {
+            Ok(effort) if self.breakaway.is_noisy() && effort.abs() > self.most_of_push() => {
                 self.not_found();
                 return 0.0;
             }
@@ -374,10 +378,6 @@ impl Identification {
 
     /// Ends a push without a reading.
     fn not_found(&mut self) {
-        if let Some(Task::Push { slow: true, .. }) = self.task() {
-            // At the slow rate it takes far more than at the fast one.
-            self.findings.lost = self.findings.lost.max(BEYOND[1] - 1.0);
-        }
         self.fast = 0.0;
         self.settle();
     }
@@ -486,6 +486,7 @@ impl Identification {
 
     /// Returns whether the joint makes too little of what the effort of the last tick was due to
     /// make. `friction` (V) is that of this sense; `speed` is the reference's, deg/s.
+    #[inline(never)]
     fn lacks_progress(&mut self, counts: i32, reverse: bool, [friction, speed]: [f32; 2]) -> bool {
         let IdentificationPlan { tick, count, bounds, .. } = self.settings;
         let sense = if reverse { -1.0 } else { 1.0 };

@@ -21,6 +21,7 @@ mod outbox;
 mod reply;
 mod request;
 mod sample;
+mod save_budget;
 mod session;
 mod telemetry;
 

@@ -138,6 +138,8 @@ pub struct Status {
     /// Whether one of the two saved sets of parameters is damaged, so that those in use may be
     /// older than those that were saved last.
     pub is_damaged: bool,
+    /// How often parameters have been saved; each save wears the flash.
+    pub saves: u32,
     /// Number of frames that were not whole.
     pub bad_frames: u32,
     /// Number of answers and samples that found no room on their way out.
@@ -246,6 +248,8 @@ pub enum RequestRefusal {
     EncoderInDoubt,
     /// A stop is under way.
     Stopping,
+    /// Parameters were saved too often: the next save is possible after this time, s.
+    SaveLater(u16),
 }
 
 impl From<servo::Refusal> for RequestRefusal {

@@ -18,6 +18,7 @@ use super::reply::{
     DeviceKind, Identity, Message, Reply, RequestRefusal, StateCode, Status, WireErrors,
 };
 use super::request::{NumberedMessage, Request, decode_request};
+use super::save_budget::SaveBudget;
 use super::telemetry::Subscription;
 use super::{CHUNK, PROTOCOL};
 use crate::control::drive::DriveConfig;
@@ -49,9 +50,11 @@ pub trait Machine {
 
     /// Keeps parameters across a reset. The output is off.
     ///
+    /// Returns how often parameters have been saved.
+    ///
     /// # Errors
     /// Says whether the flash failed, or the watchdog that has to wait for it.
-    fn save(&mut self, parameters: &Parameters) -> Result<(), RequestRefusal>;
+    fn save(&mut self, parameters: &Parameters) -> Result<u32, RequestRefusal>;
 
     /// Prepares timers and watchdog for other parameters that are about to be in use: their sample
     /// time, PWM and dead time. The output is off, and stays so.
@@ -82,6 +85,9 @@ pub struct Session<const RING: usize = WAITING> {
     repeats: u8,
     /// Whether a slot of the saved parameters is damaged.
     is_damaged: bool,
+    /// How often parameters have been saved, and how often they still may be.
+    saves: u32,
+    save_budget: SaveBudget,
     /// Whether the part's brown-out reset is on.
     has_brown_out: bool,
     /// Whether the part's crystal is in use and could not be measured.
@@ -109,6 +115,8 @@ impl<const RING: usize> Session<RING> {
             unsaved: false,
             repeats: 0,
             is_damaged: false,
+            saves: 0,
+            save_budget: SaveBudget::FULL,
             has_brown_out: true,
             crystal_not_measured: false,
             wire: WireErrors { noise: 0, lost: 0 },
@@ -145,6 +153,11 @@ impl<const RING: usize> Session<RING> {
     /// Sets whether a slot of the saved parameters is damaged; reported until the next save.
     pub const fn tell_damage(&mut self, is_damaged: bool) {
         self.is_damaged = is_damaged;
+    }
+
+    /// Sets how often parameters have been saved.
+    pub const fn tell_saves(&mut self, saves: u32) {
+        self.saves = saves;
     }
 
     /// Takes bytes from the wire, and does what they say.
@@ -400,7 +413,12 @@ impl<const RING: usize> Session<RING> {
     fn save(&mut self, machine: &mut impl Machine) -> Result<(), RequestRefusal> {
         let parameters = self.parameters.as_ref().ok_or(RequestRefusal::NoParameters)?;
         machine.servo(keep_off)?;
-        machine.save(parameters)?;
+        // What is saved already costs no erase.
+        if self.unsaved || self.is_damaged {
+            let clock = machine.servo(|servo| servo.clock());
+            self.save_budget.take(clock, parameters.controller.sample_time)?;
+        }
+        self.saves = machine.save(parameters)?;
         (self.unsaved, self.is_damaged) = (false, false);
         Ok(())
     }
@@ -460,7 +478,7 @@ impl<const RING: usize> Session<RING> {
     fn status(&self, machine: &mut impl Machine) -> Status {
         let controller = self.parameters.as_ref().map(|parameters| &parameters.controller);
         let (bad_frames, dropped) = (self.deframer.bad(), self.outbox.dropped());
-        let (unsaved, is_damaged) = (self.unsaved, self.is_damaged);
+        let (unsaved, is_damaged, saves) = (self.unsaved, self.is_damaged, self.saves);
         let Self { has_brown_out, crystal_not_measured, wire, .. } = *self;
         machine.servo(|servo| Status {
             state: StateCode::from(servo.state()),
@@ -475,6 +493,7 @@ impl<const RING: usize> Session<RING> {
             thermal_effort: servo.thermal_effort(),
             unsaved,
             is_damaged,
+            saves,
             bad_frames,
             dropped,
             has_brown_out,

@@ -161,16 +161,17 @@ impl Parameters {
         })
     }
 
-    /// Returns the newest valid record of two sectors, and in which of them it is.
+    /// Returns the newest valid record of two sectors, its sequence number, and in which of them it
+    /// is.
     ///
     /// A record that was cut off while it was written gives way to the one before it. If there is
     /// none, the error is that of the sector that holds something.
     ///
     /// # Errors
     /// Says what is wrong if neither is valid.
-    pub fn newest(sectors: [&[u8]; 2]) -> Result<(Self, usize), DecodeError> {
+    pub fn newest(sectors: [&[u8]; 2]) -> Result<(Self, u32, usize), DecodeError> {
         let [first, second] = sectors.map(Self::decode);
-        Self::newer(first, second).map(|(parameters, _, which)| (parameters, which))
+        Self::newer(first, second)
     }
 
     /// Returns whether a sector holds something that is no valid record. It may have been the

@@ -65,7 +65,14 @@ impl<F: NorFlash> Store<F> {
         slots.into_iter().any(|slot| !matches!(self.decode(slot), Ok(_) | Err(DecodeError::Blank)))
     }
 
-    /// Saves validated parameters, which the next boot then uses.
+    /// Returns the number of the newest record: how often parameters were saved, if no probe has
+    /// written records meanwhile. A sector bears ten thousand erases, and each save erases one of
+    /// two.
+    pub fn saves(&mut self) -> u32 {
+        self.newest().map_or(0, |(_, sequence, _)| sequence)
+    }
+
+    /// Saves validated parameters, which the next boot then uses. It erases one sector at most.
     ///
     /// To save takes seconds and stops the program, so the output has to be off.
     ///
@@ -86,10 +93,20 @@ impl<F: NorFlash> Store<F> {
         let slot = if which == 0 { first } else { second };
         self.write(slot, sequence, parameters)?;
         match self.decode(slot) {
-            Ok((found, number)) if found == *parameters && number == sequence => {}
-            _ => return Err(SaveError::Verify),
+            Ok((found, number)) if found == *parameters && number == sequence => Ok(()),
+            _ => Err(SaveError::Verify),
         }
-        // What was damaged before and is not in use would be reported again at the next power-on.
+    }
+
+    /// Erases a slot that is damaged and does not count. It would be reported again at the next
+    /// power-on. It is not part of [`save`](Self::save), so that a watchdog waits for one erase at
+    /// a time.
+    ///
+    /// # Errors
+    /// Says that the flash failed.
+    pub fn erase_damaged(&mut self) -> Result<(), SaveError> {
+        let Ok((_, _, which)) = self.newest() else { return Ok(()) };
+        let [first, second] = self.slots;
         let other = if which == 0 { second } else { first };
         if matches!(self.decode(other), Ok(_) | Err(DecodeError::Blank)) {
             return Ok(());

@@ -296,11 +296,11 @@ fn the_newest_valid_sector_is_taken() {
     let (mut a, mut b) = ([0xFF; ROOM], [0xFF; ROOM]);
     assert_eq!(Parameters::newest([&a, &b]), Err(DecodeError::Blank));
     example().encode(u32::MAX, &mut a).unwrap();
-    assert_eq!(Parameters::newest([&a, &b]).unwrap().1, 0);
+    assert_eq!(Parameters::newest([&a, &b]).unwrap().2, 0);
     example().encode(0, &mut b).unwrap(); // one later
-    assert_eq!(Parameters::newest([&a, &b]).unwrap().1, 1);
+    assert_eq!(Parameters::newest([&a, &b]).unwrap().2, 1);
     b[30] ^= 1;
-    assert_eq!(Parameters::newest([&a, &b]).unwrap().1, 0);
+    assert_eq!(Parameters::newest([&a, &b]).unwrap().2, 0);
     a[30] ^= 1;
     assert_eq!(Parameters::newest([&a, &b]), Err(DecodeError::Checksum));
 }

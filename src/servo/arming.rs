@@ -106,6 +106,7 @@ impl Servo {
     }
 
     /// Turns the output off. A fault stays latched.
+    #[inline(never)]
     pub fn stop(&mut self) {
         self.countdown = None;
         self.stopping = None;

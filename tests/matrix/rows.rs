@@ -226,7 +226,8 @@ pub fn rows<B: Bench>() -> Vec<Row<B>> {
             )
         },
         Row {
-            set: &["limits.overspeed_deg_per_s=0", "limits.encoder_jump_deg=0"],
+            // A joint that moves would brake before the bridge is off.
+            set: &["limits.overspeed_deg_per_s=0", "limits.encoder_jump_deg=0", "device.stop_s=0"],
             ..row(
                 Fault::LinkTimeout,
                 "the link is silent",

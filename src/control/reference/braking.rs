@@ -33,6 +33,8 @@ impl Braking {
     /// let at = |tick| (braking.at(tick).position.counts, braking.at(tick).velocity);
     /// assert_eq!([0, 2, 4, 9].map(at), [(100, -8.0), (40, -4.0), (20, 0.0), (20, 0.0)]);
     /// ```
+    // A stop is rare: its code is not part of every reference's.
+    #[inline(never)]
     pub fn at(&self, tick: u32) -> Setpoint {
         let Self { velocity, deceleration, count, .. } = *self;
         let acceleration = -deceleration * velocity.signum();

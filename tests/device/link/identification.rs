@@ -135,8 +135,8 @@ impl Machine for Bare<'_> {
         STM32F405
     }
 
-    fn save(&mut self, _: &Parameters) -> Result<(), RequestRefusal> {
-        Ok(())
+    fn save(&mut self, _: &Parameters) -> Result<u32, RequestRefusal> {
+        Ok(0)
     }
 
     fn reconfigure(&mut self, _: &Parameters) -> Result<(), RequestRefusal> {

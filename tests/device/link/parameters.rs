@@ -9,6 +9,7 @@ use stiction::Fault;
 use stiction::link::StateCode;
 use stiction::servo::{self, Boot};
 
+use super::client;
 use crate::fixture::{blank, plans, srnf, stored};
 
 #[test]
@@ -87,4 +88,32 @@ fn parameters_last_until_the_reset_unless_they_are_saved() {
         let found = simulated.device.parameters().unwrap();
         assert_eq!(found, if save { &second } else { &first });
     }
+}
+
+/// Each save wears the flash. A client that changes and saves without end is refused in time.
+#[test]
+fn saves_are_counted_and_limited() {
+    let mut client = client();
+    let before = client.status().unwrap().saves;
+    let sets = [0.2, 0.3].map(|v| srnf(&[&format!("controller.srnf.v_ms_v={v}")]));
+    let mut save = |set: usize| {
+        client.set_parameters(&sets[set % 2]).unwrap();
+        (client.save(), client.status().unwrap())
+    };
+    for done in 1..=20 {
+        let (saved, status) = save(done);
+        saved.unwrap();
+        assert_eq!(status.saves, before + done as u32);
+    }
+    let (refused, status) = save(21);
+    let refused = refused.unwrap_err().to_string();
+    assert!(refused.contains("save again in 10 min"), "{refused}");
+    assert!(status.unsaved && status.saves == before + 20, "{status:?}");
+    // What is saved already is not saved again.
+    let (saved, status) = save(20);
+    assert!(saved.is_err() && status.saves == before + 20);
+    client.pass(Duration::from_secs(600)).unwrap();
+    client.save().unwrap();
+    client.save().unwrap();
+    assert_eq!(client.status().unwrap().saves, before + 20, "it is what was saved");
 }

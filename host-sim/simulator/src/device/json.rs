@@ -52,6 +52,7 @@ pub fn status(status: &Status, warning: Option<&str>) -> Value {
         "encoder_in_doubt": status.is_encoder_in_doubt,
         "unsaved": status.unsaved,
         "is_damaged": status.is_damaged,
+        "saves": status.saves,
         "has_brown_out": status.has_brown_out,
         "crystal_not_measured": status.crystal_not_measured,
         "on_for_s": f64::from(status.clock) * single(status.sample_time),

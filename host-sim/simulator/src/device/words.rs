@@ -68,6 +68,12 @@ pub fn refused(refused: &RequestRefusal) -> String {
              slower"
                 .into()
         }
+        RequestRefusal::SaveLater(seconds) => format!(
+            "parameters were saved too often, and each save wears the flash: save again in {} min; \
+             those in use stay in use until power-off",
+            seconds.div_ceil(60)
+        )
+        .into(),
         RequestRefusal::Stopping => {
             "a stop is under way (`device.stop_s`); the output is off at its end".into()
         }
@@ -325,6 +331,7 @@ pub fn status(status: &Status) -> String {
     let time_s = f64::from(status.clock) * f64::from(status.sample_time);
     lines.push(format!("on for     {time_s:.2} s, {} ticks", status.clock));
     lines.push(format!("faults     {} since power-on", status.faults));
+    lines.push(format!("saves      {} of 20000 that the flash bears", status.saves));
     lines.push(format!(
         "link       {} bad frames, {} messages dropped",
         status.bad_frames, status.dropped
@@ -376,6 +383,7 @@ mod tests {
             thermal_effort: 0.5,
             unsaved: false,
             is_damaged: false,
+            saves: 1,
             bad_frames: 0,
             dropped: 0,
             has_brown_out: true,
