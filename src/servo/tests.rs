@@ -170,7 +170,7 @@ fn the_output_follows_the_supply_within_a_factor_of_two() {
 fn a_value_that_is_not_finite_is_a_fault() {
     let mut servo = armed(at_once(), 0);
     assert!(tick(&mut servo, 0).enable);
-    // No parameters that are accepted lead here: this is the last line of defence.
+    // Ordinary parameters do not lead here, and extreme ones may: this is the last line of defence.
     let to = Position { counts: 0, fraction: f32::NAN };
     let reference = Reference::Step(Step { to, ..Default::default() });
     servo.control_loop.as_mut().unwrap().course = Course::Follow(reference);

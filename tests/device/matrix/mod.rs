@@ -19,7 +19,7 @@ const FROM_THE_BOARD: [Fault; 5] =
 
 /// The other faults, and why they are in no row.
 const ELSEWHERE: [(Fault, &str); 9] = [
-    (Fault::NonFinite, "no parameters that are accepted lead there (src/servo/tests.rs)"),
+    (Fault::NonFinite, "only extreme parameters lead there (src/servo/tests.rs)"),
     (
         Fault::NoParameters,
         "only at boot: parameters cannot go while it is armed (tests/device/link/parameters.rs)",

@@ -74,8 +74,8 @@ impl ImageBench {
     }
 
     /// Makes the gains that the law in the drive computes with not a number: Kd, and the inertia
-    /// that `robust` has in its place. No parameters that are accepted lead to a value that is not
-    /// finite, so the servo's own copy is changed.
+    /// that `robust` has in its place. Only extreme parameters lead to a value that is not finite,
+    /// so the servo's own copy is changed.
     pub fn spoil_gain(&mut self) {
         /// Kd of PD, of SRNF, and of the other laws, V s/deg.
         const KD: [f32; 3] = [0.15, 0.25, 0.17];
