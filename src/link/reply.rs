@@ -155,6 +155,8 @@ pub struct Status {
     /// Whether the encoder is in doubt after a stall, a jump or a reversal, so that only a jog may
     /// drive the joint.
     pub is_encoder_in_doubt: bool,
+    /// Whether the joint swings to and fro around a set point that rests.
+    pub oscillates: bool,
 }
 
 /// The errors of the wire that bytes come over. Each costs the frame that it hits, which is also

@@ -501,6 +501,7 @@ impl<const RING: usize> Session<RING> {
             crystal_not_measured,
             gave_up: servo.has_given_up(),
             is_encoder_in_doubt: servo.is_encoder_in_doubt(),
+            oscillates: servo.is_oscillating(),
         })
     }
 }

@@ -176,6 +176,9 @@ faults! {
     /// The crystal has another frequency than 8 MHz, so the part runs without it.
     23 ClockWrong "crystal of another frequency", "23 Crystal of another frequency",
         "frequency" "MHz", "at boot", Reset, [];
+    /// The joint swings to and fro around a set point that rests.
+    24 Oscillation "oscillation", "24 Oscillation",
+        "time of the swings" "s", "`oscillation_s`", Clear, [oscillation_time];
 }
 
 impl Fault {

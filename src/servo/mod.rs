@@ -126,6 +126,13 @@ impl Servo {
         self.control_loop.as_ref().is_some_and(|control_loop| control_loop.watch.warning())
     }
 
+    /// Returns whether the joint swings to and fro around a set point that rests.
+    pub fn is_oscillating(&self) -> bool {
+        let oscillates =
+            |control_loop: &ControlLoop| control_loop.watch.oscillates(&control_loop.monitors);
+        self.state == State::Armed && self.control_loop.as_ref().is_some_and(oscillates)
+    }
+
     /// Returns whether the law has ended its attempts to reach the set point: something is in the
     /// way. A new motion tries again.
     pub fn has_given_up(&self) -> bool {

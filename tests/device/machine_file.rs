@@ -242,6 +242,7 @@ fn machine() -> impl Strategy<Value = Parameters> {
                 stall_impulse: n[28],
                 stop_gain: 1e3 * n[29],
                 progress_gain: 1e2 * n[29],
+                oscillation_time: 100.0 * n[28],
             };
             machine.profile =
                 ProfileLimits::derived(&machine.controller, machine.limits.overspeed, 0.0);

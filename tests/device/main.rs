@@ -37,6 +37,7 @@ mod machine_file;
 mod matrix;
 mod noisy_encoder;
 mod noisy_identification;
+mod oscillation;
 mod power_cuts;
 mod profiled;
 mod seeds;

@@ -37,6 +37,7 @@ impl<W: Wire> Worker<'_, W> {
                 "unsaved": status.unsaved,
                 "wound_up": status.wound_up,
                 "gave_up": status.gave_up,
+                "oscillates": status.oscillates,
                 "encoder_in_doubt": status.is_encoder_in_doubt,
                 "heat_v": status.thermal_effort,
                 "faults": status.faults,

@@ -108,6 +108,9 @@ table! {
         /// (`stop_gain_deg_per_s2_per_v`).
         progress_gain: f32 =
             0x0913 "progress_gain_deg_per_s2_per_v", OrOff(0.0, HUGE), Derived(3.272_492_4);
+        /// Time of swings to and fro around a set point that rests, s. Swings are more than 16
+        /// counts, a second apart at most. A tenth of the default is reported as a warning.
+        oscillation_time: f32 = 0x0914 "oscillation_s", OrOff(0.0, LONGEST), Default(30.0);
     }
 }
 
@@ -136,6 +139,7 @@ impl Limits {
         stall_impulse: 0.0,
         stop_gain: 0.0,
         progress_gain: 0.0,
+        oscillation_time: 0.0,
     };
 
     /// What can be derived from the loop itself, for machines that say nothing of it; the sentence

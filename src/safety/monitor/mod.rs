@@ -13,6 +13,7 @@ mod encoder_jump;
 mod following_error;
 pub mod limits;
 mod link_timeout;
+mod oscillation;
 mod overspeed;
 mod position_limits;
 mod progress;
@@ -39,6 +40,7 @@ use encoder_jump::EncoderJump;
 use following_error::{FollowingError, FollowingState};
 use limits::Units;
 use link_timeout::{LinkState, LinkTimeout};
+use oscillation::{Oscillation, OscillationState};
 use overspeed::{Overspeed, OverspeedState};
 use position_limits::PositionLimits;
 use progress::{Progress, ProgressState};
@@ -65,6 +67,7 @@ pub(crate) struct Monitors {
     impulse: StallImpulse,
     abrupt: AbruptStop,
     progress: Progress,
+    oscillation: Oscillation,
     position: PositionLimits,
     supply: Supply,
     thermal: Thermal,
@@ -85,6 +88,7 @@ pub(crate) struct MonitorState {
     impulse: StallImpulseState,
     abrupt: AbruptStopState,
     progress: ProgressState,
+    oscillation: OscillationState,
     supply: SupplyState,
     thermal: ThermalState,
     link: LinkState,
@@ -140,6 +144,7 @@ impl Monitors {
             impulse: StallImpulse::new(limits, &units),
             abrupt: AbruptStop::new(limits, &units),
             progress: Progress::new(limits, &units),
+            oscillation: Oscillation::new(limits, &units),
             position: PositionLimits::new(limits, &units),
             supply: Supply::new(limits, &units),
             thermal: Thermal::new(limits, &units),
@@ -251,6 +256,11 @@ impl Monitors {
         if self.abrupt.check(&mut state.abrupt, before, seen.travel) || stalls {
             return trip(Fault::Stall, tick.v_applied);
         }
+        if let Some(ticks) =
+            self.oscillation.check(&mut state.oscillation, seen.position, setpoint, before)
+        {
+            return trip(Fault::Oscillation, ticks as f32 * self.units.tick);
+        }
         if self.position.check(seen.position) {
             return trip(Fault::PositionLimit, deg(seen.position));
         }
@@ -292,6 +302,11 @@ impl MonitorState {
     /// The compensator holds effort at standstill.
     pub const fn warning(&self) -> bool {
         self.warning
+    }
+
+    /// The joint swings to and fro.
+    pub const fn oscillates(&self, monitors: &Monitors) -> bool {
+        monitors.oscillation.is_reported(&self.oscillation)
     }
 
     /// An effort that would heat the motor as much as it is, V.

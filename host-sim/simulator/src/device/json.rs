@@ -50,6 +50,7 @@ pub fn status(status: &Status, warning: Option<&str>) -> Value {
         "wound_up": status.wound_up,
         "gave_up": status.gave_up,
         "encoder_in_doubt": status.is_encoder_in_doubt,
+        "oscillates": status.oscillates,
         "unsaved": status.unsaved,
         "is_damaged": status.is_damaged,
         "saves": status.saves,

@@ -290,6 +290,12 @@ pub fn status(status: &Status) -> String {
         let then = "           if it lasts, `stop`, and see docs/reference/faults.md";
         lines.extend([what, then].map(String::from));
     }
+    if status.oscillates {
+        let what =
+            "warning    the joint swings around its target: `stop`, and check gains and inertia";
+        let then = "           (docs/reference/faults.md, 24)";
+        lines.extend([what, then].map(String::from));
+    }
     if status.gave_up {
         let what = "warning    the law has given up: an obstacle holds the joint off its target.";
         let then = "           A new move tries again; see docs/reference/faults.md";
@@ -383,6 +389,7 @@ mod tests {
             thermal_effort: 0.5,
             unsaved: false,
             is_damaged: false,
+            oscillates: false,
             saves: 1,
             bad_frames: 0,
             dropped: 0,

@@ -31,6 +31,7 @@ fn status() -> Status {
         thermal_effort: 0.5,
         unsaved: false,
         is_damaged: false,
+        oscillates: false,
         saves: 1,
         bad_frames: 0,
         dropped: 0,

@@ -114,6 +114,7 @@ fn state_of(watched: &WatchedDevice) -> Line<'static> {
             "pushes a joint that does not move: the motor gets warm; if it lasts, key s",
             Color::Yellow,
         ),
+        (status.oscillates, "swings around its target: key s, and check gains", Color::Yellow),
         (status.gave_up, "given up: something holds the joint before its target", Color::Yellow),
         (
             status.is_encoder_in_doubt,
