@@ -8,7 +8,8 @@
 //! ```
 //!
 //! 16 counts are more than the noise that standstill allows (4) and less than any swing that does
-//! harm. Efforts of both signs distinguish a loop that oscillates from a machine that shakes the joint.
+//! harm. Efforts of both signs distinguish a loop that oscillates from a machine that shakes the
+//! joint.
 //!
 //! Guarantees: a joint that swings by more than 16 counts twice a second or faster, around a set
 //! point that rests, trips after `oscillation_s` plus one swing.

@@ -72,8 +72,7 @@ pub fn refused(refused: &RequestRefusal) -> String {
             "parameters were saved too often, and each save wears the flash: save again in {} min; \
              those in use stay in use until power-off",
             seconds.div_ceil(60)
-        )
-        .into(),
+        ),
         RequestRefusal::Stopping => {
             "a stop is under way (`device.stop_s`); the output is off at its end".into()
         }
