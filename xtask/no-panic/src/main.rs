@@ -97,8 +97,12 @@ mod path {
             hardware()
         }
 
-        fn save(&mut self, parameters: &Parameters) -> Result<(), RequestRefusal> {
-            Ok(self.store.save(parameters)?)
+        fn save(&mut self, parameters: &Parameters) -> Result<u32, RequestRefusal> {
+            self.store.save(parameters)?;
+            if self.store.is_damaged() {
+                self.store.erase_damaged()?;
+            }
+            Ok(self.store.saves())
         }
 
         fn reconfigure(&mut self, parameters: &Parameters) -> Result<(), RequestRefusal> {
@@ -151,6 +155,7 @@ mod path {
                 servo.heard();
             }
             if black_box(false) {
+                servo.come_to_rest();
                 servo.stop();
             }
             black_box((servo.state(), &servo));
