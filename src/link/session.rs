@@ -218,9 +218,15 @@ impl<const RING: usize> Session<RING> {
         let searched = self.search.map(|(searched, _)| searched);
         let is_overtaken = searched.or(last).is_some_and(overtaken);
         match (&request, last) {
-            // One that comes twice is one stop: a second one would end the first at once.
-            (Some(Request::Stop), last) if last != Some(number) => {
-                machine.servo(Servo::come_to_rest);
+            (Some(Request::Stop), last) => {
+                // One that comes twice is one stop: a second one would end the first at once. The
+                // number may also be that of another request, and then it is a stop.
+                let is_repeated = last == Some(number);
+                machine.servo(|servo| {
+                    if !(is_repeated && servo.is_stopping()) {
+                        servo.come_to_rest();
+                    }
+                });
                 if !is_overtaken {
                     self.search = None;
                 }

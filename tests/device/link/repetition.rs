@@ -6,7 +6,7 @@ use simulator::device::client::Client;
 use simulator::device::simulated::SimulatedDevice;
 use simulator::device::wire::{SimulatedWire, Wire};
 use stiction::link::{Reply, Request};
-use stiction::servo::Boot;
+use stiction::servo::{Boot, State};
 
 use super::{frame, hello, say, simulated};
 use crate::fixture::{blank, plans, srnf};
@@ -113,4 +113,15 @@ fn a_device_without_parameters_is_waited_for_as_long_as_was_asked() {
     let took = (client.wire().now() - begin).as_secs_f64();
     // The requests for the status take some time, too.
     assert!((10.0..11.0).contains(&took), "{took}");
+}
+
+/// Another client counts its requests from one on, too.
+#[test]
+fn a_stop_with_the_number_of_another_request_is_obeyed() {
+    let mut simulated = simulated();
+    say(&mut simulated, &hello(1, 7));
+    say(&mut simulated, &frame(2, Request::Arm));
+    assert_eq!(simulated.tick().state, State::Armed);
+    assert_eq!(say(&mut simulated, &frame(2, Request::Stop)), [(2, Reply::Done)]);
+    assert_eq!(simulated.tick().state, State::Stopped);
 }
