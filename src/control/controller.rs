@@ -114,6 +114,11 @@ impl ControllerState {
         compensator.forget();
     }
 
+    /// Sets the least code of the next tick in its direction; zero: none.
+    pub(crate) const fn push(&mut self, least: i32) {
+        self.output.least = least;
+    }
+
     /// Lets a motion begin at the next tick. Everything else goes on; a law that has given up tries
     /// again.
     pub fn begin_motion(&mut self) {

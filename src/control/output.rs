@@ -43,6 +43,8 @@ pub struct OutputState {
     pub(crate) applied: f32,
     /// Whether that effort was less than was asked for.
     pub(crate) saturated: bool,
+    /// Least code of the next tick in its direction; zero: none. A probe of the encoder sets it.
+    pub(crate) least: i32,
 }
 
 /// The result of the output stage: what it makes of one effort.
@@ -98,6 +100,7 @@ impl OutputStage {
         supply: u16,
         rise: Rise,
     ) -> Applied {
+        let asked = if state.least == 0 { asked } else { self.at_least(state, asked) };
         let (v, mut saturated) = saturate(asked, self.full_scale);
         let (mut scaled, mut volts) = (v, self.lsb);
         if self.nominal_supply > 0.0 {
@@ -117,6 +120,16 @@ impl OutputStage {
         let v_applied = code as f32 * volts;
         (state.applied, state.saturated) = (v_applied, saturated);
         Applied { v, v_applied, code: code as i16, duty: self.drive.duty_of(code), saturated }
+    }
+
+    /// Returns what is asked for (V), or the least effort if that is more and not against it. It is
+    /// for this tick alone.
+    #[cold]
+    #[inline(never)]
+    fn at_least(&self, state: &mut OutputState, asked: f32) -> f32 {
+        let least = core::mem::take(&mut state.least) as f32 * self.lsb;
+        let is_less = asked * least >= 0.0 && asked.abs() < least.abs();
+        if is_less { least } else { asked }
     }
 
     /// Returns the largest code of this tick.
@@ -197,8 +210,11 @@ mod tests {
                 saturated: k.abs() > 5000,
             };
             assert_eq!(found, expected, "{asked} V");
-            let remembered =
-                OutputState { elapsed: 0, applied: found.v_applied, saturated: found.saturated };
+            let remembered = OutputState {
+                applied: found.v_applied,
+                saturated: found.saturated,
+                ..OutputState::default()
+            };
             assert_eq!(state, remembered, "{asked} V");
         }
     }

@@ -252,6 +252,8 @@ pub enum RequestRefusal {
     Stopping,
     /// Parameters were saved too often: the next save is possible after this time, s.
     SaveLater(u16),
+    /// The friction of the joint is unknown, so that no closed loop is armed: `identify` finds it.
+    FrictionUnknown,
 }
 
 impl From<servo::Refusal> for RequestRefusal {
@@ -270,6 +272,7 @@ impl From<servo::Refusal> for RequestRefusal {
             servo::Refusal::TooFast => Self::TooFast,
             servo::Refusal::EncoderInDoubt => Self::EncoderInDoubt,
             servo::Refusal::Stopping => Self::Stopping,
+            servo::Refusal::FrictionUnknown => Self::FrictionUnknown,
             // Nothing that comes over a link asks for the motion of the parameters.
             servo::Refusal::Replaced => Self::NoSuch,
         }

@@ -134,6 +134,11 @@ impl CourseState {
         controller.soft_start_left(&self.controller)
     }
 
+    /// Sets the least code of the next tick in its direction; zero: none.
+    pub(crate) const fn push(&mut self, least: i32) {
+        self.controller.push(least);
+    }
+
     /// Lets another motion begin at the next tick. The loop goes on.
     pub fn begin_motion(&mut self) {
         self.controller.begin_motion();

@@ -24,6 +24,9 @@ impl Servo {
         }
         let here = self.follower.seen.position;
         let control_loop = self.ready_to_close()?;
+        if control_loop.monitors.is_friction_unknown() {
+            return Err(Refusal::FrictionUnknown);
+        }
         if control_loop.replaced {
             return Err(Refusal::Replaced);
         }
@@ -60,7 +63,11 @@ impl Servo {
             control_loop.watch.listen();
             return Ok(());
         }
-        self.ready_to_close()?.begin(ramp.map_or_else(Course::default, Course::Ramp));
+        let control_loop = self.ready_to_close()?;
+        if ramp.is_none() && control_loop.monitors.is_friction_unknown() {
+            return Err(Refusal::FrictionUnknown);
+        }
+        control_loop.begin(ramp.map_or_else(Course::default, Course::Ramp));
         self.start_loop(true);
         Ok(())
     }

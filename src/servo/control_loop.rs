@@ -205,6 +205,9 @@ impl ControlLoop {
     #[inline]
     pub(super) fn tick(&mut self, position: i32, supply: u16) -> Tick {
         let counts = position.wrapping_sub(self.zero);
+        if self.watch.probes() {
+            self.state.push(self.monitors.probe_code(&self.watch, position));
+        }
         let tick = control(
             &mut self.course,
             &self.controller,

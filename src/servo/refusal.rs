@@ -24,6 +24,9 @@ pub enum Refusal {
     /// The encoder is in doubt after a stall, a jump or a reversal: the joint has to be moved by
     /// hand, or a jog has to show that encoder and motor agree.
     EncoderInDoubt,
+    /// The friction of the joint is unknown (`breakaway_min_v` is zero), so that no closed loop is
+    /// armed. An identification finds it.
+    FrictionUnknown,
     /// The motion leads out of the range of positions.
     OutOfRange,
     /// The trajectory begins too far from the joint.

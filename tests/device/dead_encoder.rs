@@ -15,21 +15,19 @@ use experiments::controllers;
 /// Errors under which the encoder dies, deg: from ten counts to the full scale of PD.
 const ERRORS: [f64; 9] = [0.025, 0.05, 0.1, 0.2, 0.35, 0.39, 0.41, 1.0, 5.0];
 
+/// A friction that is known exactly: no effort up to it has to prove the encoder.
+pub const EXACT: &str = "limits.breakaway_min_v=0.4";
+
 /// Ticks of 20 ms in a minute.
 const MINUTE: u32 = 3000;
 
 /// The joint of the thesis's robot at rest under a law, armed by a link that goes on talking.
 pub fn armed(law: &str) -> SimulatedDevice {
-    armed_at(law, 1.0)
+    armed_with(law, 1.0, &[])
 }
 
-/// The same with an output that is scaled by the supply; the factor is the supply over the nominal
-/// one.
-fn armed_at(law: &str, supply: f64) -> SimulatedDevice {
-    armed_with(law, supply, &[])
-}
-
-/// The same with further keys.
+/// The same with an output that is scaled by the supply, and with further keys. The factor is the
+/// supply over the nominal one.
 pub fn armed_with(law: &str, supply: f64, set: &[&str]) -> SimulatedDevice {
     let controller = format!("loop.controller={law}");
     let [nominal, range] = ["device.nominal_supply_v=12", "device.supply_full_scale_v=24"];
@@ -201,7 +199,7 @@ fn a_constant_effort_leads_as_far_as_its_impulse_says() {
     // 0.4 V for every error within 0.4 deg, a code more than 0.4 V when it is rounded; and under
     // SRNF 0.4 V and the error, for its tanh is 1 by then.
     for (law, error, effort) in [("dnpf", 0.2, 0.4), ("srnf", 0.1, 0.5), ("srnf", 0.2, 0.6)] {
-        let mut device = armed(law);
+        let mut device = armed_with(law, 1.0, &[EXACT]);
         device.wires = Wires::Cut;
         step(&mut device, error);
         let (is_armed, _) = a_minute(&mut device);
@@ -258,7 +256,7 @@ fn effort_is_that_at_the_nominal_supply_whatever_the_duty_is() {
     // PD asks for 0.37 V of a joint that 0.40 V start, for ever. At a supply that is a tenth too
     // low its duty is that of 0.41 V.
     for supply in [0.9, 1.0, 1.1] {
-        let mut device = armed_at("pd", supply);
+        let mut device = armed_with("pd", supply, &[EXACT]);
         device.brake_v = 5.0;
         step(&mut device, 0.37);
         assert!(a_minute(&mut device).0, "{supply}");
@@ -266,7 +264,7 @@ fn effort_is_that_at_the_nominal_supply_whatever_the_duty_is() {
     // DNPF asks for 0.5 V, which is more, at a supply that is a quarter too high with the duty of
     // 0.4 V.
     for supply in [0.9, 1.0, 1.25] {
-        let mut device = armed_at("dnpf", supply);
+        let mut device = armed_with("dnpf", supply, &[EXACT]);
         (device.wires, device.brake_v) = (Wires::Cut, 5.0);
         step(&mut device, 0.5);
         let (_, output) = a_minute(&mut device);

@@ -5,7 +5,7 @@ use simulator::device::simulated::SimulatedDevice;
 use stiction::Fault;
 use stiction::servo::{Output, State};
 
-use crate::dead_encoder::{armed, step};
+use crate::dead_encoder::{EXACT, armed, step};
 use crate::fixture::plans;
 use experiments::controllers;
 
@@ -41,7 +41,7 @@ fn effort_that_a_law_holds_or_hunts_with_at_rest_is_no_fault_for_ten_minutes() {
 
 /// An integral against a joint that is held fast, with an error of 0.05 deg (21 counts).
 fn wound(set: &[&str]) -> SimulatedDevice {
-    let set = [&["loop.controller=ri", "reference.steps_deg=[5.0]"], set].concat();
+    let set = [&["loop.controller=ri", "reference.steps_deg=[5.0]", EXACT], set].concat();
     let mut device = SimulatedDevice::new(&plans("step-response", &set)[0]).unwrap();
     device.ticks(50);
     device.device.servo().arm_for_link(None).unwrap();

@@ -243,6 +243,8 @@ fn machine() -> impl Strategy<Value = Parameters> {
                 stop_gain: 1e3 * n[29],
                 progress_gain: 1e2 * n[29],
                 oscillation_time: 100.0 * n[28],
+                breakaway_min: 0.5 * n[27],
+                probe_error: n[14],
             };
             machine.profile =
                 ProfileLimits::derived(&machine.controller, machine.limits.overspeed, 0.0);

@@ -44,3 +44,4 @@ mod seeds;
 mod soak;
 mod thesis;
 mod wake_up;
+mod wrong_friction;

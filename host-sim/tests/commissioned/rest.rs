@@ -8,9 +8,13 @@ use simulator::device::client::Client;
 use simulator::device::simulated::SimulatedDevice;
 use simulator::device::wire::SimulatedWire;
 use simulator::experiment::{Document, Experiment, RunPlan};
-use simulator::rules::RULES;
-use stiction::Fault;
+use simulator::rules::{GainRule, JointBounds, JointEstimate, RULES, SampledLoop};
+use stiction::control::laws::Gains;
+use stiction::control::reference::{Reference, Step};
 use stiction::link::{StateCode, Status};
+use stiction::servo::{Boot, State};
+use stiction::units::position::Position;
+use stiction::{Fault, Limits, Parameters};
 use studies::ensemble::{Approach, CaseResult, DrawOptions, Ensemble, Family, run};
 
 const GEARMOTOR: &str = include_str!("../joints_under_test/gear_with_backlash.toml");
@@ -21,13 +25,17 @@ const STICK_NM: f64 = 0.35;
 /// n eta K_t / R of the file.
 const NM_PER_V: f64 = 50.0 * 0.75 * 0.016 / 2.1;
 
-fn plan(text: &str, set: &[&str]) -> RunPlan {
+fn document(text: &str, set: &[&str]) -> Document {
     let mut document = Document::parse("gearmotor.toml", text).unwrap();
     let unbalance = format!("load.unbalance_nm={UNBALANCE_NM}");
     let set: Vec<String> =
         [&unbalance].into_iter().cloned().chain(set.iter().map(|s| (*s).into())).collect();
     document.set(&set).unwrap();
-    Experiment::plan(&document, &[], &[]).unwrap().runs.remove(0)
+    document
+}
+
+fn plan(text: &str, set: &[&str]) -> RunPlan {
+    Experiment::plan(&document(text, set), &[], &[]).unwrap().runs.remove(0)
 }
 
 /// The same joint with a rigid gear.
@@ -85,6 +93,7 @@ fn the_derived_limits_are_those_of_friction_and_load() {
         near(found.wind_up_effort, torque);
         near(found.stall_effort, 2.0 * torque);
         near(2.0 * found.stall_impulse, torque);
+        near(2.0 * found.breakaway_min, STICK_NM);
     }
     // What the file says is taken as it is.
     near(limits(&["limits.breakaway_v=1.5"]).breakaway_effort, 1.5 * NM_PER_V);
@@ -99,6 +108,55 @@ fn a_joint_with_slack_and_unbalance_is_at_rest_before_it_is_armed_and_holds_unde
         let held = held_for_a_minute(&plan);
         assert_eq!((held.state, held.fault.code), (StateCode::Armed, 0), "{law}: {held:?}");
     }
+}
+
+/// Parameters of a run with the rule book's gains of another law, and its derived limits.
+fn with_gains(plan: &RunPlan, rule: &GainRule) -> Option<Parameters> {
+    let mut parameters = simulator::experiment::parameters(plan).unwrap();
+    let (sheet, mapping) = document(&rigid(), &[]).mapping().unwrap().unwrap();
+    let controller = &mut parameters.controller;
+    let estimate = JointEstimate::of_sheet(&sheet, &mapping);
+    let gains = rule.gains(&JointBounds::of(&estimate, SampledLoop::of(controller)));
+    (controller.pd, controller.velocity_window) = (gains.pd, gains.velocity_window);
+    controller.compensator = gains.laws.iter().copied().collect();
+    let Limits { breakaway_min, breakaway_effort, stop_gain, .. } = parameters.limits;
+    let derived = Limits::derived(controller, &parameters.device, breakaway_effort);
+    parameters.limits = Limits { breakaway_min, ..derived.of_gain(0.5 * stop_gain, controller) };
+    gains.laws.iter().all(Gains::on_the_device).then_some(parameters)
+}
+
+/// Where a law stops short, the effort that holds the load is between the lowest and the highest
+/// breakaway, so the encoder is probed: upwards, for the effort pulls upwards.
+#[test]
+fn a_load_is_held_for_five_minutes_under_each_law_while_the_encoder_is_probed() {
+    let plan = plan(&rigid(), &["loop.controller=pd"]);
+    let mut laws = 0;
+    for rule in RULES {
+        let Some(parameters) = with_gains(&plan, rule) else { continue };
+        laws += 1;
+        let mut device = SimulatedDevice::running(&plan, &parameters, Boot::default()).unwrap();
+        device.ticks(100);
+        let servo = device.device.servo();
+        servo.arm_for_link(None).unwrap();
+        device.tick();
+        let to_deg = 0.2;
+        let to = Position::from_counts((to_deg / device_count(&parameters)).round() as i32);
+        let step = Step { from: Position::default(), to, at_tick: 0 };
+        device.device.servo().follow(Reference::Step(step)).unwrap();
+        for tick in 0..300_000 {
+            device.device.servo().heard();
+            let output = device.tick();
+            let (name, at) = (rule.law, device.position_deg());
+            assert_eq!(output.state, State::Armed, "{name}, tick {tick}, {at} deg");
+            // 0.2 deg are 57 counts; the load would fall by 90 deg.
+            assert!((-0.05..0.5).contains(&at), "{name}, tick {tick}, {at} deg");
+        }
+    }
+    assert!(laws >= 9, "{laws}");
+}
+
+fn device_count(parameters: &Parameters) -> f64 {
+    parameters.controller.encoder.resolution.into()
 }
 
 /// Runs 8 joints of each family under every law with derived limits, and returns family, joint, law

@@ -21,6 +21,10 @@ const SWING: f32 = 6.0;
 /// The impulse without a count is the breakaway effort for this time, s.
 const IMPULSE_TIME: f32 = 0.5;
 
+/// Part of a friction of a file from which an effort may start the joint: the friction of a joint
+/// changes with temperature and wear, and data sheets err.
+pub const CERTAIN: f32 = 0.5;
+
 /// How many times less gain than the largest of a stable loop the weakest joint has. A quarter of
 /// its travel is required, so a joint of an unknown gain trips with less than a 256th of that gain:
 /// in a loop of 1 kHz that regresses over 5 ms, at a bandwidth of its damping below 0.4 Hz.
@@ -111,6 +115,14 @@ table! {
         /// Time of swings to and fro around a set point that rests, s. Swings are more than 16
         /// counts, a second apart at most. A tenth of the default is reported as a warning.
         oscillation_time: f32 = 0x0914 "oscillation_s", OrOff(0.0, LONGEST), Default(30.0);
+        /// Lowest effort that may start the joint, V. Zero beside a `breakaway_v`: the friction is
+        /// unknown, and no closed loop is armed. Derived: half of the lowest friction of the file's
+        /// joint; half of `breakaway_v` if the file has only that. At `breakaway_v` and more, no
+        /// effort has to prove the encoder.
+        breakaway_min: f32 = 0x0915 "breakaway_min_v", Between(0.0, HUGE), Derived(0.2);
+        /// Error up to which no probe of the encoder begins, deg. Derived: `tolerance_deg` of the
+        /// file's goal, if it has one, else 16 counts: an integral does the rest.
+        probe_error: f32 = 0x0916 "probe_error_deg", Between(0.0, HUGE), Derived(0.038_72);
     }
 }
 
@@ -140,6 +152,8 @@ impl Limits {
         stop_gain: 0.0,
         progress_gain: 0.0,
         oscillation_time: 0.0,
+        breakaway_min: 0.0,
+        probe_error: 0.0,
     };
 
     /// What can be derived from the loop itself, for machines that say nothing of it; the sentence
@@ -171,6 +185,7 @@ impl Limits {
         let encoder_jump = (faster * overspeed * sample_time + 4.0 * count).min(HUGE);
         // What the output stage lets through: beyond it nothing trips.
         let largest = full_scale * controller.drive.duty_max;
+        let breakaway_min = CERTAIN * breakaway.min(largest);
         let breakaway = if breakaway > 0.0 { breakaway.min(largest) } else { 0.25 * largest };
         Self {
             encoder_jump,
@@ -187,6 +202,8 @@ impl Limits {
             stall_impulse: breakaway * IMPULSE_TIME,
             stop_gain,
             progress_gain: stop_gain / SLOWEST_LOOP,
+            breakaway_min,
+            probe_error: (16.0 * count).min(HUGE),
             ..Self::EXAMPLE
         }
     }
@@ -206,6 +223,11 @@ impl Limits {
         } else {
             self
         }
+    }
+
+    /// Returns whether the friction is unknown, so that no closed loop may be armed.
+    pub(super) const fn is_friction_unknown(&self) -> bool {
+        self.breakaway_effort > 0.0 && self.breakaway_min == 0.0
     }
 
     /// Returns the travel in one tick (deg) beyond which the counter reads travel the other way.

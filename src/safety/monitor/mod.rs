@@ -10,6 +10,7 @@
 
 mod abrupt_stop;
 mod encoder_jump;
+mod encoder_probe;
 mod following_error;
 pub mod limits;
 mod link_timeout;
@@ -37,6 +38,7 @@ use crate::control::signal::Tick;
 use crate::safety::fault::Fault;
 use abrupt_stop::{AbruptStop, AbruptStopState};
 use encoder_jump::EncoderJump;
+use encoder_probe::{EncoderProbe, EncoderProbeState};
 use following_error::{FollowingError, FollowingState};
 use limits::Units;
 use link_timeout::{LinkState, LinkTimeout};
@@ -59,12 +61,14 @@ const REST: f32 = 0.05;
 pub(crate) struct Monitors {
     units: Units,
     rest: u32,
+    is_friction_unknown: bool,
     jump: EncoderJump,
     overspeed: Overspeed,
     reversal: Reversal,
     following: FollowingError,
     stall: Stall,
     impulse: StallImpulse,
+    probe: EncoderProbe,
     abrupt: AbruptStop,
     progress: Progress,
     oscillation: Oscillation,
@@ -86,6 +90,7 @@ pub(crate) struct MonitorState {
     following: FollowingState,
     stall: StallState,
     impulse: StallImpulseState,
+    probe: EncoderProbeState,
     abrupt: AbruptStopState,
     progress: ProgressState,
     oscillation: OscillationState,
@@ -131,6 +136,7 @@ impl Monitors {
         Self {
             units,
             rest: Units::whole(REST, units.tick),
+            is_friction_unknown: limits.is_friction_unknown(),
             jump: EncoderJump::new(limits, &units),
             overspeed: Overspeed::new(
                 limits,
@@ -142,6 +148,7 @@ impl Monitors {
             following: FollowingError::new(limits, Limits::saturating_error(controller), &units),
             stall: Stall::new(limits, &units),
             impulse: StallImpulse::new(limits, &units),
+            probe: EncoderProbe::new(limits, &units),
             abrupt: AbruptStop::new(limits, &units),
             progress: Progress::new(limits, &units),
             oscillation: Oscillation::new(limits, &units),
@@ -169,6 +176,17 @@ impl Monitors {
         self.supply.is_out(supply)
     }
 
+    /// Returns whether the friction is unknown, so that only an open loop may be armed.
+    pub const fn is_friction_unknown(&self) -> bool {
+        self.is_friction_unknown
+    }
+
+    /// Returns the least code of a tick that begins at a position (counts since power-on): that of
+    /// a probe of the encoder, or zero.
+    pub const fn probe_code(&self, state: &MonitorState, position: i32) -> i32 {
+        self.probe.effort(&state.probe, position)
+    }
+
     /// Whether a position (counts since power-on) is out of the range.
     pub const fn is_out_of_range(&self, position: i32) -> bool {
         self.position.check(position)
@@ -181,10 +199,11 @@ impl Monitors {
 
     /// The state that arming begins with.
     pub fn armed(&self, before: &MonitorState, by_link: bool) -> MonitorState {
-        let MonitorState { thermal, impulse, .. } = *before;
+        let MonitorState { thermal, impulse, probe, .. } = *before;
         MonitorState {
             thermal,
             impulse,
+            probe: probe.armed(),
             link: LinkState::watch(by_link),
             ..MonitorState::default()
         }
@@ -195,14 +214,16 @@ impl Monitors {
     pub fn taken_over(&self, before: &MonitorState, monitors: &Self) -> MonitorState {
         let ratio = monitors.units.code / self.units.code;
         let thermal = before.thermal.scaled(ratio);
-        let impulse = before.impulse.scaled(ratio * monitors.units.tick / self.units.tick);
-        MonitorState { thermal, impulse, ..MonitorState::default() }
+        let ratio = ratio * monitors.units.tick / self.units.tick;
+        let (impulse, probe) = (before.impulse.scaled(ratio), before.probe.scaled(ratio));
+        MonitorState { thermal, impulse, probe, ..MonitorState::default() }
     }
 
     /// A tick without output.
     pub fn idle(&self, state: &mut MonitorState, seen: &Seen) {
         self.thermal.check(&mut state.thermal, 0);
         self.impulse.see(&mut state.impulse, seen.position);
+        self.probe.see(&mut state.probe, seen.position);
         state.code = 0;
         state.warning = false;
     }
@@ -253,6 +274,8 @@ impl Monitors {
             stalls | self.impulse.check(&mut state.impulse, code, seen.position, seen.travel);
         let stalls =
             stalls | self.progress.check(&mut state.progress, before, seen.travel, tick.velocity);
+        let error = setpoint.wrapping_sub(tick.counts);
+        let stalls = stalls | self.probe.check(&mut state.probe, code, seen.position, error);
         if self.abrupt.check(&mut state.abrupt, before, seen.travel) || stalls {
             return trip(Fault::Stall, tick.v_applied);
         }
@@ -279,6 +302,12 @@ impl Monitors {
 }
 
 impl MonitorState {
+    /// Returns whether a probe of the encoder runs.
+    #[inline]
+    pub const fn probes(&self) -> bool {
+        self.probe.runs()
+    }
+
     /// A link has taken over: its silence is a fault from now on.
     pub const fn listen(&mut self) {
         self.link = LinkState::watch(true);

@@ -121,7 +121,7 @@ fn hidden_wind_up_at_standstill_is_a_warning_and_no_fault() {
     // by 4 V/(deg s) of 0.05 deg: past the 0.4 V of the warning after 2 s, to the breakaway after
     // 3.5 s.
     let mut bench = DeviceBench::new();
-    start_over(&mut bench, "ri", &[]);
+    start_over(&mut bench, "ri", &["limits.breakaway_min_v=0.4"]);
     bench.client().arm().unwrap();
     bench.brake(0.35);
     bench.client().step_to(0.05).unwrap();

@@ -51,8 +51,13 @@ fn origin(parameters: &Parameters, about: &About) -> String {
     if limits.is_out_of_reach(about.key, controller, device) {
         return "never trips: the hardware reads no value beyond it".into();
     }
-    if found != derived.get(about.key) {
-        return "set by the file".into();
+    match about.field {
+        "breakaway_min" if limits.breakaway_min == 0.0 => {
+            return "unknown friction: no closed loop is armed".into();
+        }
+        "breakaway_min" => return "set by the file, or half of its joint's lowest friction".into(),
+        _ if found != derived.get(about.key) => return "set by the file".into(),
+        _ => {}
     }
     if matches!(about.absent, Absent::Default) {
         return "default".into();

@@ -81,6 +81,12 @@ pub fn refused(refused: &RequestRefusal) -> String {
              by 16 counts or more, or let `jog` find that encoder and motor agree"
                 .into()
         }
+        RequestRefusal::FrictionUnknown => {
+            "the friction of the joint is unknown, so a dead encoder would look like a joint at \
+             rest: run `jog`, then `identify --into FILE.toml` and `params push`; or set \
+             `limits.breakaway_min_v` and `limits.breakaway_v`"
+                .into()
+        }
         RequestRefusal::NoParameters => {
             "it has no parameters; `params push FILE.toml` first".into()
         }

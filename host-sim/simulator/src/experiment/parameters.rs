@@ -2,6 +2,7 @@
 
 use stiction::motion::jog::JogBounds;
 use stiction::parameters::{DeviceConfig, ROOM};
+use stiction::safety::monitor::limits::CERTAIN;
 use stiction::{Limits, Parameters, ProfileLimits};
 
 use super::plan::RunPlan;
@@ -65,7 +66,13 @@ pub fn assembled(plan: &RunPlan) -> Result<Parameters, Error> {
     let controller = plan.controller_config()?;
     let breakaway = breakaway(plan)?;
     let gain = plan.machine.joint.gain_deg_per_s2_per_v as f32;
-    let derived = Limits::derived(&controller, &device, breakaway).of_gain(gain, &controller);
+    let mut derived = Limits::derived(&controller, &device, breakaway).of_gain(gain, &controller);
+    if let Some(lowest) = lowest_friction(plan)? {
+        derived.breakaway_min = derived.breakaway_min.min(CERTAIN * lowest);
+    }
+    if let Some(tolerance_deg) = plan.machine.goal.tolerance_deg {
+        derived.probe_error = tolerance_deg as f32;
+    }
     let limits = plan.machine.limits.core(derived);
     let profile =
         plan.machine.profile.core(ProfileLimits::derived(&controller, limits.overspeed, gain));
@@ -89,6 +96,16 @@ fn breakaway(plan: &RunPlan) -> Result<f32, Error> {
         None => friction.stick_v,
     };
     Ok((rests_v + friction.added_v.max(0.0)) as f32)
+}
+
+/// Returns the lowest static friction of the joint of the file in either direction, V; none if the
+/// file has none.
+fn lowest_friction(plan: &RunPlan) -> Result<Option<f32>, Error> {
+    let lowest_v = match plan.sheet()? {
+        Some((sheet, mapping)) => mapping.volts(sheet.stick().into_iter().fold(f64::MAX, f64::min)),
+        None => plan.machine.joint.friction.stick_v,
+    };
+    Ok((lowest_v > 0.0).then_some(lowest_v as f32))
 }
 
 /// Returns the content of both parameter sectors, each with the same record at its start.

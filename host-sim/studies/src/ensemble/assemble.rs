@@ -37,7 +37,11 @@ pub fn parameters(bounds: &JointBounds, gains: &ControllerGains) -> Parameters {
     let device = DeviceConfig::CAUTIOUS;
     let breakaway = (bounds.breakaway[1] + bounds.load) as f32;
     let gain = (1.0 / bounds.inertia) as f32;
-    let limits = Limits::derived(&controller, &device, breakaway).of_gain(gain, &controller);
+    // Every encoder here lives. A probe of it would move joints that a law leaves where they stick.
+    let limits = Limits {
+        breakaway_min: breakaway,
+        ..Limits::derived(&controller, &device, breakaway).of_gain(gain, &controller)
+    };
     let profile = ProfileLimits::derived(&controller, limits.overspeed, gain);
     let jog = JogBounds::derived(&controller, &device, breakaway);
     Parameters { controller, motion: Motion::Hold, device, limits, profile, jog }
