@@ -197,9 +197,9 @@ fn states_are_small_enough_to_be_copied_in_a_tick() {
     let alone = size_of::<robust::RobustState>();
     assert_eq!(size_of::<CompensatorState>(), MAX_TERMS * largest + alone);
     // Besides these a controller has the position, the velocity's fifteen increments, the tick, and
-    // three words of the output stage: the ticks of the soft start, what is applied, and whether
-    // that is less than was asked for.
-    let besides = 4 * (1 + 15 + 1 + 3);
+    // four words of the output stage: the ticks of the soft start, what is applied, whether that is
+    // less than was asked for, and the least code of a probe.
+    let besides = 4 * (1 + 15 + 1 + 4);
     assert_eq!(size_of::<ControllerState>(), MAX_TERMS * largest + besides + alone);
     const { assert!(size_of::<LawState>() <= 64 && size_of::<robust::RobustState>() <= 256) };
     const { assert!(size_of::<ControllerState>() <= 448) };

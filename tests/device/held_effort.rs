@@ -97,14 +97,14 @@ fn borne(law: &str) -> u32 {
 }
 
 #[test]
-fn friction_above_the_files_is_borne_by_an_integral_to_a_fifth_and_trips_at_twice_of_it() {
+fn friction_above_the_files_is_borne_by_an_integral_to_a_tenth_and_trips_at_twice_of_it() {
     for law in controllers() {
         let more = borne(law);
         reliability!("borne", law, more);
         // An integral goes on until the joint moves. A law that holds a little more than the
         // breakaway would hold it for ever: that is a stall, be the joint rusty or the wire cut.
         let expected = match law {
-            "ri" | "rvi" | "roi" => 20..50,
+            "ri" | "rvi" | "roi" => 10..50,
             "dnpf" => 0..5,
             _ => 5..100,
         };
