@@ -8,9 +8,9 @@
 //! ```
 //!
 //! `J` is the rough inertia that the sequence has found, and `F` the effort that this sense has
-//! needed so far. `T` is 0.2 s. When `due` exceeds a share of the sequence's travel, `made` has to be
-//! a quarter of the lesser of `due` and `asked`, and the sums start anew. If it is less, the caller
-//! ends the leg or the sequence.
+//! needed so far. `T` is 0.2 s. When `due` exceeds a share of the sequence's travel, `made` has to
+//! be a quarter of the lesser of `due` and `asked`, and the sums start anew. If it is less, the
+//! caller ends the leg or the sequence.
 //!
 //! An encoder with an open line counts noise. The servo's monitors take such counts for a living
 //! encoder below `stall_v`, and a leg pushes with up to twice `F`. Here the counts have to go where

@@ -331,8 +331,8 @@ impl Identification {
         self.phase = Phase::Pushing;
     }
 
-    /// Returns the effort (V) beyond which a push whose counts go to and fro has no reading: they do
-    /// not show that the joint broke away.
+    /// Returns the effort (V) beyond which a push whose counts go to and fro has no reading: they
+    /// do not show that the joint broke away.
     fn most_of_push(&self) -> f32 {
         match self.task() {
             Some(Task::Push { slow: true, .. }) => BEYOND[1] * self.fast,

@@ -49,8 +49,8 @@ table! {
     /// ms).
     #[derive(Clone, Copy, Debug, PartialEq)]
     pub struct Limits (limits) "limits" {
-        /// Travel in one tick, deg; half of the counter's range and more never trips. Derived: that of a tick at
-        /// twice the overspeed, and 4 counts; at six times under `robust`.
+        /// Travel in one tick, deg; half of the counter's range and more never trips. Derived: that
+        /// of a tick at twice the overspeed, and 4 counts; at six times under `robust`.
         encoder_jump: f32 = 0x0901 "encoder_jump_deg", OrOff(0.0, HUGE), Derived(3.343_013);
         /// Effort beyond any friction, V. Derived: twice `breakaway_v`, and no more than `duty_max`
         /// lets through. Off turns `stall_impulse_vs` off as well.
@@ -117,8 +117,8 @@ table! {
         oscillation_time: f32 = 0x0914 "oscillation_s", OrOff(0.0, LONGEST), Default(30.0);
         /// Lowest effort that may start the joint, V. Zero beside a `breakaway_v`: the friction is
         /// unknown, and no closed loop is armed. Derived: half of the lowest friction of the file's
-        /// joint; half of `breakaway_v` if the file has only that. At `breakaway_v` and more, no
-        /// effort has to prove the encoder.
+        /// joint; half of `breakaway_v` if the file has only that. Set to `breakaway_v` or more, it
+        /// turns the probe of the encoder off.
         breakaway_min: f32 = 0x0915 "breakaway_min_v", Between(0.0, HUGE), Derived(0.2);
         /// Error up to which no probe of the encoder begins, deg. Derived: `tolerance_deg` of the
         /// file's goal, if it has one, else 16 counts: an integral does the rest.

@@ -36,7 +36,8 @@ pub fn refused(refused: &RequestRefusal) -> String {
         }
         RequestRefusal::NotClearable(code) => {
             format!(
-                "no command clears {}: only valid parameters or a reset end it (docs/reference/faults.md)",
+                "no command clears {}: only valid parameters or a reset end it \
+                 (docs/reference/faults.md)",
                 name(*code)
             )
         }
@@ -45,7 +46,8 @@ pub fn refused(refused: &RequestRefusal) -> String {
         RequestRefusal::Moving => "the joint moves; it must be at rest for 50 ms first".into(),
         RequestRefusal::WouldTrip(code) => {
             format!(
-                "{} would turn the motor off at once; fix its cause first (docs/reference/faults.md)",
+                "{} would turn the motor off at once; fix its cause first \
+                 (docs/reference/faults.md)",
                 name(*code)
             )
         }
