@@ -28,7 +28,8 @@ struct Parts<F> {
 impl<F: NorFlash> Device<F> {
     /// Starts a device as power-on does: the parameters are read, and nothing moves.
     pub fn start(mut store: Store<F>, boot: Boot, hardware: Hardware) -> Self {
-        let boot = Boot { is_damaged: boot.is_damaged || store.is_damaged(), ..boot };
+        let is_damaged = boot.is_damaged || store.is_damaged();
+        let boot = Boot { is_damaged, ..boot };
         let found = store.load().and_then(|found| found.fits(&hardware).map(|()| found));
         let servo = Servo::new(found.as_ref().map_err(|error| *error), boot, &hardware);
         let mut session = Session::new(DeviceKind::Simulated, found.ok());

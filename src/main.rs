@@ -92,7 +92,8 @@ mod app {
         let session = session.write(Session::new(DeviceKind::Board, None));
         let (output_producer, output_consumer) = outputs.split();
         let (to_wire_producer, to_wire_consumer) = to_wire.split();
-        let Retained { fault: record, was_armed, is_encoder_in_doubt } = retained::take();
+        let Retained { fault: record, was_armed, is_encoder_in_doubt, thermal_effort } =
+            retained::take();
         let cause = reset::take_cause(&cx.device.RCC);
         let fault = record.and_then(|record| record.fault()).or(cause.fault(was_armed));
         // The next reset has no cause of its own and could arm: the cause is kept until a command
@@ -116,7 +117,14 @@ mod app {
             // A crystal's fault must not hide behind an old fault that a command may clear.
             let lasting = before.filter(|latched| !latched.fault.is_clearable());
             let fault = lasting.or(crystal).or(before);
-            Boot { fault, is_encoder_in_doubt, is_damaged: settings.is_damaged, may_be_dip }
+            Boot {
+                fault,
+                is_encoder_in_doubt,
+                is_damaged: settings.is_damaged,
+                may_be_dip,
+                is_at_zero: false,
+                thermal_effort,
+            }
         });
         if let Ok(parameters) = settings.parameters() {
             session.use_saved(parameters);
@@ -264,6 +272,7 @@ mod app {
             });
             let before = local.report.report_tick(&output, sample_time.unwrap_or(1.0));
             let servo = &mut cx.shared.control_task;
+            retained::set_thermal_effort(servo.lock(|parts| parts.servo.thermal_effort()));
             match (before, output.state) {
                 (Some(_), State::Armed) => {
                     if servo.lock(|parts| parts.servo.is_jogging()) {

@@ -1,5 +1,5 @@
-//! The memory across a reset: the last fault, whether the motor was being driven, and whether the
-//! encoder is in doubt.
+//! The memory across a reset: the last fault, whether the motor was being driven, whether the
+//! encoder is in doubt, and the motor's heat.
 //!
 //! It lies in RAM that is neither zeroed nor initialised (`NOINIT` of memory.x). After power-on it
 //! is noise, which the check words distinguish from a record.
@@ -16,6 +16,9 @@ const TEXT: usize = 40;
 const MAGIC: u32 = 0x5354_4943;
 const ARMED: u32 = 0xA12E_D0DE;
 const IN_DOUBT: u32 = 0xD00B_7ED1;
+
+/// The largest full scale of a drive, V: no effort is more.
+const MOST_V: f32 = 1e6;
 
 /// A fault that is kept across a reset, and where it was.
 #[derive(Clone, Copy)]
@@ -37,6 +40,8 @@ struct Memory {
     fault: RetainedFault,
     armed: [u32; 2],
     encoder: [u32; 2],
+    /// Bits of the effort that would make the motor's heat.
+    heat: [u32; 2],
 }
 
 /// What was kept before a reset.
@@ -47,6 +52,8 @@ pub struct Retained {
     pub was_armed: bool,
     /// Whether the encoder is in doubt.
     pub is_encoder_in_doubt: bool,
+    /// Heat of the motor: the steady effort that would make it, V.
+    pub thermal_effort: f32,
 }
 
 struct Kept(UnsafeCell<MaybeUninit<Memory>>);
@@ -147,6 +154,20 @@ pub fn set_encoder_in_doubt(in_doubt: bool) {
     unsafe { ptr::write_volatile(&raw mut (*memory()).encoder, flag(in_doubt, IN_DOUBT)) };
 }
 
+/// Remembers the heat of the motor: the steady effort that would make it, V.
+pub fn set_thermal_effort(effort: f32) {
+    let bits = effort.to_bits();
+    // SAFETY: within the static; see `Kept`.
+    unsafe { ptr::write_volatile(&raw mut (*memory()).heat, [bits, !bits]) };
+}
+
+/// Returns an effort that was kept; zero after power-on, or if it is no effort.
+fn effort([bits, check]: [u32; 2]) -> f32 {
+    let effort = f32::from_bits(bits);
+    let is_one = check == !bits && (0.0..=MOST_V).contains(&effort);
+    if is_one { effort } else { 0.0 }
+}
+
 /// Returns the words that stand for a flag: noise after power-on is no flag that is set.
 const fn flag(is_set: bool, word: u32) -> [u32; 2] {
     let word = if is_set { word } else { 0 };
@@ -156,7 +177,7 @@ const fn flag(is_set: bool, word: u32) -> [u32; 2] {
 /// Returns what was kept before this reset, and forgets the fault and that the motor was driven.
 pub fn take() -> Retained {
     // SAFETY: within the static; any bits are a value of these types.
-    let Memory { fault: record, armed, encoder } = unsafe { ptr::read_volatile(memory()) };
+    let Memory { fault: record, armed, encoder, heat } = unsafe { ptr::read_volatile(memory()) };
     let known = record.magic == MAGIC && record.check == record.sum() && record.fault().is_some();
     keep(RetainedFault { magic: 0, ..RetainedFault::of(Fault::Panic) });
     set_armed(false);
@@ -164,6 +185,7 @@ pub fn take() -> Retained {
         fault: known.then_some(record),
         was_armed: armed == flag(true, ARMED),
         is_encoder_in_doubt: encoder == flag(true, IN_DOUBT),
+        thermal_effort: effort(heat),
     }
 }
 

@@ -1,6 +1,16 @@
 //! `[device]` of a machine's file: what only a device has, and a simulated loop does without.
 
-use crate::units::value::{Table, table};
+use crate::units::value::{Table, choice, table};
+
+choice! {
+    /// What makes the position of a joint known, on which the range of positions rests.
+    pub enum PositionReference {
+        /// The joint stands at zero whenever the device starts.
+        PowerOn = 0 "power-on",
+        /// A command says where the joint stands.
+        Command = 1 "command",
+    }
+}
 
 table! {
     /// The configuration that only a device has. By default the device neither starts nor scales
@@ -42,6 +52,16 @@ table! {
         /// Longest time of a stop, s: the loop brakes the joint, then the output is off. So does a
         /// link that falls silent. 0: the output is off at once, and the joint coasts.
         stop_time: f32 = 0x080B "stop_s", Between(0.0, 10.0), Default(1.0);
+        /// What makes the position known on which `position_min_deg` and `position_max_deg` rest.
+        /// `command`: after a reset, and after a stall, a jump or a reversal, only a jog moves a
+        /// joint with a range, until `device reference` says where it stands. `power-on`: it
+        /// stands at zero after each reset. Another `[encoder]` ends either.
+        reference: PositionReference =
+            0x080C "reference", Any, Default(PositionReference::PowerOn);
+        /// Whether the bridge's high-side drivers are bootstrapped: their capacitors charge only
+        /// while the low side conducts. `duty_max` has to leave 2 us of that in each period then,
+        /// beside the dead times.
+        bootstrapped: bool = 0x080D "bootstrapped", Any, Default(false);
     }
 }
 

@@ -123,7 +123,7 @@ pub struct Status {
     pub clock: u32,
     /// Time between ticks, s; zero without parameters.
     pub sample_time: f32,
-    /// Position since power-on, counts.
+    /// Position, counts: since power-on, or from the zero that a reference has set.
     pub position: i32,
     /// Angle of a count, deg; zero without parameters.
     pub resolution: f32,
@@ -157,6 +157,9 @@ pub struct Status {
     pub is_encoder_in_doubt: bool,
     /// Whether the joint swings to and fro around a set point that rests.
     pub oscillates: bool,
+    /// Whether the position is that of the joint, on which its range rests; if not, a joint with a
+    /// range only jogs.
+    pub is_referenced: bool,
 }
 
 /// The errors of the wire that bytes come over. Each costs the frame that it hits, which is also
@@ -254,6 +257,8 @@ pub enum RequestRefusal {
     SaveLater(u16),
     /// The friction of the joint is unknown, so that no closed loop is armed: `identify` finds it.
     FrictionUnknown,
+    /// The joint has a range of positions, and its position is unknown.
+    NotReferenced,
 }
 
 impl From<servo::Refusal> for RequestRefusal {
@@ -273,6 +278,7 @@ impl From<servo::Refusal> for RequestRefusal {
             servo::Refusal::EncoderInDoubt => Self::EncoderInDoubt,
             servo::Refusal::Stopping => Self::Stopping,
             servo::Refusal::FrictionUnknown => Self::FrictionUnknown,
+            servo::Refusal::NotReferenced => Self::NotReferenced,
             // Nothing that comes over a link asks for the motion of the parameters.
             servo::Refusal::Replaced => Self::NoSuch,
         }

@@ -162,4 +162,10 @@ pub enum Request {
     ReadIdentification,
     /// What is the map of the friction that the last identification has made?
     ReadMap,
+    /// The joint stands at this position: the range of positions holds from here. The output is
+    /// off, and the joint is at rest.
+    SetReference {
+        /// Position of the joint, counts.
+        position: i32,
+    },
 }

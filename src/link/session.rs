@@ -351,6 +351,9 @@ impl<const RING: usize> Session<RING> {
                 let map = |servo: &mut Servo| servo.identified().map(|found| found.map);
                 return Ok(Reply::Map(machine.servo(map)));
             }
+            Request::SetReference { position } => {
+                machine.servo(|servo| servo.set_reference(position))?;
+            }
             Request::ReadJog => return Ok(Reply::Jog(machine.servo(|servo| servo.jogged()))),
         }
         Ok(Reply::Done)
@@ -508,6 +511,7 @@ impl<const RING: usize> Session<RING> {
             gave_up: servo.has_given_up(),
             is_encoder_in_doubt: servo.is_encoder_in_doubt(),
             oscillates: servo.is_oscillating(),
+            is_referenced: servo.is_referenced(),
         })
     }
 }

@@ -11,7 +11,7 @@ pub mod store;
 
 use crate::control::controller::{Controller, ControllerConfig};
 pub use crate::control::device_config::DeviceConfig;
-use crate::control::drive::{DriveConfig, pwm_top};
+use crate::control::drive::{DriveConfig, PwmMode, pwm_top};
 use crate::control::encoder::Encoder;
 use crate::control::hardware::Hardware;
 use crate::control::laws::{self, Gains};
@@ -30,6 +30,12 @@ const SAMPLE_TIME: Key = key(ControllerConfig::ABOUT, "sample_time");
 const DEAD_TIME: Key = key(DeviceConfig::ABOUT, "dead_time");
 const VELOCITY: Key = key(ProfileLimits::ABOUT, "velocity");
 const OVERSPEED: Key = key(Limits::ABOUT, "overspeed");
+const DUTY_MAX: Key = key(DriveConfig::ABOUT, "duty_max");
+const BOOTSTRAPPED: Key = key(DeviceConfig::ABOUT, "bootstrapped");
+
+/// Time that a bootstrap capacitor takes to charge in each period, s: two time constants of 100 nF
+/// and 10 ohm.
+const BOOTSTRAP_S: f32 = 2e-6;
 
 table! {
     /// Parameters of a device: its whole configuration.
@@ -140,6 +146,7 @@ impl Parameters {
     pub fn check(&self) -> Result<(), InvalidValue> {
         self.validate()?;
         self.check_velocity()?;
+        self.check_bootstrap()?;
         self.profile.check(self.controller.sample_time, self.controller.encoder.resolution)?;
         self.motion.is_soft(self.device.soft_start, self.controller.drive.full_scale)?;
         self.jog.check(self.controller.drive.full_scale, &self.device)?;
@@ -152,6 +159,26 @@ impl Parameters {
         if overspeed > 0.0 && found > overspeed {
             let allowed = Allowed::UpTo(overspeed, OVERSPEED);
             return Err(InvalidValue { key: VELOCITY, found, allowed });
+        }
+        Ok(())
+    }
+
+    /// Refuses a duty under which a leg's high side would conduct for so long that its bootstrap
+    /// capacitor does not charge.
+    fn check_bootstrap(&self) -> Result<(), InvalidValue> {
+        let DriveConfig { pwm_hz, mode, duty_max, .. } = self.controller.drive;
+        let off = match mode {
+            // A leg conducts for (1 + duty) / 2 of the period, and waits for two dead times.
+            PwmMode::LockedAntiphase => 2.0 * (BOOTSTRAP_S + 2.0 * self.device.dead_time) * pwm_hz,
+            PwmMode::SignMagnitude => BOOTSTRAP_S * pwm_hz,
+            // The amplifier has its own bridge.
+            PwmMode::Analog => 0.0,
+        };
+        // Three digits, rounded down: a person types it.
+        let most = libm::floorf((1.0 - off).max(0.0) * 1000.0) / 1000.0;
+        if self.device.bootstrapped && duty_max > most {
+            let allowed = Allowed::DueTo(most, BOOTSTRAPPED);
+            return Err(InvalidValue { key: DUTY_MAX, found: duty_max, allowed });
         }
         Ok(())
     }

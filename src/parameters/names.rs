@@ -61,6 +61,9 @@ impl fmt::Display for NamedBounds {
             Allowed::UpTo(high, key) => {
                 write!(f, "a number above 0, up to `{}`, which is {high}", ValuePath(key))
             }
+            Allowed::DueTo(high, key) => {
+                write!(f, "a number above 0, up to {high}, because of `{}`", ValuePath(key))
+            }
             allowed => write!(f, "{allowed}"),
         }
     }

@@ -214,6 +214,31 @@ fn a_record_that_is_valid_may_not_fit_a_board() {
     assert_eq!(parameters.fits(&Hardware { sample_time: [1e-3, 0.04], ..board }), Ok(()));
 }
 
+/// At 22 kHz a period has 45.45 us. In locked antiphase a leg that conducts for 44 us of it charges
+/// for 1.45 us less two dead times.
+#[test]
+fn a_bootstrapped_bridge_has_no_duty_under_which_its_capacitors_do_not_charge() {
+    let of = |mode: PwmMode, dead_time: f32, duty_max: f32, bootstrapped: bool| {
+        let mut parameters = example();
+        let drive = &mut parameters.controller.drive;
+        (drive.mode, drive.pwm_hz, drive.duty_max) = (mode, 22e3, duty_max);
+        (parameters.device.dead_time, parameters.device.bootstrapped) = (dead_time, bootstrapped);
+        parameters.check().map_err(|error| (error.key, error.allowed))
+    };
+    use PwmMode::{Analog, LockedAntiphase, SignMagnitude};
+    let at_most =
+        |most: f32| Err((key(DriveConfig::ABOUT, "duty_max"), Allowed::DueTo(most, BOOTSTRAPPED)));
+    // 1 - 2 x 2 us x 22 kHz, 1 - 2 x 4 us x 22 kHz and 1 - 2 us x 22 kHz.
+    assert_eq!(of(LockedAntiphase, 0.0, 0.912, true), Ok(()));
+    assert_eq!(of(LockedAntiphase, 0.0, 0.913, true), at_most(0.912));
+    assert_eq!(of(LockedAntiphase, 1e-6, 0.824, true), Ok(()));
+    assert_eq!(of(LockedAntiphase, 1e-6, 1.0, true), at_most(0.824));
+    assert_eq!(of(SignMagnitude, 1e-6, 0.956, true), Ok(()));
+    assert_eq!(of(SignMagnitude, 1e-6, 0.957, true), at_most(0.956));
+    assert_eq!(of(Analog, 1e-6, 1.0, true), Ok(()));
+    assert_eq!(of(LockedAntiphase, 1e-6, 1.0, false), Ok(()));
+}
+
 #[test]
 fn there_is_room_for_a_few_hundred_values_and_each_number_is_used_once() {
     let used = body_of(&example()).len();

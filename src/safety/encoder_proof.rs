@@ -48,10 +48,7 @@ impl EncoderProof {
 
     /// Returns the proof after a fault: it is due if the fault may come from the encoder.
     pub const fn after(self, fault: Fault) -> Self {
-        match fault {
-            Fault::EncoderJump | Fault::Stall | Fault::EncoderReversed => Self::Moving,
-            _ => self.after_drive(),
-        }
+        if fault.doubts_encoder() { Self::Moving } else { self.after_drive() }
     }
 
     /// Returns the proof after the output was on: what the drive moved, no hand did.

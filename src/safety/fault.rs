@@ -160,7 +160,7 @@ faults! {
         "speed" "deg/s", "`velocity_window` ticks; under `robust` up to 0.15 s", Clear, [overspeed];
     /// Outside of the range of positions.
     18 PositionLimit "position limit", "18 Position limit",
-        "position since power-on" "deg", "its tick", Clear, [position_min, position_max];
+        "position" "deg", "its tick", Clear, [position_min, position_max];
     /// The supply of the bridge is too low.
     19 SupplyLow "supply low", "19, 20 Supply",
         "supply" "V", "3 ticks", Clear, [supply_min];
@@ -198,6 +198,11 @@ impl Fault {
     /// ones.
     pub const fn is_clearable(self) -> bool {
         matches!(self.end(), End::Clear)
+    }
+
+    /// Returns whether the fault may come from the encoder, so that its counts are in doubt.
+    pub const fn doubts_encoder(self) -> bool {
+        matches!(self, Self::EncoderJump | Self::Stall | Self::EncoderReversed)
     }
 
     /// Returns whether valid parameters end the fault.

@@ -1,6 +1,6 @@
 //! Arming, by a command or by itself, and what turns the output off again.
 
-use super::control_loop::leads_too_far;
+use super::control_loop::{leads_out, leads_too_far};
 use super::{ControlLoop, Follower, Output, Refusal, Servo, State};
 use crate::control::signal::Tick;
 use crate::identification::Ramp;
@@ -22,7 +22,7 @@ impl Servo {
         if let State::Armed = self.state {
             return Ok(());
         }
-        let here = self.follower.seen.position;
+        let (here, origin) = (self.follower.seen.position, self.known_origin());
         let control_loop = self.ready_to_close()?;
         if control_loop.monitors.is_friction_unknown() {
             return Err(Refusal::FrictionUnknown);
@@ -30,7 +30,7 @@ impl Servo {
         if control_loop.replaced {
             return Err(Refusal::Replaced);
         }
-        if control_loop.leads_out(&control_loop.course, here) {
+        if leads_out(&control_loop.course, here, control_loop.monitors.range(origin)) {
             return Err(Refusal::OutOfRange);
         }
         // Arming makes the place of the joint zero.
@@ -73,11 +73,17 @@ impl Servo {
     }
 
     /// Returns the control loop that is to be armed for more than a jog, unless something is in the
-    /// way.
+    /// way: a doubt about the encoder, or a range of positions without a known position.
     pub(super) fn ready_to_close(&mut self) -> Result<&mut ControlLoop, Refusal> {
-        let is_in_doubt = self.is_encoder_in_doubt();
+        let (is_in_doubt, is_referenced) = (self.is_encoder_in_doubt(), self.is_referenced());
         let control_loop = self.ready_to_arm()?;
-        if is_in_doubt { Err(Refusal::EncoderInDoubt) } else { Ok(control_loop) }
+        if is_in_doubt {
+            return Err(Refusal::EncoderInDoubt);
+        }
+        if control_loop.monitors.has_range() && !is_referenced {
+            return Err(Refusal::NotReferenced);
+        }
+        Ok(control_loop)
     }
 
     /// Returns the control loop that is to be armed, unless something is in the way.
@@ -88,6 +94,7 @@ impl Servo {
             State::Armed => return Err(Refusal::Armed),
             State::Stopped => {}
         }
+        let origin = self.known_origin();
         let (Some(control_loop), Follower { encoder: Some(_), seen, supply, .. }) =
             (&mut self.control_loop, self.follower)
         else {
@@ -96,7 +103,8 @@ impl Servo {
         if !control_loop.monitors.is_at_rest(&seen) {
             return Err(Refusal::Moving);
         }
-        match control_loop.monitors.forbids_arming(&control_loop.watch, &seen, supply) {
+        let ControlLoop { monitors, watch, .. } = &*control_loop;
+        match monitors.forbids_arming(watch, monitors.range(origin), &seen, supply) {
             Some(fault) => Err(Refusal::WouldTrip(fault)),
             None => Ok(control_loop),
         }
@@ -104,8 +112,9 @@ impl Servo {
 
     /// Starts the control loop where the joint is now: closed, or open for a ramp.
     pub(super) fn start_loop(&mut self, by_link: bool) {
+        let origin = self.known_origin();
         if let Some(control_loop) = &mut self.control_loop {
-            control_loop.arm(self.follower.seen.position, by_link);
+            control_loop.arm(self.follower.seen.position, by_link, origin);
             self.wake_up.begin(&control_loop.driver_times);
             self.state = State::Armed;
             self.countdown = None;
@@ -147,6 +156,8 @@ impl Servo {
                 // It would never arm, and never report why.
                 Err(Refusal::FarAway) => self.fault(Fault::FollowingError),
                 Err(Refusal::OutOfRange) => self.fault(Fault::PositionLimit),
+                // A command that sets the reference must not start the joint.
+                Err(Refusal::NotReferenced) => self.countdown = None,
                 // If the joint is not at rest yet, or the supply is not up, the next tick tries
                 // again.
                 _ => {}

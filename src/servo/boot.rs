@@ -1,5 +1,6 @@
 //! How a servo begins: the parameters that were found, and how the part came out of its reset.
 
+use super::referenced::Referenced;
 use super::{ControlLoop, Follower, Servo, State, WakeUp};
 use crate::control::hardware::Hardware;
 use crate::parameters::{DecodeError, Parameters};
@@ -21,6 +22,10 @@ pub struct Boot {
     /// power-on. Nothing arms automatically then, unless the parameters allow it
     /// (`autostart_after_dip`).
     pub may_be_dip: bool,
+    /// Whether the joint is known to stand at zero: that of a simulated device does.
+    pub is_at_zero: bool,
+    /// Heat of the motor before the reset: the steady effort that would make it, V.
+    pub thermal_effort: f32,
 }
 
 impl Servo {
@@ -47,6 +52,8 @@ impl Servo {
             encoder_proof: EncoderProof::default(),
             velocity: 0.0,
             stopping: None,
+            referenced: Referenced::default(),
+            origin: 0,
             latched: None,
             log: FaultLog::default(),
         }
@@ -69,6 +76,12 @@ impl Servo {
             !boot.is_damaged && !boot.is_encoder_in_doubt && (!boot.may_be_dip || after_dip);
         if boot.is_encoder_in_doubt {
             self.encoder_proof = EncoderProof::Moving;
+        }
+        if let Some(control_loop) = &mut self.control_loop {
+            control_loop.watch = control_loop.monitors.warm(boot.thermal_effort);
+        }
+        if boot.is_at_zero {
+            self.referenced = Referenced::ByCommand;
         }
         self.countdown = autostart.filter(|_| is_sure);
         let refused = match prepared {

@@ -5,13 +5,14 @@ use super::stopping::Brakes;
 use super::wake_up::DriverTimes;
 use super::{Refusal, control};
 use crate::control::controller::{Controller, Reading};
+use crate::control::device_config::PositionReference;
 use crate::control::hardware::Hardware;
 use crate::control::profile::Profile;
 use crate::control::reference::{Reference, Setpoint};
 use crate::control::signal::Tick;
 use crate::motion::{Course, CourseState};
 use crate::parameters::Parameters;
-use crate::safety::monitor::{MonitorState, Monitors};
+use crate::safety::monitor::{MonitorState, Monitors, PositionLimits};
 use crate::units::error::InvalidValue;
 use crate::units::position::Position;
 
@@ -31,6 +32,8 @@ pub struct ControlLoop {
     pub(super) watch: MonitorState,
     /// Ticks from the first one until the servo arms itself; none: it does not.
     pub(super) autostart: Option<u32>,
+    /// What makes the position known.
+    pub(super) reference: PositionReference,
     pub(super) driver_times: DriverTimes,
     pub(super) brakes: Brakes,
 }
@@ -79,6 +82,7 @@ impl ControlLoop {
             monitors: Monitors::new(limits, config, device, hardware),
             watch: MonitorState::default(),
             autostart: device.autostart.then(|| parameters.in_ticks(device.autostart_delay)),
+            reference: device.reference,
             driver_times: DriverTimes::of(parameters),
             brakes: Brakes {
                 time: device.stop_time,
@@ -91,10 +95,11 @@ impl ControlLoop {
     }
 
     /// Begins the loop's course at `position` (counts since power-on), which becomes zero. If a
-    /// link asked for it, the silence of that link is watched.
-    pub(super) fn arm(&mut self, position: i32, by_link: bool) {
+    /// link asked for it, the silence of that link is watched. `origin` is the zero of the range.
+    pub(super) fn arm(&mut self, position: i32, by_link: bool, origin: Option<i32>) {
         self.begin_at(position);
-        self.watch = self.monitors.armed(&self.watch, by_link);
+        let range = self.monitors.range(origin);
+        self.watch = self.monitors.armed(&self.watch, by_link, range);
     }
 
     /// Begins the loop's course at `position` (counts since power-on), which becomes zero.
@@ -110,7 +115,7 @@ impl ControlLoop {
         if !self.is_over() {
             self.state.forget();
         }
-        self.watch = self.monitors.armed(&self.watch, false);
+        self.watch = self.monitors.armed(&self.watch, false, PositionLimits::NONE);
     }
 
     /// Replaces the motion of the parameters by the course that a link asks for.
@@ -181,15 +186,7 @@ impl ControlLoop {
 
     /// Returns whether a position, counted from the zero of this arming, is out of the range.
     pub(super) const fn is_out_of_range(&self, position: Position) -> bool {
-        self.monitors.is_out_of_range(self.zero.wrapping_add(position.counts))
-    }
-
-    /// Returns whether a course leads out of the range, if its zero is at `zero`, counts since
-    /// power-on.
-    pub(super) fn leads_out(&self, course: &Course, zero: i32) -> bool {
-        any_target(course, |position| {
-            self.monitors.is_out_of_range(zero.wrapping_add(position.counts))
-        })
+        self.watch.range().check(self.zero.wrapping_add(position.counts))
     }
 
     /// Returns whether a trajectory begins so far from `counts`, in the zero of an arming, that its
@@ -238,6 +235,11 @@ fn any_target(course: &Course, condition: impl Fn(Position) -> bool) -> bool {
         Course::Follow(Reference::Braking(_)) => false,
         Course::Ramp(_) | Course::Jog(_) | Course::Identification(_) => false,
     }
+}
+
+/// Returns whether a course leads out of a range, if its zero is at `zero`, counts since power-on.
+pub(super) fn leads_out(course: &Course, zero: i32, range: PositionLimits) -> bool {
+    any_target(course, |position| range.check(zero.wrapping_add(position.counts)))
 }
 
 /// Returns whether a course leads to a position so far from `counts` that a difference of 32 bits

@@ -30,6 +30,9 @@ impl Servo {
         self.log.push(latched);
         (self.countdown, self.stopping) = (None, None);
         self.encoder_proof = self.encoder_proof.after(latched.fault);
+        if latched.fault.doubts_encoder() {
+            self.lose_reference();
+        }
         if let Some(control_loop) = &mut self.control_loop {
             control_loop.rest();
         }

@@ -4,6 +4,7 @@
 use super::{ControlLoop, Refusal, Servo};
 use crate::identification::{Findings, Identification, IdentificationPlan};
 use crate::motion::Course;
+use crate::safety::monitor::PositionLimits;
 
 impl Servo {
     /// Arms the servo for a link: at the next tick an identification begins. The monitor that takes
@@ -14,9 +15,10 @@ impl Servo {
     /// Says what is in the way. A travel that leads out of the range of positions is; an armed
     /// servo identifies nothing.
     pub fn identify(&mut self, settings: &IdentificationPlan) -> Result<(), Refusal> {
-        let here = self.follower.seen.position;
+        let (here, origin) = (self.follower.seen.position, self.known_origin());
         let control_loop = self.ready_to_close()?;
-        if control_loop.is_too_near_to_the_end(settings.travel(), here) {
+        let range = control_loop.monitors.range(origin);
+        if is_too_near_to_the_end(settings.travel(), here, range) {
             return Err(Refusal::OutOfRange);
         }
         control_loop.begin_identification(settings);
@@ -50,17 +52,17 @@ impl Servo {
 }
 
 impl ControlLoop {
-    /// Returns whether a joint at `position` (counts since power-on) may leave the range if it goes
-    /// `travel` counts either way.
-    fn is_too_near_to_the_end(&self, travel: u32, position: i32) -> bool {
-        let out = |travel: i32| self.monitors.is_out_of_range(position.wrapping_add(travel));
-        let travel = travel.min(i32::MAX as u32) as i32;
-        out(travel) || out(-travel)
-    }
-
     /// Prepares an identification in its place: it is most of a kilobyte.
     #[inline(never)]
     fn begin_identification(&mut self, settings: &IdentificationPlan) {
         self.begin(Course::Identification(Identification::new(settings)));
     }
+}
+
+/// Returns whether a joint at `position` (counts since power-on) may leave the range if it goes
+/// `travel` counts either way.
+fn is_too_near_to_the_end(travel: u32, position: i32, range: PositionLimits) -> bool {
+    let out = |travel: i32| range.check(position.wrapping_add(travel));
+    let travel = travel.min(i32::MAX as u32) as i32;
+    out(travel) || out(-travel)
 }

@@ -13,10 +13,11 @@
 //! ([`Boot`]) reports it and stays faulted: no unrequested reset leads to a motion. Further resets
 //! report it again until a command clears it.
 //!
-//! To be armed, the servo has to be stopped, with a fault cleared if there was one. After a stall, a
-//! jump or a reversal the encoder has to [prove itself](crate::safety::encoder_proof). The joint has
-//! to be at rest for 50 ms, and supply, position and motor must be such that no monitor would trip
-//! at once. The position in which the servo is armed becomes the joint's zero. A command arms the
+//! To be armed, the servo has to be stopped, with a fault cleared if there was one. After a stall,
+//! a jump or a reversal the encoder has to [prove itself](crate::safety::encoder_proof). A joint
+//! with a range of positions has to be [referenced](Servo::set_reference); for a jog both need not
+//! be. The joint has to be at rest for 50 ms, and supply, position and motor must be such that no
+//! monitor would trip at once. The position in which the servo is armed becomes the joint's zero. A command arms the
 //! servo ([`Servo::arm`]). If the parameters say `autostart` (off by default) and nothing went
 //! wrong before, the servo arms itself, `autostart_delay` after the first tick. The motion of the
 //! parameters begins with the tick after that.
@@ -46,6 +47,7 @@ mod jog;
 mod moves;
 mod output;
 mod ramp;
+mod referenced;
 mod refusal;
 mod stopping;
 mod wake_up;
@@ -61,6 +63,7 @@ pub use control_loop::ControlLoop;
 use follower::Follower;
 pub use output::{Input, Output};
 pub use ramp::FrictionLevels;
+use referenced::Referenced;
 pub use refusal::Refusal;
 use stopping::Stopping;
 use wake_up::WakeUp;
@@ -94,6 +97,9 @@ pub struct Servo {
     /// Velocity of the last tick with output, deg/s.
     velocity: f32,
     stopping: Option<Stopping>,
+    referenced: Referenced,
+    /// The joint's zero, counts since power-on.
+    origin: i32,
     latched: Option<LatchedFault>,
     log: FaultLog,
 }
@@ -109,9 +115,10 @@ impl Servo {
         self.clock
     }
 
-    /// Returns the position since power-on, counts.
+    /// Returns the position, counts: from the place of power-on, or from the zero that a
+    /// [reference](Self::set_reference) has set.
     pub const fn position(&self) -> i32 {
-        self.follower.seen.position
+        self.follower.seen.position.wrapping_sub(self.origin)
     }
 
     /// Returns whether the joint is at rest.
@@ -169,6 +176,9 @@ impl Servo {
             // A motor that is warm stays warm. Otherwise, a set of parameters would be the way
             // around the thermal model.
             after.watch = after.monitors.taken_over(&before.watch, &before.monitors);
+            if after.controller.encoder() != before.controller.encoder() {
+                self.referenced = Referenced::No;
+            }
         }
         // Not `take`, which would put a third kilobyte on the stack.
         core::mem::swap(&mut self.control_loop, control_loop);

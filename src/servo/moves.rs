@@ -1,6 +1,6 @@
 //! Moves while the servo is armed: another reference, a profile to a position, and a hold.
 
-use super::control_loop::{is_too_far, leads_too_far};
+use super::control_loop::{is_too_far, leads_out, leads_too_far};
 use super::{ControlLoop, Refusal, Servo, State};
 use crate::control::profile::Profile;
 use crate::control::reference::{Reference, Step};
@@ -20,7 +20,7 @@ impl Servo {
     pub fn follow(&mut self, reference: Reference) -> Result<(), Refusal> {
         let control_loop = self.armed_loop()?;
         let course = Course::Follow(reference);
-        if control_loop.leads_out(&course, control_loop.zero) {
+        if leads_out(&course, control_loop.zero, control_loop.watch.range()) {
             return Err(Refusal::OutOfRange);
         }
         if leads_too_far(&course, control_loop.state.counts()) {

@@ -47,6 +47,8 @@ pub enum Allowed {
     OrOff(f32, f32),
     /// The positive numbers up to the first, which is another configured value.
     UpTo(f32, Key),
+    /// The positive numbers up to the first, which follows from another configured value.
+    DueTo(f32, Key),
 }
 
 impl Allowed {
@@ -57,7 +59,7 @@ impl Allowed {
         match self {
             Self::Between(low, high) | Self::OrOff(low, high) => found >= low && found <= high,
             Self::Above(low, high) => found > low && found <= high,
-            Self::UpTo(high, _) => found > 0.0 && found <= high,
+            Self::UpTo(high, _) | Self::DueTo(high, _) => found > 0.0 && found <= high,
             Self::Any => true,
             Self::LaterBy(_) | Self::AnotherLaw => false,
         }
@@ -83,6 +85,9 @@ impl fmt::Display for Allowed {
             Self::OrOff(low, high) => write!(f, "a number from {low} to {high}, or \"off\""),
             Self::UpTo(high, key) => {
                 write!(f, "a number above 0, up to value {:#06x}, which is {high}", key.0)
+            }
+            Self::DueTo(high, key) => {
+                write!(f, "a number above 0, up to {high}, because of value {:#06x}", key.0)
             }
         }
     }

@@ -6,6 +6,7 @@ use proptest::prelude::*;
 use proptest::sample::subsequence;
 use simulator::device::machine_file::{changes, read, render};
 use simulator::experiment::{Document, builtins, position};
+use stiction::control::device_config::PositionReference;
 use stiction::control::drive::{DriveConfig, PwmMode};
 use stiction::control::encoder::{CounterBits, Direction};
 use stiction::control::laws::Gains;
@@ -221,6 +222,12 @@ fn machine() -> impl Strategy<Value = Parameters> {
                 reset_pulse: n[29],
                 autostart_after_dip: flags[2],
                 stop_time: 10.0 * n[28],
+                bootstrapped: false,
+                reference: if flags[3] {
+                    PositionReference::PowerOn
+                } else {
+                    PositionReference::Command
+                },
             };
             machine.limits = stiction::Limits {
                 encoder_jump: 100.0 * n[11],
@@ -245,6 +252,7 @@ fn machine() -> impl Strategy<Value = Parameters> {
                 oscillation_time: 100.0 * n[28],
                 breakaway_min: 0.5 * n[27],
                 probe_error: n[14],
+                back_emf: n[15],
             };
             machine.profile =
                 ProfileLimits::derived(&machine.controller, machine.limits.overspeed, 0.0);

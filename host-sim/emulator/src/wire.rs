@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use stiction::control::device_config::PositionReference;
 use stiction::link::RequestRefusal;
 use stiction::parameters::ROOM;
 
@@ -39,6 +40,8 @@ pub struct EmulatedWire {
     /// The board has the joint of a plan on its pins.
     pub board: BoardUnderTest,
     now: Duration,
+    /// The image has not been sent the zero at which its joint stands.
+    needs_reference: bool,
     /// A moment on the wall, and the board's time at it, from which on the two keep pace.
     paced: Option<(Instant, Duration)>,
 }
@@ -62,6 +65,7 @@ impl EmulatedWire {
     pub fn with(image: &Arc<FirmwareImage>, plan: &RunPlan) -> Result<Self, Error> {
         let mut parameters = for_a_device(plan)?;
         parameters.device.autostart = false;
+        let needs_reference = parameters.device.reference == PositionReference::Command;
         let mut room = [0; ROOM];
         let record = parameters.encode(1, &mut room).unwrap_or_default().to_vec();
         let setup = BoardSetup::new(&plan.label, image, record);
@@ -80,7 +84,7 @@ impl EmulatedWire {
             }
         }
         board.samples(ticks)?;
-        Ok(Self { board, now: Duration::ZERO, paced: None })
+        Ok(Self { board, now: Duration::ZERO, needs_reference, paced: None })
     }
 
     fn listen(&mut self, at_most: Duration) -> Result<(), Error> {
@@ -142,6 +146,10 @@ impl Wire for EmulatedWire {
             RequestRefusal::Flash => " (the emulator models no contents of the flash)",
             _ => "",
         }
+    }
+
+    fn stands_at_zero(&mut self) -> bool {
+        std::mem::take(&mut self.needs_reference)
     }
 
     fn warning(&self) -> Option<&'static str> {

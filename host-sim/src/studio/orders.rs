@@ -125,6 +125,10 @@ impl<W: Wire> Worker<'_, W> {
                 self.client.clear()?;
                 "cleared"
             }
+            StudioAction::Reference(deg) => {
+                self.client.set_reference(*deg)?;
+                return Ok(format!("the joint stands at {deg} deg").into());
+            }
             StudioAction::Set(values) => {
                 let before = self.client.parameters()?;
                 let text = form::file(&before, &self.about.machine, None)?;

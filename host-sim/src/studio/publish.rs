@@ -38,6 +38,7 @@ impl<W: Wire> Worker<'_, W> {
                 "wound_up": status.wound_up,
                 "gave_up": status.gave_up,
                 "oscillates": status.oscillates,
+                "referenced": status.is_referenced,
                 "encoder_in_doubt": status.is_encoder_in_doubt,
                 "heat_v": status.thermal_effort,
                 "faults": status.faults,

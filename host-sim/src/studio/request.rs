@@ -193,6 +193,8 @@ pub enum StudioAction {
     },
     /// Clear the latched fault.
     Clear,
+    /// Set the position at which the joint stands, deg.
+    Reference(f64),
     /// Change parameters by their paths, as in `limits.stall_v`. Each value is written as in a
     /// machine's file.
     Set(BTreeMap<String, String>),
@@ -265,6 +267,7 @@ impl TryFrom<RequestFields> for StudioRequest {
             "save" => (Some(StudioAction::Save), 0),
             "move" => (deg.map(StudioAction::Move), 1),
             "step" => (deg.map(StudioAction::Step), 1),
+            "reference" => (deg.map(StudioAction::Reference), 1),
             "set" => (values.map(StudioAction::Set), 1),
             "push" => (text.map(StudioAction::Push), 1),
             "compare" => (text.map(StudioAction::Compare), 1),

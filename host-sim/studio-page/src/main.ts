@@ -259,7 +259,7 @@ function look(): void {
   ))
     button.disabled = !moves;
   for (const button of document.querySelectorAll<HTMLButtonElement>(
-    '.jog, .identify, #ramp button',
+    '.jog, .identify, #ramp button, #reference button',
   ))
     button.disabled = state !== 'stopped';
   if (state !== 'stopped') forget();

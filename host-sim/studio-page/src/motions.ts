@@ -54,6 +54,11 @@ export function motions(link: Link): void {
     const fields = ['way', 'speed', 'rest', 'blend'].map((name) => number(`trapezoid-${name}`));
     if (fields.every((one) => one !== null)) void ask(link, 'trajectory', { trapezoid: fields });
   };
+  by('reference').onsubmit = (event) => {
+    event.preventDefault();
+    const deg = number('stands');
+    if (deg !== null) void ask(link, 'reference', { deg });
+  };
   for (const jog of document.querySelectorAll<HTMLElement>('.jog'))
     jog.onclick = () =>
       turnOn('A jog pushes the joint a little each way', () => void ask(link, 'jog'));

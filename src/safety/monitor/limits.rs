@@ -72,7 +72,8 @@ table! {
         /// detected within a second under PD and the laws of the thesis. A swing of four ticks is
         /// measured too slow.
         overspeed: f32 = 0x0906 "overspeed_deg_per_s", OrOff(0.0, HUGE), Derived(83.333_336);
-        /// Lowest position, deg from the position at power-on. Both limits zero: no limits.
+        /// Lowest position, deg from the reference (`device.reference`). Both limits zero: no
+        /// limits.
         position_min: f32 = 0x0907 "position_min_deg", Between(-HUGE, HUGE), Default(0.0);
         /// Highest position, deg, not below `position_min_deg`.
         position_max: f32 =
@@ -82,8 +83,10 @@ table! {
         /// Highest supply, V; the converter's full scale and more never trips. Derived: 1.3 of the
         /// nominal supply, and no more than the converter distinguishes.
         supply_max: f32 = 0x090A "supply_max_v", OrOff(0.0, HUGE), Derived(0.0);
-        /// Effort that the motor tolerates forever, V. Derived: three quarters of what `duty_max`
-        /// lets through, for up to 8.3 s. Prefer the motor's data sheet.
+        /// Effort that the motor tolerates forever at standstill, V. Derived: that of
+        /// `motor.rated_current_a`, or of a tenth of the stall current, if the file has the motor;
+        /// else three quarters of what `duty_max` lets through, which tolerates full effort for
+        /// 8.3 s.
         continuous_effort: f32 = 0x090B "continuous_v", OrOff(0.0, HUGE), Derived(3.75);
         /// Time constant of the motor's winding, s.
         thermal_time: f32 = 0x090C "thermal_s", Between(0.1, 100.0), Default(10.0);
@@ -123,6 +126,10 @@ table! {
         /// Error up to which no probe of the encoder begins, deg. Derived: `tolerance_deg` of the
         /// file's goal, if it has one, else 16 counts: an integral does the rest.
         probe_error: f32 = 0x0916 "probe_error_deg", Between(0.0, HUGE), Derived(0.038_72);
+        /// Voltage that the motor induces for each deg/s of the joint, V s/deg: only the effort
+        /// beyond it heats the motor. Derived: from the file's motor, if a bridge drives it; else
+        /// 0, and all effort counts.
+        back_emf: f32 = 0x0917 "back_emf_v_per_deg_per_s", Between(0.0, HUGE), Derived(0.0);
     }
 }
 
@@ -154,6 +161,7 @@ impl Limits {
         oscillation_time: 0.0,
         breakaway_min: 0.0,
         probe_error: 0.0,
+        back_emf: 0.0,
     };
 
     /// What can be derived from the loop itself, for machines that say nothing of it; the sentence

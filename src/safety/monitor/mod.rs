@@ -44,7 +44,7 @@ use limits::Units;
 use link_timeout::{LinkState, LinkTimeout};
 use oscillation::{Oscillation, OscillationState};
 use overspeed::{Overspeed, OverspeedState};
-use position_limits::PositionLimits;
+pub(crate) use position_limits::PositionLimits;
 use progress::{Progress, ProgressState};
 use reversal::{Reversal, ReversalState};
 use stall::{Stall, StallState};
@@ -94,6 +94,8 @@ pub(crate) struct MonitorState {
     abrupt: AbruptStopState,
     progress: ProgressState,
     oscillation: OscillationState,
+    /// The range that holds since arming.
+    range: PositionLimits,
     supply: SupplyState,
     thermal: ThermalState,
     link: LinkState,
@@ -165,9 +167,26 @@ impl Monitors {
         seen.standstill >= self.rest
     }
 
+    /// The range of a joint whose zero is at `zero` (counts since power-on). Without a known zero
+    /// there is none.
+    pub fn range(&self, zero: Option<i32>) -> PositionLimits {
+        zero.map_or(PositionLimits::NONE, |zero| self.position.with_zero(zero))
+    }
+
+    /// Returns whether there is a range of positions.
+    pub fn has_range(&self) -> bool {
+        self.position != PositionLimits::NONE
+    }
+
     /// The fault that arming would run into at once.
-    pub fn forbids_arming(&self, state: &MonitorState, seen: &Seen, supply: u16) -> Option<Fault> {
-        if self.position.check(seen.position) {
+    pub fn forbids_arming(
+        &self,
+        state: &MonitorState,
+        range: PositionLimits,
+        seen: &Seen,
+        supply: u16,
+    ) -> Option<Fault> {
+        if range.check(seen.position) {
             return Some(Fault::PositionLimit);
         }
         if self.thermal.is_hot(&state.thermal) {
@@ -187,23 +206,24 @@ impl Monitors {
         self.probe.effort(&state.probe, position)
     }
 
-    /// Whether a position (counts since power-on) is out of the range.
-    pub const fn is_out_of_range(&self, position: i32) -> bool {
-        self.position.check(position)
-    }
-
     /// Returns whether a set point that is so far from the joint (counts) is a jump.
     pub const fn is_jump(&self, distance: i32) -> bool {
         self.following.is_jump(distance)
     }
 
     /// The state that arming begins with.
-    pub fn armed(&self, before: &MonitorState, by_link: bool) -> MonitorState {
+    pub fn armed(
+        &self,
+        before: &MonitorState,
+        by_link: bool,
+        range: PositionLimits,
+    ) -> MonitorState {
         let MonitorState { thermal, impulse, probe, .. } = *before;
         MonitorState {
             thermal,
             impulse,
             probe: probe.armed(),
+            range,
             link: LinkState::watch(by_link),
             ..MonitorState::default()
         }
@@ -219,9 +239,15 @@ impl Monitors {
         MonitorState { thermal, impulse, probe, ..MonitorState::default() }
     }
 
+    /// The state of a motor that is as warm as an effort (V) makes it that lasts.
+    pub fn warm(&self, effort: f32) -> MonitorState {
+        let thermal = ThermalState::of_effort(effort / self.units.code);
+        MonitorState { thermal, ..MonitorState::default() }
+    }
+
     /// A tick without output.
     pub fn idle(&self, state: &mut MonitorState, seen: &Seen) {
-        self.thermal.check(&mut state.thermal, 0);
+        self.thermal.cool(&mut state.thermal);
         self.impulse.see(&mut state.impulse, seen.position);
         self.probe.see(&mut state.probe, seen.position);
         state.code = 0;
@@ -232,7 +258,7 @@ impl Monitors {
     /// link may fall silent.
     pub fn waking(&self, state: &mut MonitorState, seen: &Seen, supply: u16) -> Option<Trip> {
         self.idle(state, seen);
-        if let Some(fault) = self.forbids_arming(state, seen, supply) {
+        if let Some(fault) = self.forbids_arming(state, state.range, seen, supply) {
             return Some(Trip { fault, value: 0.0 });
         }
         let ticks = self.link.check(&mut state.link)?;
@@ -284,13 +310,13 @@ impl Monitors {
         {
             return trip(Fault::Oscillation, ticks as f32 * self.units.tick);
         }
-        if self.position.check(seen.position) {
-            return trip(Fault::PositionLimit, deg(seen.position));
+        if state.range.check(seen.position) {
+            return trip(Fault::PositionLimit, deg(state.range.counted(seen.position)));
         }
         if let Some(fault) = self.supply.check(&mut state.supply, supply) {
             return trip(fault, f32::from(supply) * self.units.supply);
         }
-        if self.thermal.check(&mut state.thermal, code) {
+        if self.thermal.check(&mut state.thermal, code, tick.velocity) {
             return trip(Fault::Overheat, state.thermal.effort() * self.units.code);
         }
         if let Some(ticks) = self.link.check(&mut state.link) {
@@ -306,6 +332,11 @@ impl MonitorState {
     #[inline]
     pub const fn probes(&self) -> bool {
         self.probe.runs()
+    }
+
+    /// The range of positions that holds.
+    pub const fn range(&self) -> PositionLimits {
+        self.range
     }
 
     /// A link has taken over: its silence is a fault from now on.

@@ -1,26 +1,51 @@
-//! The range of positions, counted from where the joint stood at power-on.
+//! The range of positions, counted from the [reference](crate::servo) of the joint.
 //!
 //! Arming anew shifts the zero of the controller, not this one: otherwise a joint could be walked
-//! out of its range in steps. Does badly: without an index or a homing switch the range is only as
-//! good as the place of power-on.
+//! out of its range in steps. A joint whose position is unknown has no range, and only jogs. Does
+//! badly: the range is only as good as the reference, which no sensor confirms.
 
 use super::limits::{Limits, Units};
 
 /// Position against its range.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct PositionLimits {
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct PositionLimits {
     lowest: i32,
     highest: i32,
+    /// The zero of the range, counts since power-on.
+    zero: i32,
+}
+
+impl Default for PositionLimits {
+    fn default() -> Self {
+        Self::NONE
+    }
 }
 
 impl PositionLimits {
-    pub fn new(limits: &Limits, units: &Units) -> Self {
+    /// Every position is within the range.
+    pub const NONE: Self = Self { lowest: i32::MIN, highest: i32::MAX, zero: 0 };
+
+    pub(super) fn new(limits: &Limits, units: &Units) -> Self {
         if limits.position_min == 0.0 && limits.position_max == 0.0 {
-            return Self { lowest: i32::MIN, highest: i32::MAX };
+            return Self::NONE;
         }
         // The conversion saturates.
         let counts = |deg: f32| libm::roundf(deg / units.count) as i32;
-        Self { lowest: counts(limits.position_min), highest: counts(limits.position_max) }
+        Self { lowest: counts(limits.position_min), highest: counts(limits.position_max), zero: 0 }
+    }
+
+    /// Returns the range of a joint whose zero is at `zero`, counts since power-on.
+    pub fn with_zero(self, zero: i32) -> Self {
+        if self == Self::NONE {
+            return self;
+        }
+        let [lowest, highest] = [self.lowest, self.highest].map(|end| end.saturating_add(zero));
+        Self { lowest, highest, zero }
+    }
+
+    /// Returns a position (counts since power-on) as one of the range.
+    pub const fn counted(&self, position: i32) -> i32 {
+        position.wrapping_sub(self.zero)
     }
 
     #[inline]

@@ -209,6 +209,12 @@ fn a_position_trips_beyond_either_end_of_its_range() {
     let monitor = PositionLimits::new(&limits, &UNITS);
     let found = [-11, -10, 20, 21].map(|position| monitor.check(position));
     assert_eq!(found, [true, false, false, true]);
+    // The zero of the range is elsewhere; no range is none anywhere.
+    let shifted = monitor.with_zero(-100);
+    let found = [-111, -110, -80, -79].map(|position| shifted.check(position));
+    assert_eq!((found, shifted.counted(-111)), ([true, false, false, true], -11));
+    let none = PositionLimits::NONE.with_zero(i32::MAX);
+    assert_eq!([i32::MIN, 0, i32::MAX].map(|position| none.check(position)), [false; 3]);
 }
 
 #[test]
@@ -232,14 +238,31 @@ fn heat_rises_and_falls_by_its_time_constant_and_forbids_arming() {
     let limits = Limits { continuous_effort: 5.0, thermal_time: 100.0, ..Limits::OFF };
     let monitor = Thermal::new(&limits, &UNITS);
     let mut state = ThermalState::default();
-    let trips = (1..1000).find(|_| monitor.check(&mut state, 10)).unwrap();
+    let trips = (1..1000).find(|_| monitor.check(&mut state, 10, 0.0)).unwrap();
     assert!((28..=30).contains(&trips), "{trips}");
     assert!(monitor.is_hot(&state));
-    (0..10).for_each(|_| {
-        monitor.check(&mut state, 0);
-    });
+    // A joint that is shaken to and fro, at rest or not, heats as much.
+    let mut shaken = ThermalState::default();
+    let code = |k: i32| if k % 2 == 0 { 10 } else { -10 };
+    assert_eq!((1..1000).find(|k| monitor.check(&mut shaken, code(*k), 99.0)), Some(trips));
+    (0..10).for_each(|_| monitor.cool(&mut state));
     assert!(!monitor.is_hot(&state));
-    assert!((1..10_000).all(|_| !monitor.check(&mut state, -5)));
+    assert!((1..10_000).all(|_| !monitor.check(&mut state, -5, 0.0)));
+}
+
+#[test]
+fn effort_that_the_back_emf_takes_heats_nothing_and_braking_heats_with_both() {
+    let limits =
+        Limits { continuous_effort: 5.0, thermal_time: 100.0, back_emf: 2.0, ..Limits::OFF };
+    let monitor = Thermal::new(&limits, &UNITS);
+    let trips = |code: i32, velocity: f32| {
+        let mut state = ThermalState::default();
+        (1..10_000).find(|_| monitor.check(&mut state, code, velocity))
+    };
+    // 10 V at 3 deg/s are 4 V of current, and at -3 deg/s 16 V: ln(1 / (1 - (5 / 16)^2)) 100 s.
+    assert_eq!([trips(10, 3.0), trips(-10, -3.0)], [None, None]);
+    assert_eq!([trips(10, -3.0), trips(-10, 3.0)], [Some(11), Some(11)]);
+    assert_eq!(ThermalState::of_effort(3.0).effort(), 3.0);
 }
 
 #[test]
@@ -288,10 +311,14 @@ fn heat_and_impulse_outlast_arming_and_a_motor_that_is_off_cools() {
     let (mut state, seen) = (MonitorState::default(), Seen::default());
     let trips = (0..100).find_map(|_| monitors.check(&mut state, &seen, &tick, 0));
     assert_eq!(trips.map(|trip| trip.fault), Some(Fault::Overheat));
-    let armed = monitors.armed(&state, false);
-    assert_eq!(monitors.forbids_arming(&armed, &seen, 0), Some(Fault::Overheat));
+    let none = PositionLimits::NONE;
+    let armed = monitors.armed(&state, false, none);
+    assert_eq!(monitors.forbids_arming(&armed, none, &seen, 0), Some(Fault::Overheat));
+    // So does a motor that was as warm before a reset.
+    let warm = |effort| monitors.forbids_arming(&monitors.warm(effort), none, &seen, 0);
+    assert_eq!([0.99, 1.01].map(warm), [None, Some(Fault::Overheat)]);
     (0..500).for_each(|_| monitors.idle(&mut state, &seen));
-    assert_eq!(monitors.forbids_arming(&state, &seen, 0), None);
+    assert_eq!(monitors.forbids_arming(&state, none, &seen, 0), None);
     // 50 ms of 20 ms are three ticks.
     let at_rest = [2, 3].map(|standstill| monitors.is_at_rest(&Seen { standstill, ..seen }));
     assert_eq!(at_rest, [false, true]);

@@ -1,14 +1,19 @@
-//! A thermal model of the motor's winding: the square of the effort through a first-order lag
-//! (I2t).
+//! A thermal model of the motor's winding: the square of its current, estimated, through a
+//! first-order lag (I2t).
 //!
 //! ```text
-//! heat += (effort^2 - heat) h / tau          trips when heat > continuous^2
+//! R i = effort - k_e v                       volts; k_e v is the back-EMF at the joint's speed v
+//! heat += ((R i)^2 - heat) h / tau           trips when heat > continuous^2
 //! ```
 //!
-//! Full effort `V` from cold trips after `tau ln(1 / (1 - (continuous / V)^2))`. The winding cools
-//! while the bridge is off and stays warm when the servo is armed again. Does badly: it knows
-//! neither the motor nor the room; a reset forgets the heat; on a bridge that gives a voltage, the
-//! effort is the current of a motor that stands still.
+//! `continuous` is R times the current that the motor bears forever. An effort `V` at standstill
+//! trips from cold after `tau ln(1 / (1 - (continuous / V)^2))`; its sign does not matter. The
+//! winding cools while the bridge is off. It stays warm when the servo is armed again, when
+//! parameters change, and across a reset ([`Boot`](crate::servo::Boot)).
+//!
+//! Does badly: it measures nothing. It knows neither the room nor the housing, and an inductance
+//! makes the current less than this. An encoder that counts a motion that is none takes a back-EMF
+//! off that there is not. Without power the heat is forgotten.
 
 use super::limits::{Limits, Units};
 
@@ -17,6 +22,8 @@ use super::limits::{Limits, Units};
 pub(super) struct Thermal {
     most: f32,
     share: f32,
+    /// Back-EMF of a speed of one deg/s, codes.
+    back_emf: f32,
 }
 
 /// Filtered square of the code.
@@ -29,7 +36,8 @@ impl Thermal {
     pub fn new(limits: &Limits, units: &Units) -> Self {
         let codes = limits.continuous_effort / units.code;
         let most = if codes > 0.0 { codes * codes } else { f32::INFINITY };
-        Self { most, share: units.tick / limits.thermal_time }
+        let back_emf = limits.back_emf / units.code;
+        Self { most, share: units.tick / limits.thermal_time, back_emf }
     }
 
     /// Returns whether the winding is too hot to arm.
@@ -37,12 +45,17 @@ impl Thermal {
         state.heat > self.most
     }
 
-    /// Takes the code of a tick.
+    /// Takes the code of a tick and the joint's speed, deg/s.
     #[inline]
-    pub fn check(&self, state: &mut ThermalState, code: i32) -> bool {
-        let code = code as f32;
-        state.heat += (code * code - state.heat) * self.share;
+    pub fn check(&self, state: &mut ThermalState, code: i32, velocity: f32) -> bool {
+        let current = code as f32 - self.back_emf * velocity;
+        state.heat += (current * current - state.heat) * self.share;
         state.heat > self.most
+    }
+
+    /// Cools for a tick without current.
+    pub fn cool(&self, state: &mut ThermalState) {
+        state.heat -= state.heat * self.share;
     }
 }
 
@@ -50,6 +63,11 @@ impl ThermalState {
     /// The same heat where an effort has `ratio` times as many codes.
     pub fn scaled(self, ratio: f32) -> Self {
         Self { heat: self.heat * ratio * ratio }
+    }
+
+    /// Returns the heat of an effort that lasted, in codes.
+    pub const fn of_effort(codes: f32) -> Self {
+        Self { heat: codes * codes }
     }
 
     /// The effort that would make this heat if it lasted, in codes.

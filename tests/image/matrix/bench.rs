@@ -197,10 +197,15 @@ impl Bench for ImageBench {
             bench.wait(200 * MS);
             bench.connect_anew();
         };
+        let warm = self.client().status().unwrap().thermal_effort;
         for reset in 1..=2 {
             let name = format!("{name}, reset {reset}");
             reset_now(self);
-            assert_eq!(self.client().status().unwrap().fault.code, fault as u8, "{name}");
+            let status = self.client().status().unwrap();
+            assert_eq!(status.fault.code, fault as u8, "{name}");
+            // The motor cools for half a second of ten.
+            let cooled = status.thermal_effort / warm;
+            assert!(warm == 0.0 || (0.9..1.0).contains(&cooled), "{name}: {cooled} of {warm} V");
             assert!(self.client().arm().is_err(), "{name}");
             self.ticks(10);
             assert_eq!(self.off_and_now().0, off, "{name}: driven after the reset");

@@ -51,6 +51,7 @@ impl DataSheet {
             ("motor.inductance_h", Some(motor.inductance_h), NotNegative),
             ("motor.rotor_inertia_kg_m2", Some(motor.rotor_inertia_kg_m2), NotNegative),
             ("motor.current_limit_a", motor.current_limit_a, Positive),
+            ("motor.rated_current_a", motor.rated_current_a, Positive),
             ("motor.amplifier_a_per_v", motor.amplifier_a_per_v, Positive),
             ("motor.no_load_rpm", motor.no_load_rpm, Positive),
             ("motor.no_load_rad_per_s", motor.no_load_rad_per_s, Positive),

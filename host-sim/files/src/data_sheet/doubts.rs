@@ -77,6 +77,7 @@ impl DataSheet {
             self.stick_is_high(),
             self.load_wins(mapping),
             self.duty_is_bold(mapping),
+            self.load_heats(mapping),
         ]
         .into_iter()
         .flatten()
@@ -172,6 +173,25 @@ impl DataSheet {
                  moves when the motor is off",
                 rounded(pull),
                 rounded(least)
+            )
+        })
+    }
+
+    /// Compares what holds the load, less the static friction, with what the motor bears forever.
+    fn load_heats(&self, mapping: &Mapping) -> Option<String> {
+        let pull = self.load.constant_nm.abs() + self.load.unbalance_nm;
+        let needed_v = mapping.volts(pull - self.stick()[0].min(self.stick()[1]));
+        let continuous_v = self.motor_heat()?.continuous_v;
+        let of = match self.motor.rated_current_a {
+            Some(_) => "`motor.rated_current_a`",
+            None => "a tenth of the stall current; set `motor.rated_current_a`",
+        };
+        (needed_v > continuous_v).then(|| {
+            format!(
+                "the load takes {} V to hold, and the motor bears {} V forever ({of}): \
+                 `limits.continuous_v` turns it off",
+                rounded(needed_v),
+                rounded(continuous_v)
             )
         })
     }

@@ -13,6 +13,7 @@ mod check;
 mod derived;
 mod doubts;
 mod drive;
+mod motor_heat;
 pub mod overview;
 mod refusal;
 mod resting_torque;
@@ -25,6 +26,7 @@ mod unseen_slack;
 
 pub use axis::{SheetAxis, SheetFactors};
 pub use derived::{OF_A_SHEET, derive, mapping};
+pub use motor_heat::MotorHeat;
 pub use refusal::SheetRefusal;
 pub use resting_torque::resting_torque;
 pub use sheet::{DataSheet, Mount, SheetTables};

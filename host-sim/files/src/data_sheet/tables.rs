@@ -42,6 +42,9 @@ pub struct Motor {
     /// Largest current, A; left out: what the drive can give.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub current_limit_a: Option<f64>,
+    /// Current that the winding bears forever, A; left out: a tenth of the stall current.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rated_current_a: Option<f64>,
     /// Current of the amplifier for each volt of its input, A/V; needed if driven by a current.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub amplifier_a_per_v: Option<f64>,

@@ -113,7 +113,13 @@ fn bounds(about: &About, allowed: Option<Allowed>) -> Bounds {
     let (low, high, is_above) = match allowed {
         Some(Allowed::Between(low, high) | Allowed::OrOff(low, high)) => (low, high, false),
         Some(Allowed::Above(low, high)) => (low, high, true),
-        Some(Allowed::Any | Allowed::LaterBy(_) | Allowed::AnotherLaw | Allowed::UpTo(..))
+        Some(
+            Allowed::Any
+            | Allowed::LaterBy(_)
+            | Allowed::AnotherLaw
+            | Allowed::UpTo(..)
+            | Allowed::DueTo(..),
+        )
         | None => {
             return Bounds::None;
         }

@@ -36,7 +36,7 @@ pub fn latched(status: &Status) -> Value {
     }
 }
 
-/// Returns a status. Positions count from power-on.
+/// Returns a status. Positions count from the reference, or from power-on if there is none.
 pub fn status(status: &Status, warning: Option<&str>) -> Value {
     json!({
         "schema": 1,
@@ -51,6 +51,7 @@ pub fn status(status: &Status, warning: Option<&str>) -> Value {
         "gave_up": status.gave_up,
         "encoder_in_doubt": status.is_encoder_in_doubt,
         "oscillates": status.oscillates,
+        "referenced": status.is_referenced,
         "unsaved": status.unsaved,
         "is_damaged": status.is_damaged,
         "saves": status.saves,

@@ -4,6 +4,7 @@
 //! device's own loop, its breakaway effort and its gain. Does badly: a value that the file sets to
 //! what would be derived counts as derived.
 
+use stiction::control::device_config::PositionReference;
 use stiction::safety::monitor::limits::Limits;
 use stiction::units::value::{About, Absent, Table, Values};
 use stiction::{ControllerConfig, Parameters};
@@ -51,7 +52,27 @@ fn origin(parameters: &Parameters, about: &About) -> String {
     if limits.is_out_of_reach(about.key, controller, device) {
         return "never trips: the hardware reads no value beyond it".into();
     }
+    let has_range = limits.position_min != 0.0 || limits.position_max != 0.0;
     match about.field {
+        "position_min" | "position_max" if has_range => {
+            return match device.reference {
+                PositionReference::PowerOn => {
+                    "set by the file; from where the joint stands at each reset, since \
+                     `device.reference` is \"power-on\""
+                }
+                PositionReference::Command => "set by the file; from `device reference`",
+            }
+            .into();
+        }
+        "continuous_effort" if limits.back_emf > 0.0 => {
+            return "set by the file, or by its motor: the rated current, or a tenth of the stall \
+                    current"
+                .into();
+        }
+        "back_emf" if limits.back_emf == 0.0 => {
+            return "no back-EMF is known: all effort heats the motor".into();
+        }
+        "back_emf" => return "set by the file, or by its motor".into(),
         "breakaway_min" if limits.breakaway_min == 0.0 => {
             return "unknown friction: no closed loop is armed".into();
         }
@@ -85,7 +106,11 @@ fn origin(parameters: &Parameters, about: &About) -> String {
         ("supply_max", _) if limits.supply_max < 1.3 * device.nominal_supply => {
             "derived: what the converter measures, less than 1.3 of the nominal supply".into()
         }
-        ("continuous_effort", _) => format!("derived: {rule}; the file has no data of the motor"),
+        ("continuous_effort", _) => {
+            "derived: three quarters of what `duty_max` lets through; the file has no data of the \
+             motor"
+                .into()
+        }
         _ => format!("derived: {rule}"),
     }
 }

@@ -43,6 +43,12 @@ pub trait Wire {
     /// real time.
     fn real_time(&mut self) {}
 
+    /// Returns whether the joint is known to stand at zero, and the device does not know it: that
+    /// of an emulated board that has just been switched on.
+    fn stands_at_zero(&mut self) -> bool {
+        false
+    }
+
     /// Returns the warning that precedes every output about the device. A board needs none.
     fn warning(&self) -> Option<&'static str>;
 

@@ -89,6 +89,13 @@ pub fn refused(refused: &RequestRefusal) -> String {
              `limits.breakaway_min_v` and `limits.breakaway_v`"
                 .into()
         }
+        RequestRefusal::NotReferenced => {
+            "the joint has a range (`limits.position_min_deg`, `limits.position_max_deg`), and \
+             where it stands is unknown since a reset, a fault of the encoder or another \
+             `[encoder]`: bring it to a known place, by hand or by `jog`, and set that position \
+             with `reference --at DEG`"
+                .into()
+        }
         RequestRefusal::NoParameters => {
             "it has no parameters; `params push FILE.toml` first".into()
         }
@@ -284,10 +291,8 @@ pub fn status(status: &Status) -> String {
     }
     let position = f64::from(status.position) * f64::from(status.resolution);
     let rest = if status.at_rest { "at rest" } else { "moving" };
-    lines.push(format!(
-        "position   {position:.4} deg since power-on ({} counts), {rest}",
-        status.position
-    ));
+    let zero = if status.is_referenced { "from the reference" } else { "since power-on" };
+    lines.push(format!("position   {position:.4} deg {zero} ({} counts), {rest}", status.position));
     lines.push(format!(
         "heat       that of {:.3} V applied for long (a model: `limits.continuous_v`)",
         status.thermal_effort
@@ -313,6 +318,12 @@ pub fn status(status: &Status) -> String {
             "warning    the encoder is in doubt since a stall, a jump or a reversal: turn the";
         let then =
             "           joint by hand by 16 counts or more, or `jog`, before it is armed again";
+        lines.extend([what, then].map(String::from));
+    }
+    if !status.is_referenced {
+        let what =
+            "warning    where the joint stands is unknown (`device.reference`): if it has a range,";
+        let then = "           only `jog` moves it until `reference --at DEG` sets its position";
         lines.extend([what, then].map(String::from));
     }
     if status.is_damaged {
@@ -397,6 +408,7 @@ mod tests {
             unsaved: false,
             is_damaged: false,
             oscillates: false,
+            is_referenced: true,
             saves: 1,
             bad_frames: 0,
             dropped: 0,

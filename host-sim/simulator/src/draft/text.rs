@@ -148,10 +148,17 @@ pub fn text_with(name: &str, answers: &Answers, style: &DraftStyle) -> Result<St
         .collect();
     let thresholds =
         if thresholds.is_empty() { thresholds } else { format!("\n[limits]\n{thresholds}") };
+    let device = match answers.range("limits.travel_deg") {
+        Some(_) => {
+            "\n[device]\n".to_owned()
+                + &commented("reference = \"command\"", "after a reset, `device reference` first")
+        }
+        None => String::new(),
+    };
     let spread = spread::answered(answers).map(spread::commented).unwrap_or_default();
     let motions = reference(answers);
     let controllers = controllers(&joint, sources)?;
-    let text = text + &controllers + &limits + &thresholds + &motions + &spread;
+    let text = text + &controllers + &limits + &thresholds + &device + &motions + &spread;
     by_answers(name, &text)?;
     Ok(text)
 }
@@ -207,7 +214,7 @@ fn of_the_gear(answers: &Answers) -> Option<Line> {
 fn of_the_limits(answers: &Answers, breakaway: f64) -> Vec<Line> {
     let mut lines = Vec::new();
     if let Some([low, high]) = answers.range("limits.travel_deg") {
-        lines.push(("limits", "position_min_deg", low, "from the position at power-on"));
+        lines.push(("limits", "position_min_deg", low, "from the position that `reference` sets"));
         lines.push(("limits", "position_max_deg", high, ""));
     }
     if spread::highest_stick(answers).is_some() {
@@ -381,9 +388,10 @@ fn why(key: &str, joint: &JointBounds, sources: &Sources) -> String {
 }
 
 /// Keys that a joint may have beside those that are asked for, with their tables.
-const MORE: [(&str, &str, &str); 9] = [
+const MORE: [(&str, &str, &str); 10] = [
     ("motor", "inductance_h = 1e-3", "the current lags"),
     ("motor", "no_load_rpm = 5000.0", "checks kt_nm_per_a"),
+    ("motor", "rated_current_a = 1.0", "borne forever; else a tenth of the stall current"),
     ("gear", "stiffness_nm_per_rad = 1e4", "elastic; with it also damping_ and backlash_"),
     ("load", "constant_nm = 0.0", "a torque on the joint, as of a spring"),
     ("load", "unbalance_nm = 0.0", "gravity; hangs_at_deg is where it hangs down"),

@@ -70,6 +70,11 @@ pub fn assembled(plan: &RunPlan) -> Result<Parameters, Error> {
     if let Some(lowest) = lowest_friction(plan)? {
         derived.breakaway_min = derived.breakaway_min.min(CERTAIN * lowest);
     }
+    let sheet = plan.sheet()?;
+    if let Some(heat) = sheet.as_ref().and_then(|(sheet, _)| sheet.motor_heat()) {
+        derived.continuous_effort = heat.continuous_v as f32;
+        derived.back_emf = heat.back_emf.to_radians() as f32;
+    }
     if let Some(tolerance_deg) = plan.machine.goal.tolerance_deg {
         derived.probe_error = tolerance_deg as f32;
     }

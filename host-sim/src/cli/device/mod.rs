@@ -100,6 +100,13 @@ enum Action {
     /// Push a new joint a little each way, without a loop, and check the sense of its encoder: the
     /// first powered motion
     Jog(jog::JogArguments),
+    /// Set the position at which the joint stands, from which its range counts
+    Reference {
+        /// Position of the joint, deg
+        #[arg(long, value_name = "DEG", default_value_t = 0.0, allow_hyphen_values = true)]
+        #[arg(value_parser = typed_number::parse)]
+        at: f64,
+    },
     /// Identify the joint by a bounded sequence of motions: breakaway, friction, inertia, load,
     /// with error bars and a verdict; or with --ramp, two levels by a ramp of the effort
     Identify(identify::DeviceIdentifyArguments),
@@ -320,6 +327,11 @@ fn with(
             let jogged = then_off(&mut client, |client| jog.run(client))?;
             print(&jog.shown(&jogged, client.warning())?)?;
             jog::agrees(&jogged)
+        }
+        Action::Reference { at } => {
+            client.set_reference(*at)?;
+            let status = client.status()?;
+            say(words::status(&status))
         }
         Action::Identify(identify) => {
             identify.check()?;

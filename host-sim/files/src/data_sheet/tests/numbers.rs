@@ -109,6 +109,32 @@ fn a_motor_that_is_driven_by_a_current_has_the_friction_of_its_joint_alone() {
     assert!(off(mapping.full_scale_v, 5.0) < 1e-12);
 }
 
+/// The joint has 24 V, 2 ohm, and 100 times 0.05 V s of back-EMF.
+#[test]
+fn a_motor_bears_its_rated_current_or_a_tenth_of_the_stall_current_forever() {
+    let current = ("motor.driven_by", "'current'");
+    let amplifier = ("motor.amplifier_a_per_v", "3.0");
+    let limit = ("motor.current_limit_a", "9.0");
+    let rated = ("motor.rated_current_a", "1.5");
+    for (set, expected) in [
+        (&[][..], (2.4, 5.0)),
+        (&[rated], (3.0, 5.0)),
+        (&[current, amplifier, limit, rated], (0.5, 0.0)),
+        (&[current, amplifier, limit], (0.4, 0.0)),
+    ] {
+        let found = sheet(set).0.motor_heat().unwrap();
+        let (volts, back_emf) = expected;
+        assert!(off(found.continuous_v, volts) < 1e-12 && found.back_emf == back_emf, "{found:?}");
+    }
+    let mut unknown = sheet(&[current, amplifier, limit]).0;
+    unknown.motor.resistance_ohm = None;
+    assert_eq!(unknown.motor_heat(), None);
+    // A load of 10 N m less 5 N m of friction takes 2.5 V of 2 N m/V, and one of 9.7 N m 2.35 V.
+    assert!(doubts(&[("load.unbalance_nm", "10")]).contains("takes 2.5 V to hold, and the motor"));
+    assert!(!doubts(&[("load.unbalance_nm", "9.7")]).contains("to hold"));
+    assert!(!doubts(&[("load.unbalance_nm", "10"), rated]).contains("to hold"));
+}
+
 fn doubts(set: &[(&str, &str)]) -> String {
     let (sheet, mapping) = sheet(set);
     sheet.doubts(&mapping).join("\n")

@@ -82,6 +82,9 @@ impl<W: Wire> Client<W> {
         match client.ask(Request::Hello { protocol: PROTOCOL, session })? {
             Reply::Hello(identity) if identity.protocol == PROTOCOL => {
                 client.identity = Some(identity);
+                if client.wire.stands_at_zero() {
+                    client.set_reference(0.0)?;
+                }
                 Ok(client)
             }
             Reply::Hello(Identity { protocol, version, .. }) => {

@@ -129,7 +129,7 @@ impl<W: Wire> Client<W> {
         let error = self.refused("move", &RequestRefusal::OutOfRange);
         let Ok(Parameters { limits, .. }) = self.parameters() else { return error };
         let [min, max] = [limits.position_min, limits.position_max].map(files::written::single);
-        let range = format!("{} to {} deg from power-on", shown(min), shown(max));
+        let range = format!("{} to {} deg from the reference", shown(min), shown(max));
         Error::Refused(format!("{error}; the range is {range}"))
     }
 
@@ -151,6 +151,27 @@ impl<W: Wire> Client<W> {
     /// Returns why the device refuses.
     pub fn jog(&mut self, asked: JogRequest) -> Result<(), Error> {
         self.done("jog", Request::Jog(asked))
+    }
+
+    /// Sets the position of the joint (deg), from which its range counts. The output is off and the
+    /// joint at rest.
+    ///
+    /// # Errors
+    /// Returns why the device refuses.
+    pub fn set_reference(&mut self, deg: f64) -> Result<(), Error> {
+        let resolution = f64::from(self.status()?.resolution);
+        if resolution <= 0.0 {
+            return Err(self.refused("reference", &RequestRefusal::NoParameters));
+        }
+        let counts = deg / resolution;
+        if !counts.is_finite() || counts.abs() >= f64::from(1 << 30) {
+            let furthest = shown(f64::from(1 << 30) * resolution);
+            return Err(Error::Input(format!(
+                "reference --at {deg}: it must be a number within {furthest} deg, 2^30 counts"
+            )));
+        }
+        let position = counts.round() as i32;
+        self.done("reference", Request::SetReference { position })
     }
 
     /// Returns the result of the last jog; `None` before its end or if it was interrupted.

@@ -40,6 +40,7 @@ fn status() -> Status {
         crystal_not_measured: false,
         gave_up: false,
         is_encoder_in_doubt: false,
+        is_referenced: true,
     }
 }
 

@@ -121,6 +121,11 @@ fn state_of(watched: &WatchedDevice) -> Line<'static> {
             "encoder in doubt: turn the joint by hand by 16 counts, or `jog`, before arming",
             Color::Yellow,
         ),
+        (
+            !status.is_referenced,
+            "position unknown: with a range, only `jog` moves it until `reference`",
+            Color::Yellow,
+        ),
         (status.is_damaged, "a saved set of parameters is damaged: see `status`", Color::Red),
         (
             status.crystal_not_measured,

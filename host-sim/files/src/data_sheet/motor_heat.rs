@@ -1,0 +1,44 @@
+//! Heat of the motor: what effort its winding bears forever, and its back-EMF at the joint.
+//!
+//! ```text
+//! rated current     motor.rated_current_a, or a tenth of the stall current V / R
+//! voltage driven    u = R i + n K_t q'       continuous: R i_rated      back-EMF: n K_t
+//! current driven    u = i / A                continuous: i_rated / A    back-EMF: 0
+//! ```
+//!
+//! A tenth is low for a motor with brushes (their data sheets rate a tenth to a quarter of the
+//! stall current) and about right for a coreless one. Does badly: the case and the room are unknown.
+
+use super::sheet::DataSheet;
+use super::tables::DrivenBy;
+
+/// Part of the stall current that an unknown motor bears forever.
+const OF_STALL: f64 = 0.1;
+
+/// What the heat of a motor depends on, in the controller's volts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MotorHeat {
+    /// Effort that the winding bears forever at standstill, V.
+    pub continuous_v: f64,
+    /// Back-EMF at the joint, V s/rad.
+    pub back_emf: f64,
+}
+
+impl DataSheet {
+    /// Returns the heat limits of the motor; `None` if neither its rated current nor its stall
+    /// current is known.
+    pub fn motor_heat(&self) -> Option<MotorHeat> {
+        let motor = &self.motor;
+        let stall_a = || Some(self.supply.as_ref()?.voltage_v / motor.resistance_ohm?);
+        let rated_a = motor.rated_current_a.or_else(|| Some(OF_STALL * stall_a()?))?;
+        match motor.driven_by {
+            DrivenBy::Voltage => Some(MotorHeat {
+                continuous_v: motor.resistance_ohm? * rated_a,
+                back_emf: self.gear.ratio * motor.kt_nm_per_a,
+            }),
+            DrivenBy::Current => {
+                Some(MotorHeat { continuous_v: rated_a / motor.amplifier_a_per_v?, back_emf: 0.0 })
+            }
+        }
+    }
+}
