@@ -61,6 +61,11 @@ impl<F: NorFlash> Device<F> {
         &mut self.parts.servo
     }
 
+    /// Returns the number of the link's session, as the client that began it gets it.
+    pub const fn session(&self) -> u32 {
+        self.session.number()
+    }
+
     /// Returns the parameters in use, if there are any.
     pub const fn parameters(&self) -> Option<&Parameters> {
         self.session.parameters()

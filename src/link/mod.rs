@@ -30,7 +30,9 @@ pub use reply::{
     DeviceKind, FaultReport, Identity, Message, Reply, RequestRefusal, SignalDescription,
     StateCode, Status, WireErrors,
 };
-pub use request::{NumberedMessage, REQUEST, Request, decode_request, encode_request};
+pub use request::{
+    IncomingRequest, NO_SESSION, NumberedMessage, REQUEST, Request, decode_request, encode_request,
+};
 pub use sample::{MAX_SIGNALS, Sample};
 pub use session::{Machine, Session, WAITING};
 

@@ -64,6 +64,8 @@ pub enum Reply {
     /// The answer to [`Request::ReadMap`](super::Request::ReadMap), likewise: each speed in both
     /// senses, the fastest first.
     Map(Option<[[MapPoint; 2]; SPEEDS]>),
+    /// The answer to [`Request::Open`](super::Request::Open): the number of the session.
+    Session(u32),
 }
 
 /// A signal, as a device announces it.
@@ -189,7 +191,8 @@ pub struct FaultReport {
 pub enum RequestRefusal {
     /// The frame is whole, but no request of this protocol.
     Unknown,
-    /// The client has not said hello, which comes first.
+    /// The client has no session: it has not said hello, or the device was reset meanwhile, or
+    /// another client has taken over.
     SayHello,
     /// A later request has been answered already.
     OutOfOrder,
@@ -259,6 +262,8 @@ pub enum RequestRefusal {
     FrictionUnknown,
     /// The joint has a range of positions, and its position is unknown.
     NotReferenced,
+    /// Another client has the motor driven. This one may read, stop and take over.
+    NotOwner,
 }
 
 impl From<servo::Refusal> for RequestRefusal {

@@ -26,25 +26,41 @@ pub struct NumberedMessage<T> {
 /// every stop need one: it is obeyed in either form.
 pub const REQUEST: u8 = 0xFF;
 
-/// Encodes a request as a frame; returns none if it is too long.
-pub fn encode_request(number: u16, content: Request) -> Option<Frame> {
+/// The number of no session, in which a client reads and takes over.
+pub const NO_SESSION: u32 = 0;
+
+/// A request as it comes over the wire.
+#[derive(Clone, Debug, PartialEq)]
+pub struct IncomingRequest {
+    /// The session that the client has it in mind for.
+    pub session: u32,
+    /// The number of the request.
+    pub number: u16,
+    /// The request; none if it is not known.
+    pub content: Option<Request>,
+}
+
+/// Encodes a request of a session as a frame; returns none if it is too long.
+pub fn encode_request(session: u32, number: u16, content: Request) -> Option<Frame> {
     match content {
         Request::Hello { .. } => encode(&NumberedMessage { number, content }),
-        _ => encode(&(REQUEST, NumberedMessage { number, content })),
+        _ => encode(&(REQUEST, session, NumberedMessage { number, content })),
     }
 }
 
-/// Reads a message as a number and a request of it; the request is none if it is not known. A
-/// message that is no request at all gives none.
+/// Reads a message as a request. A message that is no request at all gives none.
 // Made in the crate that asks for it, which in an image keeps its code small.
 #[inline]
-pub fn decode_request(message: &[u8]) -> Option<(u16, Option<Request>)> {
+pub fn decode_request(message: &[u8]) -> Option<IncomingRequest> {
     match message {
-        [REQUEST, rest @ ..] => match numbered(rest)? {
-            // A hello is never marked: the byte is the first one of its number.
-            (_, Some(Request::Hello { .. })) => plain(message),
-            marked => Some(marked),
-        },
+        [REQUEST, rest @ ..] => {
+            let (session, rest) = postcard::take_from_bytes::<u32>(rest).ok()?;
+            match numbered(rest) {
+                // A hello is never marked: the byte is the first one of its number.
+                None | Some((_, Some(Request::Hello { .. }))) => plain(message),
+                Some((number, content)) => Some(IncomingRequest { session, number, content }),
+            }
+        }
         _ => plain(message),
     }
 }
@@ -52,10 +68,10 @@ pub fn decode_request(message: &[u8]) -> Option<(u16, Option<Request>)> {
 /// Reads what a client of any version may say without the direction. No request has number zero,
 /// so that the echo of a short reply is none.
 #[inline]
-fn plain(message: &[u8]) -> Option<(u16, Option<Request>)> {
-    numbered(message).filter(|(number, request)| {
-        *number != 0 && matches!(request, Some(Request::Hello { .. } | Request::Stop))
-    })
+fn plain(message: &[u8]) -> Option<IncomingRequest> {
+    let (number, content) = numbered(message)?;
+    let is_one = matches!(content, Some(Request::Hello { .. } | Request::Stop));
+    (number != 0 && is_one).then_some(IncomingRequest { session: NO_SESSION, number, content })
 }
 
 /// Reads a number, which comes first so that what is not understood can be answered, and a request
@@ -73,8 +89,8 @@ fn numbered<T: DeserializeOwned>(message: &[u8]) -> Option<(u16, Option<T>)> {
 /// Request of a client to a device.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Request {
-    /// Who are you? The hello begins a session: numbers start anew, and whatever was subscribed
-    /// ends.
+    /// Who are you? The hello begins a session, unless another one has an owner: numbers start
+    /// anew, and whatever was subscribed ends.
     Hello {
         /// The client's version of the protocol, [`PROTOCOL`](super::PROTOCOL).
         protocol: u16,
@@ -168,4 +184,27 @@ pub enum Request {
         /// Position of the joint, counts.
         position: i32,
     },
+    /// What is the number of the session that my hello has begun?
+    Open {
+        /// The number in the hello.
+        hello: u32,
+    },
+    /// Stop, and end the session that there is: the next hello begins another one.
+    TakeOver,
+}
+
+impl Request {
+    /// Returns whether the request only reads, at once: any client may.
+    pub const fn only_reads(&self) -> bool {
+        matches!(
+            self,
+            Self::Status
+                | Self::Fault { .. }
+                | Self::ReadParameters { .. }
+                | Self::Signal { .. }
+                | Self::ReadLevels
+                | Self::ReadJog
+                | Self::ReadMap
+        )
+    }
 }

@@ -1,6 +1,9 @@
 //! The session of a link: who may say what, and what is answered.
 //!
-//! A session begins with a hello. Each request is answered once, with its own number. A request
+//! A session begins with a hello, and the device chooses its number. A request that is not of the
+//! session may only read, stop and take over: bytes of an earlier session change nothing. While the
+//! motor is driven for a link, the session has an owner, and no other hello begins one. A client
+//! that takes over stops the motor and ends the session. Each request is answered once, with its own number. A request
 //! that comes twice is not done twice: its answer is sent again. A request that was overtaken by a
 //! later one is refused. Stop is obeyed at all times. One answer takes long, that to
 //! [`Request::ReadIdentification`]; who asks for something else before it comes, gets none.
@@ -17,7 +20,7 @@ use super::outbox::{FOR_ANSWERS, Outbox};
 use super::reply::{
     DeviceKind, Identity, Message, Reply, RequestRefusal, StateCode, Status, WireErrors,
 };
-use super::request::{NumberedMessage, Request, decode_request};
+use super::request::{IncomingRequest, NO_SESSION, NumberedMessage, Request, decode_request};
 use super::save_budget::SaveBudget;
 use super::telemetry::Subscription;
 use super::{CHUNK, PROTOCOL};
@@ -93,8 +96,10 @@ pub struct Session<const RING: usize = WAITING> {
     /// Whether the part's crystal is in use and could not be measured.
     crystal_not_measured: bool,
     wire: WireErrors,
-    /// The number of the session in which the client has said hello; none before the hello.
+    /// The number in the hello that began the session; none before a hello.
     greeted: Option<u32>,
+    /// The number of the session, and of the last one before its end.
+    session: u32,
     /// The number of the last request that was answered, and the answer.
     last: Option<(u16, Frame)>,
     /// The number of a request for what an identification has found, and the search for its answer.
@@ -121,6 +126,7 @@ impl<const RING: usize> Session<RING> {
             crystal_not_measured: false,
             wire: WireErrors { noise: 0, lost: 0 },
             greeted: None,
+            session: NO_SESSION,
             last: None,
             search: None,
             incoming: [0; ROOM],
@@ -165,8 +171,8 @@ impl<const RING: usize> Session<RING> {
     pub fn receive(&mut self, bytes: &[u8], machine: &mut impl Machine) {
         for &byte in bytes {
             let Some(message) = self.deframer.push(byte) else { continue };
-            let Some((number, request)) = Self::request(message) else { continue };
-            self.take(number, request, machine);
+            let Some(request) = Self::request(message) else { continue };
+            self.take(request, machine);
         }
     }
 
@@ -185,7 +191,7 @@ impl<const RING: usize> Session<RING> {
     /// Reads a request. It is a function of its own, so that the stack that it needs is free again
     /// for what the request asks for.
     #[inline(never)]
-    fn request(message: &[u8]) -> Option<(u16, Option<Request>)> {
+    fn request(message: &[u8]) -> Option<IncomingRequest> {
         decode_request(message)
     }
 
@@ -202,6 +208,11 @@ impl<const RING: usize> Session<RING> {
         self.outbox.take(bytes)
     }
 
+    /// Returns the number of the session, as the client that began it gets it.
+    pub const fn number(&self) -> u32 {
+        self.session
+    }
+
     /// Returns the parameters in use, if there are any.
     pub const fn parameters(&self) -> Option<&Parameters> {
         self.parameters.as_ref()
@@ -212,7 +223,18 @@ impl<const RING: usize> Session<RING> {
     /// What follows is cut into functions that are not inlined, so that their frames follow each
     /// other on the stack and do not add up: a board has little of it.
     #[inline(never)]
-    fn take(&mut self, number: u16, request: Option<Request>, machine: &mut impl Machine) {
+    fn take(&mut self, request: IncomingRequest, machine: &mut impl Machine) {
+        let IncomingRequest { session, number, content: request } = request;
+        let is_hello = matches!(request, Some(Request::Hello { .. }));
+        if !is_hello && (self.greeted.is_none() || session != self.session) {
+            let content = self.of_no_session(session, request, machine);
+            return self.answer(number, content, false);
+        }
+        let is_new = matches!(&request, Some(Request::Hello { session, .. })
+            if self.greeted != Some(*session));
+        if is_new && machine.servo(|servo| servo.is_driven_for_a_link()) {
+            return self.answer(number, self.identity(), false);
+        }
         let overtaken = |last: u16| (number.wrapping_sub(last) as i16) < 0;
         let last = self.last.as_ref().map(|(last, _)| *last);
         let searched = self.search.map(|(searched, _)| searched);
@@ -233,7 +255,7 @@ impl<const RING: usize> Session<RING> {
                 // A request that was sent before the stop and comes after it shall not arm.
                 return self.answer(number, Reply::Done, !is_overtaken);
             }
-            (Some(Request::Hello { session, .. }), _) if self.greeted != Some(*session) => {}
+            _ if is_new => {}
             (_, Some(last)) if last == number => {
                 // A client that repeats itself lives; a wire that does so for ever is none.
                 if self.repeats < REPEATS {
@@ -253,8 +275,7 @@ impl<const RING: usize> Session<RING> {
         self.search = None;
         let content = match request {
             None => Reply::Refused(RequestRefusal::Unknown),
-            Some(Request::Hello { protocol, session }) => self.greet(protocol, session),
-            Some(_) if self.greeted.is_none() => Reply::Refused(RequestRefusal::SayHello),
+            Some(Request::Hello { protocol, session }) => self.greet(protocol, session, machine),
             Some(Request::ReadIdentification) => {
                 self.repeats = 0;
                 machine.servo(Servo::heard);
@@ -282,12 +303,63 @@ impl<const RING: usize> Session<RING> {
         }
     }
 
-    fn greet(&mut self, protocol: u16, session: u32) -> Reply {
+    /// Begins a session. Its number follows from the hello, the time and the last number: bytes
+    /// that come again later are of none.
+    fn greet(&mut self, protocol: u16, session: u32, machine: &mut impl Machine) -> Reply {
         self.greeted = (protocol == PROTOCOL).then_some(session);
+        self.session = following(self.session, session, machine.servo(|servo| servo.clock()));
         self.subscription = Subscription::default();
         self.incoming = [0; ROOM];
+        self.identity()
+    }
+
+    fn identity(&self) -> Reply {
         let version = String::try_from(crate::VERSION).unwrap_or_default();
         Reply::Hello(Identity { protocol: PROTOCOL, kind: self.kind, version })
+    }
+
+    /// Stops, and ends the session.
+    fn end(&mut self, machine: &mut impl Machine) -> Reply {
+        // One that comes twice is one stop.
+        machine.servo(|servo| {
+            if !servo.is_stopping() {
+                servo.come_to_rest();
+            }
+        });
+        self.greeted = None;
+        self.subscription = Subscription::NONE;
+        Reply::Done
+    }
+
+    /// Answers a request that is not of the session. Of those that change anything, a stop is
+    /// obeyed, and so is a client that takes over. It is no sign of life.
+    #[inline(never)]
+    fn of_no_session(
+        &mut self,
+        session: u32,
+        request: Option<Request>,
+        machine: &mut impl Machine,
+    ) -> Reply {
+        let is_driven = machine.servo(|servo| servo.is_driven_for_a_link());
+        match request {
+            None => Reply::Refused(RequestRefusal::Unknown),
+            Some(Request::Stop) => {
+                machine.servo(Servo::come_to_rest);
+                Reply::Done
+            }
+            Some(Request::TakeOver) => self.end(machine),
+            Some(Request::Open { hello }) if self.greeted == Some(hello) => {
+                Reply::Session(self.session)
+            }
+            // A client whose session has ended has to notice.
+            Some(request) if session == NO_SESSION && request.only_reads() => {
+                self.act(request, machine).unwrap_or_else(Reply::Refused)
+            }
+            Some(_) if is_driven && session == NO_SESSION => {
+                Reply::Refused(RequestRefusal::NotOwner)
+            }
+            Some(_) => Reply::Refused(RequestRefusal::SayHello),
+        }
     }
 
     #[inline(never)]
@@ -299,6 +371,8 @@ impl<const RING: usize> Session<RING> {
         match request {
             // These were dealt with before.
             Request::Hello { .. } | Request::Stop | Request::ReadIdentification => {}
+            Request::Open { .. } => return Ok(Reply::Session(self.session)),
+            Request::TakeOver => return Ok(self.end(machine)),
             Request::Status => return Ok(Reply::Status(self.status(machine))),
             Request::Fault { index } => {
                 let nth = |servo: &mut Servo| servo.log().iter().nth(index.into()).copied();
@@ -514,6 +588,15 @@ impl<const RING: usize> Session<RING> {
             is_referenced: servo.is_referenced(),
         })
     }
+}
+
+/// Returns the number of the session after `last` that a hello begins at a tick. Its bits are mixed
+/// by a multiplication with an odd constant (2^32 over the golden ratio) and a shift. It is odd, so
+/// that it is none of no session.
+const fn following(last: u32, hello: u32, clock: u32) -> u32 {
+    let mixed = (last ^ hello.rotate_left(13) ^ clock.rotate_left(7)).wrapping_mul(0x9E37_79B9);
+    let number = (mixed ^ (mixed >> 15)) | 1;
+    if number == last { number ^ 2 } else { number }
 }
 
 /// Goes on with the search in what an identification has found, and returns the answer at its end.

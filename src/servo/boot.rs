@@ -28,6 +28,13 @@ pub struct Boot {
     pub thermal_effort: f32,
 }
 
+impl Boot {
+    /// Returns the boot of a simulated device: power-on, with the joint at zero.
+    pub fn at_zero() -> Self {
+        Self { is_at_zero: true, ..Self::default() }
+    }
+}
+
 impl Servo {
     /// Makes a servo of the parameters that were found, or of the reason why there are none.
     pub fn new(

@@ -202,6 +202,12 @@ impl Servo {
         self.follower.seen.standstill = 0;
     }
 
+    /// Returns whether the motor is driven for a link, whose silence is watched.
+    pub fn is_driven_for_a_link(&self) -> bool {
+        let watched = |control_loop: &ControlLoop| control_loop.watch.is_watched();
+        self.state == State::Armed && self.control_loop.as_ref().is_some_and(watched)
+    }
+
     /// Takes a sign of life of the link.
     pub fn heard(&mut self) {
         if let Some(control_loop) = &mut self.control_loop {

@@ -375,7 +375,8 @@ impl Chaos {
         let changes = matches!(request, Request::Change { .. } | Request::TakeParameters { .. });
         let before = self.device.device.parameters().cloned();
         let was_armed = self.device.device.servo().state() == State::Armed;
-        self.device.device.receive(&encode_request(number, request).unwrap());
+        let session = self.device.device.session();
+        self.device.device.receive(&encode_request(session, number, request).unwrap());
         let is_armed = self.device.device.servo().state() == State::Armed;
         if is_armed && !was_armed {
             self.is_armed_anew = true;

@@ -12,7 +12,7 @@ use stiction::Motion;
 use stiction::control::laws::{Gains, MAX_TERMS, ResetIntegralGains, SmoothRobustNonlinearGains};
 use stiction::control::pd::PdGains;
 use stiction::identification;
-use stiction::link::{CHUNK, PROTOCOL, Request, encode_request};
+use stiction::link::{CHUNK, NO_SESSION, PROTOCOL, Request, encode_request};
 use stiction::motion::jog::JogRequest;
 use stiction::parameters::{ROOM, record as form};
 use stiction::units::position::Position;
@@ -190,7 +190,13 @@ fn random_messages_never_arm_a_faulted_drive_nor_drive_it_out_of_its_limits() {
         let content = request(&mut random, &record);
         // Most numbers are in order; some come twice, late or early.
         number = number.wrapping_add([1, 1, 1, 1, 0, 2, 0xFFFF, 7][random.below(8) as usize]);
-        let mut frame = encode_request(number, content).unwrap();
+        // Some are of an earlier session, and some of none.
+        let session = match random.below(16) {
+            0 => NO_SESSION,
+            1 => random.next() as u32,
+            _ => watched.session(),
+        };
+        let mut frame = encode_request(session, number, content).unwrap();
         if random.below(16) == 0 {
             let at = random.below(frame.len() as u64) as usize;
             frame[at] ^= 1 << random.below(8);

@@ -12,7 +12,9 @@ use stiction::control::laws::FIRST_LAW;
 use stiction::control::pd::PdGains;
 use stiction::control::signal::SIGNALS;
 use stiction::identification;
-use stiction::link::{CHUNK, NumberedMessage, PROTOCOL, REQUEST, Request, encode_request};
+use stiction::link::{
+    CHUNK, NO_SESSION, NumberedMessage, PROTOCOL, REQUEST, Request, encode_request,
+};
 use stiction::motion::jog::JogRequest;
 use stiction::parameters::{ROOM, record};
 use stiction::units::position::Position;
@@ -25,11 +27,14 @@ fn folder(target: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../fuzz/seeds").join(target)
 }
 
-fn message(number: u16, content: Request) -> Vec<u8> {
+fn message(session: u32, number: u16, content: Request) -> Vec<u8> {
     let is_hello = matches!(content, Request::Hello { .. });
     let mut room = [0; 512];
-    let plain = postcard::to_slice(&NumberedMessage { number, content }, &mut room).unwrap();
-    if is_hello { plain.to_vec() } else { [&[REQUEST], &*plain].concat() }
+    let message = NumberedMessage { number, content };
+    if is_hello {
+        return postcard::to_slice(&message, &mut room).unwrap().to_vec();
+    }
+    postcard::to_slice(&(REQUEST, session, message), &mut room).unwrap().to_vec()
 }
 
 /// Makes one request of every kind, in an order in which the device does most of them.
@@ -81,13 +86,23 @@ fn requests() -> Vec<Request> {
     all
 }
 
+/// Returns the number of the session that a device begins after its first ticks at rest.
+fn session_of_the_script(ticks: u8) -> u32 {
+    let mut device = session::CheckedDevice::new(&srnf(&[]));
+    (0..ticks).for_each(|_| device.tick(0, 2048));
+    let hello = requests().swap_remove(0);
+    device.receive(&encode_request(NO_SESSION, 1, hello).unwrap());
+    device.session()
+}
+
 /// Writes every request as a frame of the script, with half a second after each.
 fn script() -> Vec<u8> {
     let rest = [b't', 25, 0];
+    let session = session_of_the_script(rest[1]);
     let said = requests().into_iter().zip(1..).flat_map(|(request, number)| {
         // On a move the joint follows; one that stands still would stall.
         let travel = if let Request::Move(Motion::Step(_)) = request { 40 } else { 0 };
-        let message = message(number, request);
+        let message = message(session, number, request);
         [&[b'm', message.len() as u8], &message[..], &[b't', 25, travel]].concat()
     });
     rest.into_iter().chain(said).chain(*b"f\x05t\x0A\x01d\x40").collect()
@@ -96,7 +111,7 @@ fn script() -> Vec<u8> {
 /// The seeds that are made here: target, name and content of each.
 fn made() -> Vec<(&'static str, &'static str, Vec<u8>)> {
     let frames = requests().into_iter().zip(1..);
-    let frames = frames.flat_map(|(content, number)| encode_request(number, content).unwrap());
+    let frames = frames.flat_map(|(content, number)| encode_request(1, number, content).unwrap());
     let ramp = &plans("friction-identification", &[])[0];
     let trajectory = &plans("trajectory", &[])[0];
     let record =

@@ -93,7 +93,7 @@ impl WatchedServo {
         let share = device.nominal_supply / device.supply_full_scale;
         let share = if share > 0.0 { share } else { 0.5 };
         let supply = (share * f32::from(STM32F405.supply_top)).round() as u16;
-        let mut servo = Servo::new(Ok(&parameters), Boot::default(), &STM32F405);
+        let mut servo = Servo::new(Ok(&parameters), Boot::at_zero(), &STM32F405);
         for _ in 0..LONGEST_REST {
             servo.tick(Input { counter, supply });
             if servo.is_at_rest() {

@@ -102,7 +102,7 @@ impl PredictedMove {
         // A twin with autostart would not wait for the move.
         let device = DeviceConfig { autostart: false, ..parameters.device };
         let by_hand = Parameters { device, ..parameters.clone() };
-        let mut twin = SimulatedDevice::running(joint, &by_hand, Boot::default())?;
+        let mut twin = SimulatedDevice::running(joint, &by_hand, Boot::at_zero())?;
         let tick_s = twin.sample_time_s();
         twin.ticks((0.1 / tick_s).ceil() as u32 + 1);
         let mut armed = twin.device.servo().arm_for_link(None);

@@ -19,7 +19,7 @@ fn a_move_that_cannot_be_leaves_the_drive_stopped() {
     .unwrap();
     success(&board.device(&["params", "push", path.to_str().unwrap()]));
     for (deg, fragment, left) in [
-        ("400", "the range is 0 to 90 deg from power-on", "; the motor is off"),
+        ("400", "the range is 0 to 90 deg from the reference", "; the motor is off"),
         ("1e9", "move 1000000000: the position must be within 2^30 counts", ""),
         ("nan", "`nan` is not a number", ""),
     ] {

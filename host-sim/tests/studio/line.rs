@@ -101,7 +101,7 @@ impl Wire for Line {
         for byte in bytes {
             let mut deframer = self.deframer.lock().unwrap();
             let Some(message) = deframer.push(*byte) else { continue };
-            let (_, request) = decode_request(message).unwrap();
+            let request = decode_request(message).unwrap().content;
             let name = format!("{:?}", request.unwrap());
             self.asked.lock().unwrap().push(name.clone());
             if let Some(before) = &mut *self.before.lock().unwrap() {

@@ -84,8 +84,8 @@ table! {
         /// nominal supply, and no more than the converter distinguishes.
         supply_max: f32 = 0x090A "supply_max_v", OrOff(0.0, HUGE), Derived(0.0);
         /// Effort that the motor tolerates forever at standstill, V. Derived: that of
-        /// `motor.rated_current_a`, or of a tenth of the stall current, if the file has the motor;
-        /// else three quarters of what `duty_max` lets through, which tolerates full effort for
+        /// `motor.rated_current_a`, or of a tenth of the stall current but at least `breakaway_v`,
+        /// if the file has the motor; else three quarters of what `duty_max` lets through, which tolerates full effort for
         /// 8.3 s.
         continuous_effort: f32 = 0x090B "continuous_v", OrOff(0.0, HUGE), Derived(3.75);
         /// Time constant of the motor's winding, s.

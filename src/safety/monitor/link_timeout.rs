@@ -36,6 +36,11 @@ impl LinkState {
         Self { watched, silent: 0 }
     }
 
+    /// Whether silence trips.
+    pub const fn is_watched(self) -> bool {
+        self.watched
+    }
+
     /// A sign of life.
     pub const fn heard(&mut self) {
         self.silent = 0;

@@ -354,6 +354,11 @@ impl MonitorState {
         self.reversal.suppose();
     }
 
+    /// Whether the silence of a link is watched.
+    pub const fn is_watched(&self) -> bool {
+        self.link.is_watched()
+    }
+
     /// The link gave a sign of life.
     pub const fn heard(&mut self) {
         self.link.heard();

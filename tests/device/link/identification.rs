@@ -16,7 +16,7 @@ use stiction::parameters::Parameters;
 use stiction::servo::Servo;
 use stiction::{Fault, Hardware};
 
-use super::{client, frame, hello, refused, replies};
+use super::{client, frame_of, hello, refused, replies};
 use crate::fixture::plans;
 
 fn identified(client: &mut Client<SimulatedWire>, asked: IdentificationRequest) -> Option<Summary> {
@@ -152,7 +152,8 @@ struct Piecewise<'a> {
 
 impl Piecewise<'_> {
     fn ask(&mut self, number: u16, request: Request) -> Vec<(u16, Reply)> {
-        self.session.receive(&frame(number, request), &mut self.bare);
+        let frame = frame_of(self.session.number(), number, request);
+        self.session.receive(&frame, &mut self.bare);
         self.said()
     }
 

@@ -1,12 +1,15 @@
 //! The command link around a whole device: each request is done once, and a garbled frame costs at
 //! most itself.
 
+use std::sync::LazyLock;
+
 use simulator::device::client::Client;
 use simulator::device::simulated::SimulatedDevice;
 use simulator::device::wire::SimulatedWire;
 use stiction::control::signal::SIGNALS;
 use stiction::link::{
-    Deframer, Message, NumberedMessage, PROTOCOL, Reply, Request, RequestRefusal, encode_request,
+    Deframer, Message, NO_SESSION, NumberedMessage, PROTOCOL, Reply, Request, RequestRefusal,
+    encode_request,
 };
 
 use crate::fixture::plans;
@@ -15,6 +18,7 @@ mod bandwidth;
 mod change;
 mod identification;
 mod motion;
+mod owner;
 mod parameters;
 mod ramp;
 mod repetition;
@@ -36,12 +40,24 @@ fn client() -> Client<SimulatedWire> {
     Client::connect(SimulatedWire::new(simulated())).unwrap()
 }
 
+/// The number of the session that [`simulated`] begins with the hello of number 1 and session 7.
+static SESSION: LazyLock<u32> = LazyLock::new(|| {
+    let mut simulated = simulated();
+    say(&mut simulated, &hello(1, 7));
+    simulated.device.session()
+});
+
+/// A request of that session.
 fn frame(number: u16, content: Request) -> Vec<u8> {
-    encode_request(number, content).unwrap().to_vec()
+    frame_of(*SESSION, number, content)
+}
+
+fn frame_of(session: u32, number: u16, content: Request) -> Vec<u8> {
+    encode_request(session, number, content).unwrap().to_vec()
 }
 
 fn hello(number: u16, session: u32) -> Vec<u8> {
-    frame(number, Request::Hello { protocol: PROTOCOL, session })
+    frame_of(NO_SESSION, number, Request::Hello { protocol: PROTOCOL, session })
 }
 
 /// Hands bytes to a device, and returns its answers.

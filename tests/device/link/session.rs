@@ -1,8 +1,10 @@
 //! Who may say what, in which order, and what a device makes of bytes that are no frame.
 
-use stiction::link::{PROTOCOL, REQUEST, Reply, Request, RequestRefusal, StateCode, encode};
+use stiction::link::{
+    NO_SESSION, PROTOCOL, REQUEST, Reply, Request, RequestRefusal, StateCode, encode,
+};
 
-use super::{client, frame, hello, refused, say, simulated};
+use super::{SESSION, client, frame, frame_of, hello, refused, say, simulated};
 use simulator::device::simulated::SimulatedDevice;
 
 #[test]
@@ -10,7 +12,7 @@ fn without_a_hello_only_stop_is_obeyed() {
     let mut simulated = simulated();
     assert_eq!(say(&mut simulated, &frame(1, Request::Arm)), refused(1, RequestRefusal::SayHello));
     assert_eq!(say(&mut simulated, &frame(2, Request::Stop)), [(2, Reply::Done)]);
-    let other = frame(3, Request::Hello { protocol: PROTOCOL + 1, session: 1 });
+    let other = frame_of(NO_SESSION, 3, Request::Hello { protocol: PROTOCOL + 1, session: 1 });
     let [(3, Reply::Hello(identity))] = &say(&mut simulated, &other)[..] else { panic!() };
     assert_eq!(identity.protocol, PROTOCOL);
     assert_eq!(say(&mut simulated, &frame(4, Request::Arm)), refused(4, RequestRefusal::SayHello));
@@ -85,7 +87,7 @@ fn garbage_costs_at_most_the_frame_that_it_touches() {
         numbers(&mut simulated, &[vec![0x55; 10_000], vec![0], status(number + 1)].concat());
     assert_eq!(heard, [number + 1]);
     // The frame is whole, but the device does not know the request.
-    let strange = encode(&(REQUEST, number + 2, 200u8)).unwrap();
+    let strange = encode(&(REQUEST, *SESSION, number + 2, 200u8)).unwrap();
     assert_eq!(say(&mut simulated, &strange), refused(number + 2, RequestRefusal::Unknown));
 }
 

@@ -5,7 +5,7 @@ use emulator::fault_injection::Injection;
 use stiction::Fault;
 use stiction::link::{Reply, Request, RequestRefusal, StateCode, encode_request};
 
-use super::{Script, commanded, faulted, record};
+use super::{SESSION, Script, commanded, faulted, record};
 use crate::fault_injection::MS;
 
 #[test]
@@ -40,7 +40,7 @@ fn a_board_is_armed_and_stopped_by_commands_and_answers_within_a_millisecond() {
 fn garbage_between_frames_costs_only_itself() {
     let mut script = Script::new();
     let mut numbers = vec![];
-    let status = |number| encode_request(number, Request::Status).unwrap().to_vec();
+    let status = |number| encode_request(SESSION, number, Request::Status).unwrap().to_vec();
     for bit in 0..8 * status(1).len() {
         let at = 250 * MS + bit as u64 * 2 * MS;
         let mut broken = status(9999);

@@ -14,8 +14,8 @@ use std::sync::{Arc, Mutex};
 use emulator::board::FittedParts;
 use emulator::fault_injection::{BoardObservation, Injection, converse};
 use stiction::link::{
-    CHUNK, Deframer, Message, NumberedMessage, PROTOCOL, Reply, Request, RequestRefusal, Sample,
-    StateCode, Status, encode_request,
+    CHUNK, Deframer, Message, NO_SESSION, NumberedMessage, PROTOCOL, Reply, Request,
+    RequestRefusal, Sample, StateCode, Status, encode_request,
 };
 use stiction::parameters::ROOM;
 use stiction::{Fault, Parameters};
@@ -42,28 +42,69 @@ fn record(parameters: &Parameters) -> Vec<u8> {
 /// What a client says, each at its time (ns), numbered in this order from 1 on: the first is a
 /// hello.
 struct Script {
-    says: Vec<(u64, Vec<u8>)>,
+    says: Vec<(u64, Say)>,
     number: u16,
 }
+
+/// What a client says. A request is encoded when it is due: by then the device has chosen the
+/// number of the session.
+enum Say {
+    Bytes(Vec<u8>),
+    Request(u16, Request),
+}
+
+impl Say {
+    fn frame(self, session: u32) -> Vec<u8> {
+        match self {
+            Self::Bytes(bytes) => bytes,
+            Self::Request(number, request) => {
+                // It asks for the number.
+                let is_open = matches!(request, Request::Open { .. });
+                let session = if is_open { NO_SESSION } else { session };
+                encode_request(session, number, request).unwrap().to_vec()
+            }
+        }
+    }
+}
+
+/// A number of a session, as long on the wire as nearly every other one.
+const SESSION: u32 = u32::MAX;
 
 impl Script {
     fn new() -> Self {
         let mut script = Self { says: vec![], number: 0 };
-        script.garbage(READY, &[0]);
-        script.say(READY, Request::Hello { protocol: PROTOCOL, session: 7 });
+        script.hello(READY, 7);
         script
+    }
+
+    /// A hello, and the request for the number of the session.
+    fn hello(&mut self, at: u64, hello: u32) {
+        self.garbage(at, &[0]);
+        self.say(at, Request::Hello { protocol: PROTOCOL, session: hello });
+        self.say(at, Request::Open { hello });
+    }
+
+    /// Bytes on the wire in all.
+    fn bytes(&self) -> usize {
+        let frame = |request: &Request, number| {
+            encode_request(SESSION, number, request.clone()).unwrap().len()
+        };
+        let lengths = self.says.iter().map(|(_, say)| match say {
+            Say::Bytes(bytes) => bytes.len(),
+            Say::Request(number, request) => frame(request, *number),
+        });
+        lengths.sum()
     }
 
     /// Returns the number that the answer will have.
     fn say(&mut self, at: u64, request: Request) -> u16 {
         self.number += 1;
-        let frame = encode_request(self.number, request).unwrap().to_vec();
-        self.says.push((at, frame));
+        self.says.push((at, Say::Request(self.number, request)));
         self.number
     }
 
     fn garbage(&mut self, at: u64, bytes: &[u8]) {
-        self.says.push((at, bytes.to_vec()));
+        self.says.push((at, Say::Bytes(bytes.to_vec())));
     }
 
     /// A status now and then, so that the link does not fall silent.
@@ -98,15 +139,23 @@ impl Script {
     ) -> Talked {
         let heard = Arc::new(Mutex::new((Deframer::default(), vec![])));
         let (mut says, into) = (self.says.into_iter().peekable(), heard.clone());
+        let mut session = NO_SESSION;
         let partner = move |at: u64, bytes: &[u8]| {
             let (deframer, messages) = &mut *into.lock().unwrap();
             for &byte in bytes {
                 if let Some(message) = deframer.push(byte) {
-                    messages.push((at, postcard::from_bytes::<Message>(message).unwrap()));
+                    let message = postcard::from_bytes::<Message>(message).unwrap();
+                    if let Message::Reply(NumberedMessage {
+                        content: Reply::Session(number), ..
+                    }) = message
+                    {
+                        session = number;
+                    }
+                    messages.push((at, message));
                 }
             }
             let due = std::iter::from_fn(|| says.next_if(|(due, _)| *due <= at));
-            due.flat_map(|(_, bytes)| bytes).collect()
+            due.flat_map(|(_, say)| say.frame(session)).collect()
         };
         let board = firmware();
         let observed =

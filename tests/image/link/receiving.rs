@@ -5,7 +5,7 @@ use emulator::board::FittedParts;
 use emulator::fault_injection::Injection;
 use stiction::link::{Request, Status, WireErrors, encode_request};
 
-use super::{Script, Talked, commanded, record};
+use super::{SESSION, Script, Talked, commanded, record};
 use crate::fault_injection::MS;
 
 /// Bytes of the board's ring.
@@ -45,10 +45,10 @@ fn a_frame_that_comes_while_the_processor_stands_still_is_not_lost() {
 #[test]
 fn a_burst_of_frames_back_to_back_is_answered_whole_and_in_order() {
     let mut script = Script::new();
-    let mut numbers = script.burst(250 * MS, (0..40).map(|_| Request::Status));
+    let mut numbers = script.burst(250 * MS, (0..30).map(|_| Request::Status));
     let last = script.say(300 * MS, Request::Status);
     numbers.push(last);
-    let bytes: usize = script.says.iter().map(|(_, frame)| frame.len()).sum();
+    let bytes: usize = script.bytes();
     assert!((RING / 2..RING).contains(&bytes), "{bytes} bytes are more than a half of the ring");
     let talked = script.run(Some(&record(&commanded(|_| {}))), &[], 350 * MS);
     assert!(clean(talked.status(last)), "{:?}", talked.status(last));
@@ -61,7 +61,7 @@ fn a_burst_of_frames_back_to_back_is_answered_whole_and_in_order() {
 
 #[test]
 fn frames_of_every_place_in_the_ring_are_whole() {
-    // Frames of 9 and of 20 to 31 bytes: over some laps, the end of the ring is within many.
+    // Frames of 14 and of 25 to 36 bytes: over some laps, the end of the ring is within many.
     let mut script = Script::new();
     let mut numbers = vec![];
     for i in 0..120u64 {
@@ -70,7 +70,7 @@ fn frames_of_every_place_in_the_ring_are_whole() {
         script.say(at, Request::WriteParameters { offset: 0, bytes });
         numbers.push(script.say(at + MS, Request::Status));
     }
-    let bytes: usize = script.says.iter().map(|(_, frame)| frame.len()).sum();
+    let bytes: usize = script.bytes();
     assert!(bytes > 6 * RING, "{bytes}");
     let talked = script.run(Some(&record(&commanded(|_| {}))), &[], 500 * MS);
     for number in &numbers {
@@ -80,12 +80,12 @@ fn frames_of_every_place_in_the_ring_are_whole() {
 
 #[test]
 fn what_is_more_than_the_ring_holds_costs_frames_and_nothing_after_them() {
-    // Frames of 9 and 10 bytes: in 16 ms, two laps of the ring and most of a third.
+    // Frames of 14 and 15 bytes: in 16 ms, two laps of the ring and most of a third.
     let mut script = Script::new();
-    let during = script.burst(250 * MS, (0..150).map(|_| Request::Status));
+    let during = script.burst(250 * MS, (0..100).map(|_| Request::Status));
     let after: Vec<u16> =
         (0..5).map(|i| script.say(290 * MS + i * 2 * MS, Request::Status)).collect();
-    let bytes: usize = script.says.iter().map(|(_, frame)| frame.len()).sum();
+    let bytes: usize = script.bytes();
     assert!(bytes as u64 * BYTE < 18 * MS && bytes > 2 * RING, "{bytes}");
     let talked = script.run(Some(&record(&commanded(|_| {}))), &stalls(18 * MS), 320 * MS);
     assert!(talked.observed.resets.is_empty(), "{:?}", talked.observed.resets);
@@ -99,12 +99,12 @@ fn what_is_more_than_the_ring_holds_costs_frames_and_nothing_after_them() {
 
 #[test]
 fn noise_on_the_wire_costs_frames_and_is_told() {
-    // A byte of a hundred: of frames of 9 bytes, one in eleven is not whole.
+    // A byte of a hundred: of frames of 14 bytes, one in eight is not whole.
     let fitted = FittedParts { noisy_bytes: 10_000, ..FittedParts::default() };
     let mut script = Script::new();
     let numbers: Vec<u16> =
         (0..200).map(|i| script.say(250 * MS + i * MS, Request::Status)).collect();
-    let length = encode_request(numbers[199], Request::Status).unwrap().len() as f64;
+    let length = encode_request(SESSION, numbers[199], Request::Status).unwrap().len() as f64;
     let talked = script.run_on(fitted, Some(&record(&commanded(|_| {}))), &[], 460 * MS);
     let answers = numbers.iter().filter(|number| answered(&talked, **number)).count();
     let expected = 200.0 * 0.99f64.powf(length);

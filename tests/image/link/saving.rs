@@ -2,7 +2,7 @@
 
 use emulator::board::FittedParts;
 use emulator::fault_injection::Injection;
-use stiction::link::{CHUNK, PROTOCOL, Request, RequestRefusal, StateCode};
+use stiction::link::{CHUNK, Request, RequestRefusal, StateCode};
 
 use super::{Script, commanded, record};
 use crate::fault_injection::MS;
@@ -125,8 +125,7 @@ fn a_brown_out_reset_that_was_turned_on_is_there_after_the_next_reset() {
     let set = script.say(300 * MS, Request::SetBrownOut);
     let after = script.say(400 * MS, Request::Status);
     // A reset begins a session anew, and its numbers.
-    script.garbage(700 * MS, &[0]);
-    script.say(700 * MS, Request::Hello { protocol: PROTOCOL, session: 8 });
+    script.hello(700 * MS, 8);
     let later = script.say(750 * MS, Request::Status);
     let injections = [(500 * MS, Injection::Reset)];
     let talked = script.run(Some(&record(&commanded(|_| {}))), &injections, 800 * MS);

@@ -182,14 +182,13 @@ impl DataSheet {
         let pull = self.load.constant_nm.abs() + self.load.unbalance_nm;
         let needed_v = mapping.volts(pull - self.stick()[0].min(self.stick()[1]));
         let continuous_v = self.motor_heat()?.continuous_v;
-        let of = match self.motor.rated_current_a {
-            Some(_) => "`motor.rated_current_a`",
-            None => "a tenth of the stall current; set `motor.rated_current_a`",
+        let then = match self.motor.rated_current_a {
+            Some(_) => "by `motor.rated_current_a`: `limits.continuous_v` turns it off",
+            None => "by a tenth of its stall current: set `motor.rated_current_a`, or it may burn",
         };
         (needed_v > continuous_v).then(|| {
             format!(
-                "the load takes {} V to hold, and the motor bears {} V forever ({of}): \
-                 `limits.continuous_v` turns it off",
+                "the load takes {} V to hold, and the motor bears {} V forever, {then}",
                 rounded(needed_v),
                 rounded(continuous_v)
             )

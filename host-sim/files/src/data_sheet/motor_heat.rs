@@ -22,6 +22,8 @@ pub struct MotorHeat {
     pub continuous_v: f64,
     /// Back-EMF at the joint, V s/rad.
     pub back_emf: f64,
+    /// Whether the data sheet has the rated current; if not, it is a guess.
+    pub is_rated: bool,
 }
 
 impl DataSheet {
@@ -31,14 +33,12 @@ impl DataSheet {
         let motor = &self.motor;
         let stall_a = || Some(self.supply.as_ref()?.voltage_v / motor.resistance_ohm?);
         let rated_a = motor.rated_current_a.or_else(|| Some(OF_STALL * stall_a()?))?;
-        match motor.driven_by {
-            DrivenBy::Voltage => Some(MotorHeat {
-                continuous_v: motor.resistance_ohm? * rated_a,
-                back_emf: self.gear.ratio * motor.kt_nm_per_a,
-            }),
-            DrivenBy::Current => {
-                Some(MotorHeat { continuous_v: rated_a / motor.amplifier_a_per_v?, back_emf: 0.0 })
+        let (continuous_v, back_emf) = match motor.driven_by {
+            DrivenBy::Voltage => {
+                (motor.resistance_ohm? * rated_a, self.gear.ratio * motor.kt_nm_per_a)
             }
-        }
+            DrivenBy::Current => (rated_a / motor.amplifier_a_per_v?, 0.0),
+        };
+        Some(MotorHeat { continuous_v, back_emf, is_rated: motor.rated_current_a.is_some() })
     }
 }

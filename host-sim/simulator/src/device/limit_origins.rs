@@ -66,7 +66,7 @@ fn origin(parameters: &Parameters, about: &About) -> String {
         }
         "continuous_effort" if limits.back_emf > 0.0 => {
             return "set by the file, or by its motor: the rated current, or a tenth of the stall \
-                    current"
+                    current, but at least `breakaway_v`"
                 .into();
         }
         "back_emf" if limits.back_emf == 0.0 => {

@@ -62,7 +62,7 @@ impl SimulatedDevice {
     pub fn new(plan: &RunPlan) -> Result<Self, Error> {
         let mut parameters = super::parameters(plan)?;
         parameters.device.autostart = false;
-        Self::running(plan, &parameters, Boot { is_at_zero: true, ..Boot::default() })
+        Self::running(plan, &parameters, Boot::at_zero())
     }
 
     /// Powers the device up with the given parameters in its flash.

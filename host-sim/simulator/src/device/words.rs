@@ -13,8 +13,12 @@ pub fn refused(refused: &RequestRefusal) -> String {
                              program (`cargo xtask flash`)"
                 .into()
         }
-        RequestRefusal::SayHello => "it was reset meanwhile, so the motor is off unless it starts \
-                              automatically; check `status` and `faults`, then start again"
+        RequestRefusal::SayHello => "it was reset meanwhile, or another client has said hello or \
+                                     taken over; check `status` and `faults`, then start again"
+            .into(),
+        RequestRefusal::NotOwner => "another client has the motor driven; `status`, `faults` and \
+                                     `stop` work, and `take-over` stops the motor and ends the \
+                                     other client's session"
             .into(),
         RequestRefusal::OutOfOrder => "a later request arrived first; repeat it".into(),
         RequestRefusal::Booting => "it has just been switched on; try again in a second".into(),

@@ -72,7 +72,13 @@ pub fn assembled(plan: &RunPlan) -> Result<Parameters, Error> {
     }
     let sheet = plan.sheet()?;
     if let Some(heat) = sheet.as_ref().and_then(|(sheet, _)| sheet.motor_heat()) {
-        derived.continuous_effort = heat.continuous_v as f32;
+        let continuous = heat.continuous_v as f32;
+        // A guess must not keep the joint of the file from resting against its load.
+        derived.continuous_effort = if heat.is_rated {
+            continuous
+        } else {
+            continuous.max(breakaway).min(derived.continuous_effort.max(continuous))
+        };
         derived.back_emf = heat.back_emf.to_radians() as f32;
     }
     if let Some(tolerance_deg) = plan.machine.goal.tolerance_deg {

@@ -3,7 +3,7 @@
 
 use stiction::control::drive::Drive;
 use stiction::device::Device;
-use stiction::link::{Deframer, Request, decode_request, encode};
+use stiction::link::{Deframer, NO_SESSION, Request, decode_request, encode};
 use stiction::parameters::store::Store;
 use stiction::safety::fault::LatchedFault;
 use stiction::servo::{Boot, Input, State};
@@ -33,12 +33,17 @@ impl CheckedDevice {
         let mut store = Store::new(SimulatedFlash::new(2), [0, SECTOR]);
         // Cannot fail: the flash is new.
         let _ = store.save(parameters);
-        let device = Some(Device::start(store, Boot::default(), STM32F405));
+        let device = Some(Device::start(store, Boot::at_zero(), STM32F405));
         Self { device, deframer: Deframer::default(), counter: 0, armed: 0, moved: 0, faulted: 0 }
     }
 
     fn state(&mut self) -> State {
         self.device.as_mut().map_or(State::Boot, |device| device.servo().state())
+    }
+
+    /// Returns the number of the session.
+    pub fn session(&self) -> u32 {
+        self.device.as_ref().map_or(NO_SESSION, Device::session)
     }
 
     /// Resets the device, if only a reset ends its fault.
@@ -47,7 +52,7 @@ impl CheckedDevice {
             && !fault.is_clearable()
             && let Some(device) = self.device.take()
         {
-            self.device = Some(Device::start(device.end(), Boot::default(), STM32F405));
+            self.device = Some(Device::start(device.end(), Boot::at_zero(), STM32F405));
         }
     }
 
@@ -58,7 +63,7 @@ impl CheckedDevice {
         let mut may_clear = false;
         for &byte in bytes {
             if let Some(message) = self.deframer.push(byte) {
-                let request = decode_request(message).and_then(|(_, request)| request);
+                let request = decode_request(message).and_then(|request| request.content);
                 may_clear |= matches!(
                     request,
                     Some(Request::Clear | Request::TakeParameters { .. } | Request::Change { .. })

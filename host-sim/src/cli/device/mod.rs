@@ -95,6 +95,8 @@ enum Action {
     },
     /// Turn the motor off at once: nothing drives, holds or brakes the joint then
     Stop,
+    /// Stop the motor that another client drives, and end the session of that client
+    TakeOver,
     /// Arm if it is not armed, and move to a position within the limits of [profile]
     Move(moves::MoveArguments),
     /// Push a new joint a little each way, without a loop, and check the sense of its encoder: the
@@ -310,6 +312,11 @@ fn with(
         }
         Action::Stop => {
             client.stop()?;
+            let status = client.status()?;
+            say(words::status(&status))
+        }
+        Action::TakeOver => {
+            client.take_over()?;
             let status = client.status()?;
             say(words::status(&status))
         }

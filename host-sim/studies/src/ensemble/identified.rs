@@ -71,7 +71,7 @@ pub fn identify(case: &Case, asked: &IdentificationRequest) -> Result<Identified
     let parameters = parameters(&case.bounds, &pd.gains(&case.bounds));
     let refused = |why: String| Error::Input(format!("case {}: {why}", case.number));
     let settings = parameters.identify(asked).map_err(|error| refused(error.to_string()))?;
-    let mut servo = Servo::new(Ok(&parameters), Boot::default(), &STM32F405);
+    let mut servo = Servo::new(Ok(&parameters), Boot::at_zero(), &STM32F405);
     let supply = STM32F405.supply_top / 2;
     let mut delay = DelayLine::new(case.delay);
     let per_code = case.bounds.sampled.lsb * case.scale.effort;

@@ -128,7 +128,7 @@ impl PredictionInput {
     ) -> Result<Option<Result<Vec<MoveMeasures>, String>>, Error> {
         let mut parameters = self.parameters.clone();
         parameters.device.autostart = false;
-        let device = SimulatedDevice::running(plan, &parameters, Boot::default())?;
+        let device = SimulatedDevice::running(plan, &parameters, Boot::at_zero())?;
         let mut client = Client::connect(SimulatedWire::new(device))?;
         // A joint that is refused at arming, because its load moves it, ends like one that trips.
         let wanted = (&self.targets[..], goal);

@@ -53,12 +53,13 @@ impl<W: Wire> Client<W> {
     /// Sends a request until it is answered. Its number stays the same, so that the device executes
     /// it once.
     pub(super) fn talk(&mut self, request: Request) -> Result<Reply, Error> {
+        self.begin_late(&request)?;
         self.number = self.number.wrapping_add(1);
         let patience = match request {
             Request::Save | Request::SetBrownOut => PATIENCE_TO_SAVE,
             _ => PATIENCE,
         };
-        let frame = encode_request(self.number, request);
+        let frame = encode_request(self.session, self.number, request);
         let frame =
             frame.ok_or_else(|| Error::Device("the request is too long for a frame".into()))?;
         self.heard = Heard::default();

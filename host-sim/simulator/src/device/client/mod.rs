@@ -39,7 +39,9 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 pub use self::motion::{Map, position_of};
-use stiction::link::{Deframer, DeviceKind, Identity, PROTOCOL, Reply, Request};
+use stiction::link::{
+    Deframer, DeviceKind, Identity, NO_SESSION, PROTOCOL, Reply, Request, RequestRefusal,
+};
 
 use self::exchange::Heard;
 use self::telemetry::Subscription;
@@ -51,6 +53,9 @@ use files::error::Error;
 pub struct Client<W> {
     wire: W,
     deframer: Deframer,
+    /// The number of the session that the device has chosen; none if another client has the motor
+    /// driven.
+    session: u32,
     /// The number of the last request.
     number: u16,
     identity: Option<Identity>,
@@ -69,6 +74,7 @@ impl<W: Wire> Client<W> {
         let mut client = Self {
             wire,
             deframer: Deframer::default(),
+            session: NO_SESSION,
             number: 0,
             identity: None,
             subscription: Subscription::default(),
@@ -77,26 +83,69 @@ impl<W: Wire> Client<W> {
         };
         // A zero ends a frame that an earlier session may have left unfinished.
         client.wire.send(&[0])?;
-        // Random; the standard library has no other random source on every system.
-        let session = RandomState::new().hash_one(()) as u32;
-        match client.ask(Request::Hello { protocol: PROTOCOL, session })? {
-            Reply::Hello(identity) if identity.protocol == PROTOCOL => {
-                client.identity = Some(identity);
-                if client.wire.stands_at_zero() {
-                    client.set_reference(0.0)?;
-                }
-                Ok(client)
-            }
-            Reply::Hello(Identity { protocol, version, .. }) => {
-                let name = client.wire.name();
-                Err(Error::Device(format!(
-                    "{name} runs firmware {version} with version {protocol} of the link, but this \
-                     program has version {PROTOCOL}; flash the firmware of this program (`cargo \
-                     xtask flash`, docs/reference/link.md)"
-                )))
-            }
-            _ => Err(client.unexpected()),
+        client.begin_session()?;
+        if client.wire.stands_at_zero() {
+            client.set_reference(0.0)?;
         }
+        Ok(client)
+    }
+
+    /// Says hello, and asks for the number of the session. While another client has the motor
+    /// driven, there is none, and this client only reads, stops and takes over.
+    fn begin_session(&mut self) -> Result<(), Error> {
+        self.session = NO_SESSION;
+        // Random; the standard library has no other random source on every system.
+        let hello = RandomState::new().hash_one(()) as u32;
+        let identity = match self.ask(Request::Hello { protocol: PROTOCOL, session: hello })? {
+            Reply::Hello(identity) => identity,
+            _ => return Err(self.unexpected()),
+        };
+        let Identity { protocol, version, .. } = &identity;
+        if *protocol != PROTOCOL {
+            let name = self.wire.name();
+            return Err(Error::Device(format!(
+                "{name} runs firmware {version} with version {protocol} of the link, but this \
+                 program has version {PROTOCOL}; flash the firmware of this program (`cargo xtask \
+                 flash`, docs/reference/link.md)"
+            )));
+        }
+        self.identity = Some(identity);
+        match self.talk(Request::Open { hello })? {
+            Reply::Session(session) => self.session = session,
+            Reply::Refused(RequestRefusal::NotOwner) => {}
+            Reply::Refused(refused) => return Err(self.refused("hello", &refused)),
+            _ => return Err(self.unexpected()),
+        }
+        Ok(())
+    }
+
+    /// Begins a session if there was none, since another client had the motor driven, and a request
+    /// needs one.
+    fn begin_late(&mut self, request: &Request) -> Result<(), Error> {
+        let needs_none = matches!(
+            request,
+            Request::Hello { .. } | Request::Open { .. } | Request::Stop | Request::TakeOver
+        );
+        if self.session != NO_SESSION || needs_none || request.only_reads() {
+            return Ok(());
+        }
+        self.begin_session()
+    }
+
+    /// Returns whether another client had the motor driven when this one said hello: this one only
+    /// reads, stops and takes over.
+    pub const fn is_guest(&self) -> bool {
+        self.session == NO_SESSION
+    }
+
+    /// Stops the motor, ends the session of any other client, and begins one.
+    ///
+    /// # Errors
+    /// Returns an error if the device does not answer, or if its output stays on.
+    pub fn take_over(&mut self) -> Result<(), Error> {
+        self.done("take-over", Request::TakeOver)?;
+        self.wait_until_off()?;
+        self.begin_session()
     }
 
     /// Returns the identity that the device has sent.
