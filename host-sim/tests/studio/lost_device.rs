@@ -31,7 +31,9 @@ fn a_device_that_was_out_of_reach_while_armed_from_here_is_stopped_first() {
         page.event("back").await;
         let after = line.names().split_off(before);
         assert!(after[0].starts_with("Hello"), "a session begins with it: {after:?}");
-        assert_eq!(after[1], "Stop", "{after:?}");
+        assert!(after[1].starts_with("Open"), "{after:?}");
+        // The session before has the motor driven; a stop needs none.
+        assert_eq!(after[2], "Stop", "{after:?}");
         let status = page.state("stopped").await;
         assert!(status["fault"].is_null(), "{status}");
     });
