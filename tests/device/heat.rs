@@ -1,5 +1,5 @@
-//! The motor's heat: no law heats a blocked motor beyond what it bears forever, and a reset does not
-//! cool it.
+//! The motor's heat: no law heats a blocked motor beyond what it bears forever, and a reset does
+//! not cool it.
 //!
 //! The joint is the thesis's robot, whose motor bears a tenth of the full effort of 5 V. It is held
 //! fast, and vibration moves the encoder to and fro, so that no monitor of the encoder sees it.
