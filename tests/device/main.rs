@@ -17,6 +17,7 @@ macro_rules! reliability {
 }
 
 mod autostart;
+mod bumper;
 mod chaos;
 mod controlled_stop;
 mod dead_encoder;
@@ -36,6 +37,7 @@ mod jog;
 mod link;
 mod machine_file;
 mod matrix;
+mod no_supply;
 mod noisy_encoder;
 mod noisy_identification;
 mod oscillation;

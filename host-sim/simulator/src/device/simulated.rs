@@ -44,6 +44,10 @@ pub struct SimulatedDevice {
     pub supply: u16,
     /// Friction in addition to that of the machine, V: a hand on the joint, a hard stop.
     pub brake_v: f64,
+    /// The motor has no supply, and the converter does not show it.
+    pub is_unpowered: bool,
+    /// External load on the joint, V: a spring, a bumper.
+    pub load_v: f64,
     plant: Plant<RunJoint>,
     /// Counter reading.
     counter: u32,
@@ -88,6 +92,8 @@ impl SimulatedDevice {
             wires: Wires::Sound,
             supply: SUPPLY,
             brake_v: 0.0,
+            is_unpowered: false,
+            load_v: 0.0,
             plant,
             counter,
             sound: counter,
@@ -111,7 +117,11 @@ impl SimulatedDevice {
         self.remember(output.clock, ahead_deg);
         self.plant.brake_v = self.brake_v;
         let sample_time_s = self.plant.sample_time_s();
-        self.plant.put_out_and_hold(output.tick.code, output.enable, sample_time_s);
+        // The enable pin turns the output off without delay.
+        let effort_v = self.plant.put_out(output.tick.code);
+        let is_driven = output.enable && !self.is_unpowered;
+        let effort_v = if is_driven { effort_v } else { 0.0 };
+        self.plant.hold(effort_v + self.load_v, sample_time_s, &mut |_| {});
         output
     }
 
