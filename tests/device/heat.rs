@@ -72,7 +72,9 @@ fn a_blocked_joint_on_a_shaken_machine_never_heats_its_motor_beyond_what_it_bear
 /// asks for 0.7 V less 2 counts of 0.00242 V in the mean: 10 s and 0.5 of 0.695 V make 7.3 s.
 #[test]
 fn an_effort_below_every_other_threshold_trips_when_its_heat_does() {
-    let mut device = armed_with("pd", 1.0, &[CONTINUOUS, "device.soft_start_s=0"]);
+    // More on average than the breakaway and no net travel would be a stall after 5 s.
+    let breakaway = "limits.breakaway_v=0.7";
+    let mut device = armed_with("pd", 1.0, &[CONTINUOUS, "device.soft_start_s=0", breakaway]);
     device.brake_v = 100.0;
     step(&mut device, 0.7);
     let ticks = (0..TEN_MINUTES).find(|k| {

@@ -253,6 +253,7 @@ fn machine() -> impl Strategy<Value = Parameters> {
                 breakaway_min: 0.5 * n[27],
                 probe_error: n[14],
                 back_emf: n[15],
+                play: 360.0 * n[16],
             };
             machine.profile =
                 ProfileLimits::derived(&machine.controller, machine.limits.overspeed, 0.0);

@@ -24,6 +24,7 @@ mod dead_encoder;
 mod dying_encoder;
 mod encoder_faults;
 mod encoder_in_doubt;
+mod false_counts;
 mod fast_loops;
 mod first_motion;
 #[path = "../first_run.rs"]
@@ -41,6 +42,7 @@ mod no_supply;
 mod noisy_encoder;
 mod noisy_identification;
 mod oscillation;
+mod play;
 mod power_cuts;
 mod profiled;
 mod referenced;

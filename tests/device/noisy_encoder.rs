@@ -140,14 +140,41 @@ fn under_twice_the_breakaway_noise_of_open_lines_leads_no_further_than_its_bound
     }
 }
 
-/// Negative result: a step of 0.4 deg asks for the breakaway effort and little more. No monitor
-/// detects noise there. This test fails once something does, and the bound can go on the page.
+/// Steps around the breakaway of 0.4 V ask for little more than it, or less. What exceeds it on
+/// average is detected after some periods of 5 s, since each has its chance of ending within two
+/// counts of its begin.
+///
+/// Negative result: what stays below it is not, and the joint creeps on.
 #[test]
-fn near_the_breakaway_noise_of_open_lines_is_not_detected() {
-    for law in ["pd", "feedforward", "dnpf"] {
-        let mut device = armed(law);
-        step(&mut device, 0.4);
-        let found = run(&mut device, 0.4, OpenLines::Both(4), 1);
-        assert!(found.tripped.is_none() && found.beyond > 10.0, "{law}: {found:?}");
+fn near_the_breakaway_noise_of_open_lines_is_detected_late_or_lets_the_joint_creep() {
+    let all = [OpenLines::One, OpenLines::Both(1), OpenLines::Both(4), OpenLines::Both(16)];
+    for law in controllers() {
+        let (mut furthest, mut slowest, mut creeps, mut unseen) = (0.0f64, 0, 0.0f64, 0);
+        for to_deg in [0.35, 0.39, 0.41, 0.5, 0.6] {
+            for (open, seed) in all.iter().flat_map(|open| (1..9).map(|seed| (*open, seed))) {
+                let mut device = armed(law);
+                step(&mut device, to_deg);
+                let found = run(&mut device, to_deg, open, seed);
+                let name = format!("{open:?}, {law}, {to_deg} deg, seed {seed}: {found:?}");
+                if let Some(tick) = found.tripped {
+                    assert!(found.beyond < 90.0, "{name}");
+                    furthest = furthest.max(found.beyond);
+                    slowest = slowest.max(tick);
+                } else {
+                    // In a minute.
+                    assert!(found.beyond < 60.0, "{name}");
+                    creeps = creeps.max(found.beyond);
+                    unseen += 1;
+                }
+            }
+        }
+        reliability!(
+            "near-breakaway",
+            law,
+            beyond_deg = format!("{furthest:.1}"),
+            slowest_s = format!("{:.1}", f64::from(slowest) * 0.02),
+            unseen,
+            creeps_deg = format!("{creeps:.1}"),
+        );
     }
 }

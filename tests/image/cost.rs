@@ -82,6 +82,15 @@ fn soft_start_and_supply_are_counted() {
     assert!(without_soft_start + 5 < everything, "{without_soft_start} and {everything}");
 }
 
+/// So the budget holds with play, too, though everything is counted without it.
+#[test]
+fn play_costs_no_more_than_the_monitor_that_it_turns_off() {
+    let longest =
+        |set: &[&str]| counted(set).0.iter().map(|tick| tick.interrupt.instructions).max().unwrap();
+    let (without, with) = (longest(&[]), longest(&["limits.play_deg=1"]));
+    assert!(with <= without, "{with} instructions with play, {without} without");
+}
+
 #[test]
 fn every_instruction_below_the_control_interrupt_has_a_time_but_those_that_end_the_program() {
     let code = code(&elf()).unwrap();

@@ -6,7 +6,7 @@
 //!           |effort| rises to at least P = B_h + (F - B_h) / 2 within 0.4 s and stays there
 //! proof     two counts in the direction of the effort: the probe ends, and the law goes on
 //! stall     no proof within T at P
-//! T         = sqrt(2 (2 counts) / (g (F - B_h) / 4)), from 0.1 s to 1 s
+//! T         = sqrt(2 (2 counts) / (g (F - B_h) / 4)), from 0.1 s to 1 s, and the same for the play
 //! ```
 //!
 //! B_l is `breakaway_min_v`, B_h `breakaway_v`, F `stall_v`, g `progress_gain`. Between B_l and B_h
@@ -24,8 +24,7 @@
 //! Does badly: each probe moves a joint that rests by a few counts towards where its effort pushes.
 //! A joint that is blocked fails the probe. Within `probe_error_deg` a silent encoder stays unseen:
 //! gains that ask for more than B_l there drive the joint without an end. So does noise of two
-//! counts, which is a proof. With the encoder on the load behind play, the probe has to take up the
-//! play within T.
+//! counts, which is a proof.
 
 use super::limits::{Limits, Units};
 
@@ -46,6 +45,9 @@ const PROOF: i32 = 2;
 /// Shortest and longest time that a probe is held, s. A transmission winds up for a tenth of a
 /// second.
 const HELD: [f32; 2] = [0.1, 1.0];
+
+/// Longest time for which a probe takes up play, s.
+const LONGEST_PLAY: f32 = 10.0;
 
 /// Distance from the place of a proof up to which it counts, counts.
 const NEAR: u32 = 64;
@@ -95,7 +97,10 @@ impl EncoderProbe {
         let is_on = stall_effort > 0.0 && breakaway_min > 0.0 && breakaway_min < breakaway_effort;
         let beyond = (stall_effort - breakaway_effort).max(0.0);
         let way = 2.0 * PROOF as f32 * units.count;
-        let time = libm::sqrtf(way / (progress_gain * 0.25 * beyond)).clamp(HELD[0], HELD[1]);
+        let within = |way: f32| libm::sqrtf(way / (progress_gain * 0.25 * beyond));
+        let play =
+            if limits.play > 0.0 { within(2.0 * limits.play).min(LONGEST_PLAY) } else { 0.0 };
+        let time = within(way).clamp(HELD[0], HELD[1]) + play;
         let full = code(breakaway_effort + 0.5 * beyond).min(i16::MAX as u32) as i32;
         Self {
             lowest: if is_on { code(breakaway_min) } else { u32::MAX },

@@ -130,6 +130,11 @@ table! {
         /// beyond it heats the motor. Derived: from the file's motor, if a bridge drives it; else
         /// 0, and all effort counts.
         back_emf: f32 = 0x0917 "back_emf_v_per_deg_per_s", Between(0.0, HUGE), Derived(0.0);
+        /// Play between the motor and the encoder, whole width, deg: the motor crosses it without a
+        /// count. Effort without a count is no stall before the weakest joint has crossed it, and
+        /// counts that stop abruptly are none. Derived: the backlash of the file's gear, if the
+        /// encoder is on the load.
+        play: f32 = 0x0918 "play_deg", Between(0.0, TURN), Derived(0.0);
     }
 }
 
@@ -162,6 +167,7 @@ impl Limits {
         breakaway_min: 0.0,
         probe_error: 0.0,
         back_emf: 0.0,
+        play: 0.0,
     };
 
     /// What can be derived from the loop itself, for machines that say nothing of it; the sentence

@@ -14,8 +14,10 @@ mod encoder_probe;
 mod following_error;
 pub mod limits;
 mod link_timeout;
+mod net_travel;
 mod oscillation;
 mod overspeed;
+mod play;
 mod position_limits;
 mod progress;
 mod reversal;
@@ -42,8 +44,10 @@ use encoder_probe::{EncoderProbe, EncoderProbeState};
 use following_error::{FollowingError, FollowingState};
 use limits::Units;
 use link_timeout::{LinkState, LinkTimeout};
+use net_travel::{NetTravel, NetTravelState};
 use oscillation::{Oscillation, OscillationState};
 use overspeed::{Overspeed, OverspeedState};
+use play::{Play, PlayState};
 pub(crate) use position_limits::PositionLimits;
 use progress::{Progress, ProgressState};
 use reversal::{Reversal, ReversalState};
@@ -68,6 +72,8 @@ pub(crate) struct Monitors {
     following: FollowingError,
     stall: Stall,
     impulse: StallImpulse,
+    net: NetTravel,
+    play: Option<Play>,
     probe: EncoderProbe,
     abrupt: AbruptStop,
     progress: Progress,
@@ -90,6 +96,8 @@ pub(crate) struct MonitorState {
     following: FollowingState,
     stall: StallState,
     impulse: StallImpulseState,
+    net: NetTravelState,
+    play: PlayState,
     probe: EncoderProbeState,
     abrupt: AbruptStopState,
     progress: ProgressState,
@@ -150,6 +158,8 @@ impl Monitors {
             following: FollowingError::new(limits, Limits::saturating_error(controller), &units),
             stall: Stall::new(limits, &units),
             impulse: StallImpulse::new(limits, &units),
+            net: NetTravel::new(limits, &units),
+            play: Play::new(limits, &units),
             probe: EncoderProbe::new(limits, &units),
             abrupt: AbruptStop::new(limits, &units),
             progress: Progress::new(limits, &units),
@@ -295,14 +305,25 @@ impl Monitors {
         {
             return trip(Fault::FollowingError, deg(error));
         }
-        let stalls = self.stall.check(&mut state.stall, code, seen.standstill);
-        let stalls =
-            stalls | self.impulse.check(&mut state.impulse, code, seen.position, seen.travel);
+        let is_taken_up =
+            self.play.is_none_or(|play| play.is_taken_up(&mut state.play, code, seen.position));
+        let stalls = if is_taken_up {
+            self.stall.check(&mut state.stall, code, seen.standstill)
+                | self.impulse.check(&mut state.impulse, code, seen.position, seen.travel)
+        } else {
+            state.stall = StallState::default();
+            self.impulse.see(&mut state.impulse, seen.position);
+            false
+        };
+        let stalls = stalls | self.net.check(&mut state.net, code, seen.position);
         let stalls =
             stalls | self.progress.check(&mut state.progress, before, seen.travel, tick.velocity);
         let error = setpoint.wrapping_sub(tick.counts);
         let stalls = stalls | self.probe.check(&mut state.probe, code, seen.position, error);
-        if self.abrupt.check(&mut state.abrupt, before, seen.travel) || stalls {
+        // The halves of a joint collide in its play.
+        let stops =
+            self.play.is_none() && self.abrupt.check(&mut state.abrupt, before, seen.travel);
+        if stalls || stops {
             return trip(Fault::Stall, tick.v_applied);
         }
         if let Some(ticks) =

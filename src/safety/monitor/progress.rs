@@ -12,8 +12,10 @@
 //! `g`, a mechanical time constant of 0.2 s, and the friction F. All sums start anew when the
 //! effort falls to F or changes its sign. Trips in two cases:
 //!
-//! - `due` exceeds 64 counts, and `made` is less than a quarter of it: the counts are too few.
-//! - `path` exceeds 32 counts, and `made` is less than half of it: the counts go to and fro.
+//! - `due` exceeds 64 counts and the play, and `made` is less than a quarter of what exceeds the
+//!   play: the counts are too few.
+//! - `path` exceeds 32 counts and twice the play, and `made` is less than half of it: the counts go
+//!   to and fro.
 //!
 //! A joint that still moves against a new effort starts with one and a half times its speed against
 //! it, so that braking is in none of the sums.
@@ -30,7 +32,8 @@
 //! undetected. An effort that keeps changing its sign starts anew each time. Noise in the measured
 //! speed delays the start. Three joints trip although their encoders work: one with less than a
 //! quarter of `g`; one of four times `g`, as derived from its file, with a time constant below 12
-//! ms; and one with the encoder on the load behind a play of more than 64 counts.
+//! ms; and one with the encoder on the load behind more than 64 counts of play beyond
+//! `play_deg`.
 
 use super::limits::{Limits, Units};
 
@@ -66,6 +69,10 @@ pub(super) struct Progress {
     decay: f32,
     /// Counts per tick, of a deg/s.
     per_speed: f32,
+    /// Counts that the motor makes before the encoder counts.
+    play: f32,
+    /// Path that is judged, counts.
+    path: i32,
 }
 
 /// What has been due, and what was made, since the effort rose.
@@ -93,6 +100,8 @@ impl Progress {
             gain: limits.progress_gain * units.code * units.tick * per_speed,
             decay: (1.0 - units.tick / TIME).max(0.0),
             per_speed,
+            play: limits.play / units.count,
+            path: LEAST_PATH + (2.0 * limits.play / units.count) as i32,
         }
     }
 
@@ -123,8 +132,9 @@ impl Progress {
         state.due += state.speed;
         state.made = state.made.saturating_add(travel.saturating_mul(sign));
         state.path = state.path.saturating_add(travel.saturating_abs());
-        let too_few = state.due > LEAST && (state.made as f32) < SHARE * state.due;
-        let to_and_fro = state.path > LEAST_PATH && state.made < state.path / 2;
+        let due = state.due - self.play;
+        let too_few = due > LEAST && (state.made as f32) < SHARE * due;
+        let to_and_fro = state.path > self.path && state.made < state.path / 2;
         state.ticks >= LEAST_TICKS && (too_few || to_and_fro)
     }
 }

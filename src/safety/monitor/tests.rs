@@ -359,3 +359,92 @@ fn too_little_travel_and_travel_to_and_fro_trip_and_braking_does_not() {
         assert_eq!(trips_with(&off, 14, 0.0, |_| -9), None);
     }
 }
+
+/// The breakaway is 4 V, and a period of 5 s has a hundred ticks.
+#[test]
+fn more_than_the_breakaway_on_average_trips_after_a_period_without_net_travel() {
+    let limits = Limits { stall_effort: 8.0, breakaway_effort: 4.0, ..Limits::OFF };
+    let units = Units { tick: 0.05, ..UNITS };
+    let trips_with = |limits: &Limits, code: fn(i32) -> i32, position: fn(i32) -> i32| {
+        let monitor = NetTravel::new(limits, &units);
+        let [up, down] = [1, -1].map(|sign| {
+            let mut state = NetTravelState::default();
+            let from = 1_000_000;
+            (1..150)
+                .find(|k| monitor.check(&mut state, sign * code(*k), from + sign * position(*k)))
+        });
+        assert_eq!(up, down);
+        up
+    };
+    let trips = |code, position| trips_with(&limits, code, position);
+    let to_and_fro = |k: i32| [0, 16, -7, 40][k as usize % 4];
+    assert_eq!(trips(|_| 5, to_and_fro), Some(100));
+    assert_eq!(trips(|_| 4, to_and_fro), None);
+    // Only the mean counts.
+    assert_eq!(trips(|k| if k % 2 == 0 { 20 } else { -11 }, to_and_fro), Some(100));
+    assert_eq!(trips(|k| if k % 2 == 0 { 20 } else { -12 }, to_and_fro), None);
+    // Two counts in a period are a count between the means of its halves.
+    assert_eq!(trips(|_| 5, |k| k / 50), None);
+    assert_eq!(trips(|_| 5, |k| k / 60), Some(100));
+    // A joint that is braked goes against its effort.
+    assert_eq!(trips(|_| 5, |k| -60 * (k / 51)), Some(100));
+    assert_eq!(trips(|_| 5, |k| -65 * (k / 51)), None);
+    for off in [Limits { stall_effort: 0.0, ..limits }, Limits { breakaway_effort: 0.0, ..limits }]
+    {
+        assert_eq!(trips_with(&off, |_| 5, to_and_fro), None);
+    }
+}
+
+/// A joint of 1 deg/s^2 for a volt and 4 V of friction: 14 V add 10 counts per tick in each tick.
+#[test]
+fn an_effort_crosses_the_play_before_it_counts_and_the_other_way_it_crosses_all_of_it() {
+    let limits = Limits { play: 45.0, progress_gain: 0.25, breakaway_effort: 4.0, ..Limits::OFF };
+    let play = Play::new(&limits, &UNITS).unwrap();
+    let crosses = |state: &mut PlayState, code: i32, position: i32| {
+        (1..100).find(|_| play.is_taken_up(state, code, position))
+    };
+    for sign in [1, -1] {
+        let mut state = PlayState::default();
+        // 10 + 20 + 30 counts exceed 45, and 10 + ... + 40 those from end to end.
+        assert_eq!(crosses(&mut state, 14 * sign, 0), Some(3));
+        assert_eq!(crosses(&mut state, 14 * sign, 0), Some(1));
+        assert_eq!(crosses(&mut state, -14 * sign, 0), Some(4));
+        // The friction holds it, and two counts begin anew.
+        assert_eq!(crosses(&mut PlayState::default(), 4 * sign, 0), None);
+        assert_eq!(crosses(&mut state, -14 * sign, 1), Some(1));
+        assert_eq!(crosses(&mut state, -14 * sign, 2), Some(3));
+    }
+    for off in [Limits { play: 0.0, ..limits }, Limits { progress_gain: 0.0, ..limits }] {
+        assert!(Play::new(&off, &UNITS).is_none());
+    }
+}
+
+#[test]
+fn effort_is_a_stall_only_when_the_play_is_taken_up_and_abrupt_stops_are_none_with_play() {
+    let (controller, device) = (ControllerConfig::EXAMPLE, DeviceConfig::EXAMPLE);
+    let hardware = Hardware {
+        pwm_clock_hz: 168e6,
+        supply_top: 4095,
+        dead_time_max: 6e-6,
+        sample_time: [1e-4, 0.02],
+    };
+    let derived = Limits::derived(&controller, &device, 0.4);
+    let ticks = |play: f32| {
+        let limits = Limits { play, progress_gain: 27.0 / 4.0, ..derived };
+        let monitors = Monitors::new(&limits, &controller, &device, &hardware);
+        let mut state = MonitorState::default();
+        let tick = Tick { v_applied: 1.0, ..Tick::default() };
+        let trips = (1..1000u32).find(|&standstill| {
+            let seen = Seen { standstill, ..Seen::default() };
+            let trip = monitors.check(&mut state, &seen, &tick, 0);
+            assert!(trip.is_none_or(|trip| trip.fault == Fault::Stall), "{trip:?}");
+            trip.is_some()
+        });
+        trips.unwrap()
+    };
+    // 0.2 s; then sqrt(2 p / (27 (1 - 0.4))) s of crossing more, and a tick for each rounding.
+    assert_eq!(ticks(0.0), 10);
+    let crossing = (2.0f32 / (27.0 * 0.6)).sqrt() / 0.02;
+    let found = ticks(1.0) as f32;
+    assert!((found - 10.0 - crossing).abs() < 2.0, "{found} ticks, {crossing} of them to cross");
+}

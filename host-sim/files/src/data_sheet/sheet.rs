@@ -131,6 +131,15 @@ impl DataSheet {
         angle(self.gear.backlash_deg, self.gear.backlash_rad)
     }
 
+    /// Backlash between the motor and an encoder on the load, rad; zero with the encoder on the
+    /// motor.
+    pub fn backlash_to_encoder(&self) -> f64 {
+        match self.encoder.at {
+            Some(EncoderPlace::Motor) => 0.0,
+            Some(EncoderPlace::Load) | None => self.backlash().unwrap_or(0.0),
+        }
+    }
+
     /// Torsional stiffness at the joint, N m/rad.
     pub fn stiffness(&self) -> Option<f64> {
         per_angle(self.gear.stiffness_nm_per_deg, self.gear.stiffness_nm_per_rad)

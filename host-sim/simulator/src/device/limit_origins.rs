@@ -72,6 +72,7 @@ fn origin(parameters: &Parameters, about: &About) -> String {
         "back_emf" if limits.back_emf == 0.0 => {
             return "no back-EMF is known: all effort heats the motor".into();
         }
+        "play" => return "set by the file, or by the backlash of its gear".into(),
         "back_emf" => return "set by the file, or by its motor".into(),
         "breakaway_min" if limits.breakaway_min == 0.0 => {
             return "unknown friction: no closed loop is armed".into();

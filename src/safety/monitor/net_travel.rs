@@ -1,0 +1,94 @@
+//! Effort beyond the breakaway on average, and no net travel in its direction.
+//!
+//! ```text
+//! |sum u| > N B    and    -64 < sign(sum u) (p2 - p1) < 1 count       over N ticks, 5 s
+//! ```
+//!
+//! u is the effort of a tick and B is `breakaway_v`. p1 and p2 are the mean positions (counts) of
+//! the first and of the second half of the N ticks. A joint that stays where it is needs no more
+//! than its breakaway effort on average, however much it hunts. So the counts come from elsewhere: a
+//! line that picks up noise and counts while the loop holds its set point drives the joint the other
+//! way.
+//!
+//! [`super::stall_impulse`] takes two counts anywhere for a living encoder, and a loop that works
+//! against false counts has them all the time. Here only what remains of them counts. The time is
+//! longer than that in which [`super::stall_impulse`] trips, so a joint that rests under too much
+//! effort trips no sooner than without this monitor. More than 64 counts against the effort are a
+//! joint that is braked.
+//!
+//! Guarantees: an encoder that counts while the joint creeps under more than B on average is
+//! detected at the end of a period whose two means agree within a count.
+//!
+//! Does badly: a joint that creeps needs its slip friction and its viscous friction, and that may
+//! be less than B. Up to (B - F) / b no effort contradicts the counts, F being the slip friction and
+//! b the viscous one: 1 deg/s on the thesis's joint. Only a second encoder sees that. A loop that
+//! hunts by many counts has means that differ by chance, and needs several periods. A moving set
+//! point is net travel. A hub that slips looks like a joint with more inertia.
+
+use super::limits::{Limits, Units};
+
+/// Length of a period, s. The least excess of the impulse trips after eight times its 0.5 s, and an
+/// excess of whole codes takes up to a quarter longer.
+const PERIOD: f32 = 5.0;
+
+/// Net travel that is due, as a difference of the means, counts: half of the two counts that show a
+/// living encoder, since a joint that creeps evenly makes twice the difference.
+const DUE: f32 = 1.0;
+
+/// Net travel against the effort from which a joint is braked, counts.
+const BRAKED: f32 = 64.0;
+
+/// Mean effort and net travel against their limits.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct NetTravel {
+    /// Ticks of half a period.
+    half: u32,
+    /// Codes times ticks.
+    most: u32,
+}
+
+/// The period so far.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct NetTravelState {
+    ticks: u32,
+    /// Codes times ticks.
+    sum: i32,
+    /// Where the period began, counts.
+    start: i32,
+    /// Travel since then, added up in the second half less that of the first, counts times ticks.
+    moment: f32,
+}
+
+impl NetTravel {
+    pub fn new(limits: &Limits, units: &Units) -> Self {
+        // Disabled together with the stall monitor.
+        let is_on = limits.breakaway_effort > 0.0 && limits.stall_effort > 0.0;
+        let half = Units::whole(0.5 * PERIOD, units.tick);
+        // Towards zero: the largest code that is no more than the breakaway.
+        let code = (limits.breakaway_effort / units.code) as u32;
+        Self { half, most: if is_on { code.saturating_mul(2 * half) } else { u32::MAX } }
+    }
+
+    /// Takes the code that is about to be applied, and the position (counts).
+    #[inline]
+    pub fn check(&self, state: &mut NetTravelState, code: i32, position: i32) -> bool {
+        if state.ticks == 0 {
+            state.start = position;
+        }
+        state.sum = state.sum.saturating_add(code);
+        let travel = position.wrapping_sub(state.start) as f32;
+        state.moment += if state.ticks < self.half { -travel } else { travel };
+        state.ticks += 1;
+        state.ticks >= 2 * self.half && self.judge(state)
+    }
+
+    /// Judges a period, and begins the next one.
+    #[cold]
+    #[inline(never)]
+    fn judge(&self, state: &mut NetTravelState) -> bool {
+        let made = state.moment / self.half as f32 * state.sum.signum() as f32;
+        let is_beyond = state.sum.unsigned_abs() > self.most;
+        *state = NetTravelState::default();
+        is_beyond && -BRAKED < made && made < DUE
+    }
+}
