@@ -34,6 +34,7 @@ mod following_error;
 mod fuzz;
 mod heat;
 mod held_effort;
+mod hostile;
 mod jog;
 mod link;
 mod machine_file;

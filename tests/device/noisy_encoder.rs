@@ -178,3 +178,41 @@ fn near_the_breakaway_noise_of_open_lines_is_detected_late_or_lets_the_joint_cre
         );
     }
 }
+
+/// How far a joint coasts from a speed (deg/s) against the thesis's friction, deg, in closed form.
+pub fn coasting(speed: f64) -> f64 {
+    let (gain, viscous, slip) = (27.0, 0.02, 0.38);
+    let (tau, steady) = (1.0 / (gain * viscous), slip / viscous);
+    tau * (speed.abs() - steady * (1.0 + speed.abs() / steady).ln())
+}
+
+/// The lines break while the joint is pushed, or while it is braked for a new target. The counts
+/// that it made before are no credit, and the time that a heavy joint would need to brake is none.
+#[test]
+fn lines_that_break_in_motion_lead_no_further_than_45_deg_and_the_way_of_coasting() {
+    for open in [OpenLines::One, OpenLines::Both(4), OpenLines::Both(16)] {
+        for law in controllers() {
+            let mut furthest = 0.0f64;
+            for (after, turns) in (5..60u32).step_by(5).flat_map(|k| [(k, false), (k, true)]) {
+                let mut device = armed(law);
+                step(&mut device, 40.0);
+                let is_armed = (0..after).all(|_| {
+                    device.device.servo().heard();
+                    device.tick().state == State::Armed
+                });
+                if !is_armed {
+                    continue;
+                }
+                let (from, to_deg) = (device.position_deg(), if turns { -20.0 } else { 40.0 });
+                let coasts = coasting(device.velocity_deg_per_s());
+                step(&mut device, to_deg);
+                let found = run(&mut device, to_deg - from, open, u64::from(after));
+                let name = format!("{open:?}, {law}, after {after}, turns: {turns}: {found:?}");
+                assert!(found.beyond < 45.0 + coasts, "{name}, coasts {coasts}");
+                furthest = furthest.max(found.beyond - coasts);
+            }
+            let lines = format!("{open:?}");
+            reliability!("breaks-in-motion", lines, law, furthest = format!("{furthest:.1}"));
+        }
+    }
+}

@@ -228,10 +228,11 @@ impl Monitors {
         by_link: bool,
         range: PositionLimits,
     ) -> MonitorState {
-        let MonitorState { thermal, impulse, probe, .. } = *before;
+        let MonitorState { thermal, impulse, net, probe, .. } = *before;
         MonitorState {
             thermal,
             impulse,
+            net,
             probe: probe.armed(),
             range,
             link: LinkState::watch(by_link),
@@ -260,6 +261,7 @@ impl Monitors {
         self.thermal.cool(&mut state.thermal);
         self.impulse.see(&mut state.impulse, seen.position);
         self.probe.see(&mut state.probe, seen.position);
+        state.net = NetTravelState::at(seen.position);
         state.code = 0;
         state.warning = false;
     }
@@ -305,8 +307,11 @@ impl Monitors {
         {
             return trip(Fault::FollowingError, deg(error));
         }
-        let is_taken_up =
-            self.play.is_none_or(|play| play.is_taken_up(&mut state.play, code, seen.position));
+        let (is_taken_up, stops) = match &self.play {
+            None => (true, self.abrupt.check(&mut state.abrupt, before, seen.travel)),
+            // The halves of a joint collide in its play: they stop abruptly.
+            Some(play) => (play.is_taken_up(&mut state.play, code, seen.position), false),
+        };
         let stalls = if is_taken_up {
             self.stall.check(&mut state.stall, code, seen.standstill)
                 | self.impulse.check(&mut state.impulse, code, seen.position, seen.travel)
@@ -320,9 +325,6 @@ impl Monitors {
             stalls | self.progress.check(&mut state.progress, before, seen.travel, tick.velocity);
         let error = setpoint.wrapping_sub(tick.counts);
         let stalls = stalls | self.probe.check(&mut state.probe, code, seen.position, error);
-        // The halves of a joint collide in its play.
-        let stops =
-            self.play.is_none() && self.abrupt.check(&mut state.abrupt, before, seen.travel);
         if stalls || stops {
             return trip(Fault::Stall, tick.v_applied);
         }

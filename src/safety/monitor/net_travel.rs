@@ -50,13 +50,16 @@ pub(super) struct NetTravel {
 /// The period so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct NetTravelState {
+    /// Ticks of this half.
     ticks: u32,
     /// Codes times ticks.
     sum: i32,
     /// Where the period began, counts.
     start: i32,
-    /// Travel since then, added up in the second half less that of the first, counts times ticks.
-    moment: f32,
+    /// Travel since then, added up over the ticks of this half, counts.
+    travels: f32,
+    /// The same of the first half, once it is over.
+    first: Option<f32>,
 }
 
 impl NetTravel {
@@ -72,23 +75,31 @@ impl NetTravel {
     /// Takes the code that is about to be applied, and the position (counts).
     #[inline]
     pub fn check(&self, state: &mut NetTravelState, code: i32, position: i32) -> bool {
-        if state.ticks == 0 {
-            state.start = position;
-        }
         state.sum = state.sum.saturating_add(code);
-        let travel = position.wrapping_sub(state.start) as f32;
-        state.moment += if state.ticks < self.half { -travel } else { travel };
+        state.travels += position.wrapping_sub(state.start) as f32;
         state.ticks += 1;
-        state.ticks >= 2 * self.half && self.judge(state)
+        state.ticks >= self.half && self.end_half(state, position)
     }
 
-    /// Judges a period, and begins the next one.
+    /// Ends a half; the second one is judged, and the next period begins.
     #[cold]
     #[inline(never)]
-    fn judge(&self, state: &mut NetTravelState) -> bool {
-        let made = state.moment / self.half as f32 * state.sum.signum() as f32;
+    fn end_half(&self, state: &mut NetTravelState, position: i32) -> bool {
+        let Some(first) = state.first else {
+            *state =
+                NetTravelState { ticks: 0, travels: 0.0, first: Some(state.travels), ..*state };
+            return false;
+        };
+        let made = (state.travels - first) / self.half as f32 * state.sum.signum() as f32;
         let is_beyond = state.sum.unsigned_abs() > self.most;
-        *state = NetTravelState::default();
+        *state = NetTravelState::at(position);
         is_beyond && -BRAKED < made && made < DUE
+    }
+}
+
+impl NetTravelState {
+    /// Returns a period that begins at a position, counts.
+    pub fn at(start: i32) -> Self {
+        Self { start, ..Self::default() }
     }
 }

@@ -63,6 +63,9 @@ impl Play {
 
     /// Takes the code that is about to be applied, and the position (counts). Returns whether the
     /// play is taken up in the direction of the effort.
+    // Out of line: a joint without play does not pay for it.
+    #[cold]
+    #[inline(never)]
     pub fn is_taken_up(&self, state: &mut PlayState, code: i32, position: i32) -> bool {
         if position.wrapping_sub(state.anchor).unsigned_abs() > 1 {
             *state = PlayState { anchor: position, ..PlayState::default() };

@@ -10,7 +10,8 @@
 //!
 //! `v` and `due` are speed and travel of the weakest joint that the file allows: it has the gain
 //! `g`, a mechanical time constant of 0.2 s, and the friction F. All sums start anew when the
-//! effort falls to F or changes its sign. Trips in two cases:
+//! effort falls to F or changes its sign, and after each judgement that a joint passes: `due`
+//! exceeds 64 counts and the play, or `path` exceeds twice its limit. Trips in two cases:
 //!
 //! - `due` exceeds 64 counts and the play, and `made` is less than a quarter of what exceeds the
 //!   play: the counts are too few.
@@ -18,7 +19,7 @@
 //!   to and fro.
 //!
 //! A joint that still moves against a new effort starts with one and a half times its speed against
-//! it, so that braking is in none of the sums.
+//! it, and has no more than that while it brakes, so that braking is in none of the sums.
 //!
 //! [`super::stall`] and [`super::stall_impulse`] take counts anywhere for a living encoder. An open
 //! line picks up noise, and its counts go to and fro. This monitor requires counts that go where
@@ -26,10 +27,9 @@
 //!
 //! Guarantees: under an effort above F, an encoder whose error stays within n counts is detected
 //! before the weakest joint has moved the larger of 64 and 4 n counts, plus one tick, if it starts
-//! at rest.
+//! at rest. If it breaks in motion, one judgement more may pass.
 //!
-//! Does badly: efforts up to F are not judged, so noise near the breakaway effort stays
-//! undetected. An effort that keeps changing its sign starts anew each time. Noise in the measured
+//! Does badly: efforts up to F are not judged; [`super::net_travel`] judges their mean. An effort that keeps changing its sign starts anew each time. Noise in the measured
 //! speed delays the start. Three joints trip although their encoders work: one with less than a
 //! quarter of `g`; one of four times `g`, as derived from its file, with a time constant below 12
 //! ms; and one with the encoder on the load behind more than 64 counts of play beyond
@@ -116,13 +116,16 @@ impl Progress {
         }
         let sign = code.signum();
         if sign != state.sign {
-            // The regression is late; the travel of a tick is coarse.
-            let with =
-                (velocity * self.per_speed * sign as f32).min((travel.saturating_mul(sign)) as f32);
-            *state =
-                ProgressState { sign, speed: AGAINST * with.min(0.0), ..ProgressState::default() };
+            *state = ProgressState { sign, speed: f32::MIN, ..ProgressState::default() };
         }
-        state.ticks = state.ticks.saturating_add(1);
+        let made = if sign < 0 { travel.saturating_neg() } else { travel };
+        if state.speed < 0.0 {
+            // The regression is late; the travel of a tick is coarse. The joint goes no faster
+            // against the effort than it is seen to go.
+            let with = (velocity * self.per_speed * sign as f32).min(made as f32);
+            state.speed = state.speed.max(AGAINST * with.min(0.0));
+        }
+        state.ticks += 1;
         if state.speed < 0.0 {
             // Friction helps the effort to brake.
             state.speed += code.saturating_abs() as f32 * self.gain;
@@ -130,11 +133,19 @@ impl Progress {
         }
         state.speed = state.speed * self.decay + excess as f32 * self.gain;
         state.due += state.speed;
-        state.made = state.made.saturating_add(travel.saturating_mul(sign));
+        state.made = state.made.saturating_add(made);
         state.path = state.path.saturating_add(travel.saturating_abs());
+        if state.ticks < LEAST_TICKS {
+            return false;
+        }
         let due = state.due - self.play;
         let too_few = due > LEAST && (state.made as f32) < SHARE * due;
-        let to_and_fro = state.path > self.path && state.made < state.path / 2;
-        state.ticks >= LEAST_TICKS && (too_few || to_and_fro)
+        let to_and_fro = state.path > self.path && state.made < state.path >> 1;
+        let trips = too_few || to_and_fro;
+        if !trips && (due > LEAST || state.path > 2 * self.path) {
+            // What was made so far is no credit for an encoder that breaks now.
+            (state.ticks, state.due, state.made, state.path) = (0, 0.0, 0, 0);
+        }
+        trips
     }
 }

@@ -368,8 +368,8 @@ fn more_than_the_breakaway_on_average_trips_after_a_period_without_net_travel() 
     let trips_with = |limits: &Limits, code: fn(i32) -> i32, position: fn(i32) -> i32| {
         let monitor = NetTravel::new(limits, &units);
         let [up, down] = [1, -1].map(|sign| {
-            let mut state = NetTravelState::default();
             let from = 1_000_000;
+            let mut state = NetTravelState::at(from);
             (1..150)
                 .find(|k| monitor.check(&mut state, sign * code(*k), from + sign * position(*k)))
         });
