@@ -145,7 +145,8 @@ faults! {
     14 Stall "stall: effort, but no count", "14 Stall",
         "effort" "V",
         "`stall_s` beyond `stall_v`, or too little travel there; 0.125 to 4 s beyond \
-         `breakaway_v`, 5 s and more without net travel; up to 3.4 s beyond `breakaway_min_v`; 20 to 60 ms in motion",
+         `breakaway_v`, 5 s and more without net travel; up to 3.4 s beyond `breakaway_min_v`; \
+         20 to 60 ms in motion",
         Clear,
         [stall_effort, stall_time, breakaway_effort, stall_impulse, stop_gain, progress_gain,
             breakaway_min, probe_error, play];

@@ -67,8 +67,8 @@ fn false_counts_that_take_more_than_the_breakaway_effort_are_detected_and_fewer_
     }
 }
 
-/// Moves 30 deg while the encoder's hub slips from 5 deg on, so that it shows a share of the travel.
-/// Returns where the joint came to rest (deg) and whether a fault ended the move.
+/// Moves 30 deg while the encoder's hub slips from 5 deg on, so that it shows a share of the
+/// travel. Returns where the joint came to rest (deg) and whether a fault ended the move.
 fn slipping(law: &str, share: f64) -> (f64, bool) {
     let mut device = armed(law);
     let parameters = device.device.parameters().unwrap();

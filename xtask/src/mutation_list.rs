@@ -743,7 +743,7 @@ pub const MUTATIONS: &[Mutation] = &[
         "a joint that rests is probed again and again",
         Suite::Device, &["is_pushed_once_towards"]),
     fault("src/safety/monitor/progress.rs",
-        ["if !trips && (due > LEAST || state.path > 2 * self.path) {",
+        ["if !trips && (due > LEAST || state.path >> 1 > self.path) {",
          "if !trips && due < 0.0 {"],
         "what a joint made is credit for lines that break",
         Suite::Device, &["lines_that_break_in_motion"]),

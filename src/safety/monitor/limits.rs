@@ -131,8 +131,8 @@ table! {
         /// 0, and all effort counts.
         back_emf: f32 = 0x0917 "back_emf_v_per_deg_per_s", Between(0.0, HUGE), Derived(0.0);
         /// Play between the motor and the encoder, whole width, deg: the motor crosses it without a
-        /// count. Effort without a count is no stall before the weakest joint has crossed it, and
-        /// counts that stop abruptly are none. Derived: the backlash of the file's gear, if the
+        /// count. Effort without a count is no stall before the joint of the file has crossed it,
+        /// and counts that stop abruptly are none. Derived: the backlash of the file's gear, if the
         /// encoder is on the load.
         play: f32 = 0x0918 "play_deg", Between(0.0, TURN), Derived(0.0);
     }

@@ -6,9 +6,9 @@
 //!
 //! u is the effort of a tick and B is `breakaway_v`. p1 and p2 are the mean positions (counts) of
 //! the first and of the second half of the N ticks. A joint that stays where it is needs no more
-//! than its breakaway effort on average, however much it hunts. So the counts come from elsewhere: a
-//! line that picks up noise and counts while the loop holds its set point drives the joint the other
-//! way.
+//! than its breakaway effort on average, however much it hunts. So the counts come from elsewhere:
+//! a line that picks up noise and counts while the loop holds its set point drives the joint the
+//! other way.
 //!
 //! [`super::stall_impulse`] takes two counts anywhere for a living encoder, and a loop that works
 //! against false counts has them all the time. Here only what remains of them counts. The time is
@@ -20,10 +20,10 @@
 //! detected at the end of a period whose two means agree within a count.
 //!
 //! Does badly: a joint that creeps needs its slip friction and its viscous friction, and that may
-//! be less than B. Up to (B - F) / b no effort contradicts the counts, F being the slip friction and
-//! b the viscous one: 1 deg/s on the thesis's joint. Only a second encoder sees that. A loop that
-//! hunts by many counts has means that differ by chance, and needs several periods. A moving set
-//! point is net travel. A hub that slips looks like a joint with more inertia.
+//! be less than B. Up to (B - F) / b no effort contradicts the counts, F being the slip friction
+//! and b the viscous one: 1 deg/s on the thesis's joint. Only a second encoder sees that. A loop
+//! that hunts by many counts has means that differ by chance, and needs several periods. A moving
+//! set point is net travel. A hub that slips looks like a joint with more inertia.
 
 use super::limits::{Limits, Units};
 

@@ -9,18 +9,18 @@
 //! `x` and `v` are those of the whole joint in the play: `g` is its gain (four times
 //! `progress_gain`), `B` its friction (`breakaway_v`), `u` the effort and `p` is `play_deg`. The
 //! motor alone is lighter and has a part of that friction, so it is ahead of `x`. Two counts from
-//! where the encoder last showed that it lives begin anew at `x = 0`. Until the play is taken up, an
-//! effort without a count is no stall: neither [`super::stall`] nor [`super::stall_impulse`] adds
-//! it up.
+//! where the encoder last showed that it lives begin anew at `x = 0`. Until the play is taken up,
+//! an effort without a count is no stall: neither [`super::stall`] nor [`super::stall_impulse`]
+//! adds it up.
 //!
-//! Guarantees: a motor that is free in its play, lighter than the joint of the file by what the file
-//! errs, and without a load, has gone `p` before either of them adds up.
+//! Guarantees: a motor that is free in its play, lighter than the joint of the file by what the
+//! file errs, and without a load, has gone `p` before either of them adds up.
 //!
-//! Does badly: with a silent encoder the joint crosses the play and goes on until the stall: on the
-//! thesis's joint 14.5 deg with a play of 1 deg, at full effort, against 2.3 deg without.
+//! Does badly: with a silent encoder the joint crosses the play and goes on until the stall: on
+//! the thesis's joint 14.5 deg with a play of 1 deg, at full effort, against 2.3 deg without.
 //! [`super::abrupt_stop`] is off, for the halves of a joint collide in the play: an encoder that
-//! dies in motion is detected by its effort alone. A joint that hunts within its play takes it up in
-//! neither direction.
+//! dies in motion is detected by its effort alone. A joint that hunts within its play takes it up
+//! in neither direction.
 
 use super::limits::{Limits, Units};
 

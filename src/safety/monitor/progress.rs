@@ -15,25 +15,25 @@
 //!
 //! - `due` exceeds 64 counts and the play, and `made` is less than a quarter of what exceeds the
 //!   play: the counts are too few.
-//! - `path` exceeds 32 counts and twice the play, and `made` is less than half of it: the counts go
-//!   to and fro.
+//! - `path` exceeds 32 counts and twice the play, and `made` is less than half of it: the counts
+//!   go to and fro.
 //!
-//! A joint that still moves against a new effort starts with one and a half times its speed against
-//! it, and has no more than that while it brakes, so that braking is in none of the sums.
+//! A joint that still moves against a new effort starts with one and a half times its speed
+//! against it, and has no more than that while it brakes, so that braking is in none of the sums.
 //!
-//! [`super::stall`] and [`super::stall_impulse`] take counts anywhere for a living encoder. An open
-//! line picks up noise, and its counts go to and fro. This monitor requires counts that go where
-//! the effort pushes, as far as it pushes.
+//! [`super::stall`] and [`super::stall_impulse`] take counts anywhere for a living encoder. An
+//! open line picks up noise, and its counts go to and fro. This monitor requires counts that go
+//! where the effort pushes, as far as it pushes.
 //!
 //! Guarantees: under an effort above F, an encoder whose error stays within n counts is detected
 //! before the weakest joint has moved the larger of 64 and 4 n counts, plus one tick, if it starts
 //! at rest. If it breaks in motion, one judgement more may pass.
 //!
-//! Does badly: efforts up to F are not judged; [`super::net_travel`] judges their mean. An effort that keeps changing its sign starts anew each time. Noise in the measured
-//! speed delays the start. Three joints trip although their encoders work: one with less than a
-//! quarter of `g`; one of four times `g`, as derived from its file, with a time constant below 12
-//! ms; and one with the encoder on the load behind more than 64 counts of play beyond
-//! `play_deg`.
+//! Does badly: efforts up to F are not judged; [`super::net_travel`] judges their mean. An effort
+//! that keeps changing its sign starts anew each time. Noise in the measured speed delays the
+//! start. Three joints trip although their encoders work: one with less than a quarter of `g`; one
+//! of four times `g`, as derived from its file, with a time constant below 12 ms; and one with the
+//! encoder on the load behind more than 64 counts of play beyond `play_deg`.
 
 use super::limits::{Limits, Units};
 
@@ -44,8 +44,8 @@ const LEAST: f32 = 64.0;
 /// Path that is judged, counts: half of it is the noise of 16 counts.
 const LEAST_PATH: i32 = 32;
 
-/// Ticks of one sign that are judged. A loop that swings at a quarter of its sample rate changes the
-/// sign every two ticks, and neither regression nor travel shows its speed.
+/// Ticks of one sign that are judged. A loop that swings at a quarter of its sample rate changes
+/// the sign every two ticks, and neither regression nor travel shows its speed.
 const LEAST_TICKS: u32 = 4;
 
 /// Part of the due travel that the joint has to make.
@@ -101,7 +101,7 @@ impl Progress {
             decay: (1.0 - units.tick / TIME).max(0.0),
             per_speed,
             play: limits.play / units.count,
-            path: LEAST_PATH + (2.0 * limits.play / units.count) as i32,
+            path: LEAST_PATH.saturating_add((2.0 * limits.play / units.count) as i32),
         }
     }
 
@@ -142,7 +142,7 @@ impl Progress {
         let too_few = due > LEAST && (state.made as f32) < SHARE * due;
         let to_and_fro = state.path > self.path && state.made < state.path >> 1;
         let trips = too_few || to_and_fro;
-        if !trips && (due > LEAST || state.path > 2 * self.path) {
+        if !trips && (due > LEAST || state.path >> 1 > self.path) {
             // What was made so far is no credit for an encoder that breaks now.
             (state.ticks, state.due, state.made, state.path) = (0, 0.0, 0, 0);
         }
