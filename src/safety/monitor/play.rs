@@ -77,7 +77,8 @@ impl Play {
         state.speed =
             if pushed > 0.0 { (pushed - slowed).max(0.0) } else { (pushed + slowed).min(0.0) };
         let at = state.at + state.speed;
-        state.at = at.clamp(-self.width, self.width);
+        // Not `clamp`, which may panic.
+        state.at = at.max(-self.width).min(self.width);
         if state.at != at {
             state.speed = 0.0;
         }
