@@ -156,7 +156,7 @@ impl Hostile {
         }
     }
 
-    /// The lines break or are mended.
+    /// The lines break or are repaired.
     fn disturb(&mut self) {
         let open = [OpenLines::One, OpenLines::Both(1), OpenLines::Both(4), OpenLines::Both(16)];
         let open = open[self.random.below(4) as usize];

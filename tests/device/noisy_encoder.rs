@@ -1,8 +1,8 @@
 //! An encoder whose open lines pick up noise: how far the joint goes, under every law.
 //!
 //! The servo has the limits that are derived for the thesis's robot (0.4 V start it, 0.38 V keep it
-//! moving). Travel is true travel beyond the start and the target, coasting included. Blind to lines
-//! that are open for a part of the time.
+//! moving). Travel is true travel beyond the start and the target, coasting included. Blind to
+//! lines that are open for a part of the time.
 
 use simulator::device::simulated::{SimulatedDevice, Wires};
 use stiction::servo::State;
