@@ -6,6 +6,13 @@ use crate::units::value::Table;
 
 const UNITS: Units = Units { count: 1.0, code: 1.0, tick: 1.0, supply: 1.0 };
 
+const HARDWARE: Hardware = Hardware {
+    pwm_clock_hz: 168e6,
+    supply_top: 4095,
+    dead_time_max: 6e-6,
+    sample_time: [1e-4, 0.02],
+};
+
 #[test]
 fn a_jump_and_a_speed_trip_beyond_their_limits_in_both_directions() {
     let limits = Limits { encoder_jump: 10.0, overspeed: 5.0, ..Limits::OFF };
@@ -299,14 +306,8 @@ fn a_joint_is_at_rest_within_two_counts_for_its_time() {
 #[test]
 fn heat_and_impulse_outlast_arming_and_a_motor_that_is_off_cools() {
     let (controller, device) = (ControllerConfig::EXAMPLE, DeviceConfig::EXAMPLE);
-    let hardware = Hardware {
-        pwm_clock_hz: 168e6,
-        supply_top: 4095,
-        dead_time_max: 6e-6,
-        sample_time: [1e-4, 0.02],
-    };
     let limits = Limits { continuous_effort: 1.0, thermal_time: 1.0, ..Limits::OFF };
-    let monitors = Monitors::new(&limits, &controller, &device, &hardware);
+    let monitors = Monitors::new(&limits, &controller, &device, &HARDWARE);
     let tick = Tick { v_applied: 5.0, ..Tick::default() };
     let (mut state, seen) = (MonitorState::default(), Seen::default());
     let trips = (0..100).find_map(|_| monitors.check(&mut state, &seen, &tick, 0));
@@ -422,16 +423,10 @@ fn an_effort_crosses_the_play_before_it_counts_and_the_other_way_it_crosses_all_
 #[test]
 fn effort_is_a_stall_only_when_the_play_is_taken_up_and_abrupt_stops_are_none_with_play() {
     let (controller, device) = (ControllerConfig::EXAMPLE, DeviceConfig::EXAMPLE);
-    let hardware = Hardware {
-        pwm_clock_hz: 168e6,
-        supply_top: 4095,
-        dead_time_max: 6e-6,
-        sample_time: [1e-4, 0.02],
-    };
     let derived = Limits::derived(&controller, &device, 0.4);
     let ticks = |play: f32| {
         let limits = Limits { play, progress_gain: 27.0 / 4.0, ..derived };
-        let monitors = Monitors::new(&limits, &controller, &device, &hardware);
+        let monitors = Monitors::new(&limits, &controller, &device, &HARDWARE);
         let mut state = MonitorState::default();
         let tick = Tick { v_applied: 1.0, ..Tick::default() };
         let trips = (1..1000u32).find(|&standstill| {
