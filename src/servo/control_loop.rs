@@ -109,13 +109,13 @@ impl ControlLoop {
         self.course.restart(self.state.soft_start_left(&self.controller));
     }
 
-    /// Forgets the state of the law and of the monitors, but not the motor's heat, and not what a
-    /// ramp or a jog has found.
+    /// Forgets the state of the law, but not what a ramp or a jog has found. The monitors begin anew
+    /// at the next arming.
     pub(super) fn rest(&mut self) {
         if !self.is_over() {
             self.state.forget();
         }
-        self.watch = self.monitors.armed(&self.watch, false, PositionLimits::NONE);
+        self.watch.rest();
     }
 
     /// Replaces the motion of the parameters by the course that a link asks for.

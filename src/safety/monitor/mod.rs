@@ -287,7 +287,7 @@ impl Monitors {
         supply: u16,
     ) -> Option<Trip> {
         // In codes at the nominal supply: a duty that is scaled by the supply is no other effort.
-        let code = libm::roundf(tick.v_applied / self.units.code) as i32;
+        let code = self.units.codes(tick.v_applied);
         let before = core::mem::replace(&mut state.code, code);
         let deg = |counts: i32| counts as f32 * self.units.count;
         let trip = |fault, value| Some(Trip { fault, value });
@@ -360,6 +360,13 @@ impl MonitorState {
     /// The range of positions that holds.
     pub const fn range(&self) -> PositionLimits {
         self.range
+    }
+
+    /// The output is off: there is no warning and no link to watch. What else the monitors remember
+    /// stays until [`Monitors::armed`], since the tick that latches a fault is the longest of all.
+    pub const fn rest(&mut self) {
+        self.warning = false;
+        self.link = LinkState::watch(false);
     }
 
     /// A link has taken over: its silence is a fault from now on.

@@ -69,8 +69,8 @@ pub(super) struct Progress {
     decay: f32,
     /// Counts per tick, of a deg/s.
     per_speed: f32,
-    /// Counts that the motor makes before the encoder counts.
-    play: f32,
+    /// Due travel that is judged, counts: [`LEAST`] beyond the play.
+    due: f32,
     /// Path that is judged, counts.
     path: i32,
 }
@@ -100,7 +100,7 @@ impl Progress {
             gain: limits.progress_gain * units.code * units.tick * per_speed,
             decay: (1.0 - units.tick / TIME).max(0.0),
             per_speed,
-            play: limits.play / units.count,
+            due: LEAST + limits.play / units.count,
             path: LEAST_PATH.saturating_add((2.0 * limits.play / units.count) as i32),
         }
     }
@@ -109,7 +109,9 @@ impl Progress {
     /// measured speed (deg/s).
     #[inline]
     pub fn check(&self, state: &mut ProgressState, code: i32, travel: i32, velocity: f32) -> bool {
-        let excess = code.saturating_abs().saturating_sub(self.friction);
+        // Neither a code nor the travel of a tick has the size of 2^31.
+        let size = code.wrapping_abs();
+        let excess = size.wrapping_sub(self.friction);
         if excess <= 0 {
             state.sign = 0;
             return false;
@@ -118,7 +120,7 @@ impl Progress {
         if sign != state.sign {
             *state = ProgressState { sign, speed: f32::MIN, ..ProgressState::default() };
         }
-        let made = if sign < 0 { travel.saturating_neg() } else { travel };
+        let made = if sign < 0 { travel.wrapping_neg() } else { travel };
         if state.speed < 0.0 {
             // The regression is late; the travel of a tick is coarse. The joint goes no faster
             // against the effort than it is seen to go.
@@ -128,22 +130,27 @@ impl Progress {
         state.ticks += 1;
         if state.speed < 0.0 {
             // Friction helps the effort to brake.
-            state.speed += code.saturating_abs() as f32 * self.gain;
+            state.speed += size as f32 * self.gain;
             return false;
         }
         state.speed = state.speed * self.decay + excess as f32 * self.gain;
         state.due += state.speed;
         state.made = state.made.saturating_add(made);
-        state.path = state.path.saturating_add(travel.saturating_abs());
-        if state.ticks < LEAST_TICKS {
-            return false;
-        }
-        let due = state.due - self.play;
-        let too_few = due > LEAST && (state.made as f32) < SHARE * due;
+        state.path = state.path.saturating_add(travel.wrapping_abs());
+        let is_due = state.due > self.due || state.path > self.path;
+        is_due && state.ticks >= LEAST_TICKS && self.judge(state)
+    }
+
+    /// Judges what was made. What a joint has made that passes is no credit for an encoder that
+    /// breaks now.
+    #[cold]
+    #[inline(never)]
+    fn judge(&self, state: &mut ProgressState) -> bool {
+        let is_due = state.due > self.due;
+        let too_few = is_due && (state.made as f32) < SHARE * (state.due - self.due + LEAST);
         let to_and_fro = state.path > self.path && state.made < state.path >> 1;
         let trips = too_few || to_and_fro;
-        if !trips && (due > LEAST || state.path >> 1 > self.path) {
-            // What was made so far is no credit for an encoder that breaks now.
+        if !trips && (is_due || state.path >> 1 > self.path) {
             (state.ticks, state.due, state.made, state.path) = (0, 0.0, 0, 0);
         }
         trips
