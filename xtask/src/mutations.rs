@@ -312,6 +312,9 @@ mod tests {
 
     #[test]
     fn a_fault_fits_the_sources_once_or_the_list_is_out_of_date() {
+        let is_out_of_date = |m: &Mutation| mutated(&root().join(m.file), m).err();
+        let out_of_date: Vec<String> = MUTATIONS.iter().filter_map(is_out_of_date).collect();
+        assert!(out_of_date.is_empty(), "{}", out_of_date.join("\n"));
         let sound = root().join("src/safety/monitor/standstill.rs");
         let fault = |before| Mutation {
             file: "src/safety/monitor/standstill.rs",
