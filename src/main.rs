@@ -179,7 +179,7 @@ mod app {
                 remember(parts.servo);
                 *local.before = now;
             }
-            last_tick::publish(&output.tick);
+            last_tick::publish(&output);
             // A full queue loses a line of the log and samples of the telemetry, nothing else.
             let _ = local.output_producer.enqueue(output);
             rtic::pend(Interrupt::SPI2);

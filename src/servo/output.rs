@@ -14,22 +14,24 @@ pub struct Input {
     pub supply: u16,
 }
 
-/// The output of one tick of the servo: what it asks of the board.
+/// The output of one tick of the servo: what it asks of the board. A host reads its tick, which is
+/// first, from the memory of a running image.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
 pub struct Output {
+    /// Every signal of the tick; code and duty are those that are applied. Without a motion only
+    /// duty and status are set, except in the tick that ends a ramp or in which a fault trips.
+    pub tick: Tick,
     /// Whether the bridge may be on. If not, the duty is neutral.
     pub enable: bool,
     /// Whether the bridge's driver is enabled without a duty, so that it wakes up.
     pub wakes: bool,
     /// The servo's state after this tick.
     pub state: State,
-    /// Every signal of the tick; code and duty are those that are applied. Without a motion only
-    /// duty and status are set, except in the tick that ends a ramp or in which a fault trips.
-    pub tick: Tick,
-    /// Ticks since power-on, this one included.
-    pub clock: u32,
     /// Whether the compensator holds effort at standstill.
     pub wound_up: bool,
+    /// Ticks since power-on, this one included.
+    pub clock: u32,
 }
 
 impl Output {

@@ -114,7 +114,7 @@ impl FirmwareImage {
             })?;
         let symbol = file.symbols().find(|symbol| symbol.name() == Ok(last_tick::SYMBOL));
         let last_tick = match symbol.map(|symbol| (symbol.address(), symbol.size() as usize)) {
-            Some((address, last_tick::SIZE)) => address,
+            Some((address, last_tick::PUBLISHED)) => address,
             _ => {
                 let symbol = last_tick::SYMBOL;
                 return Err(no(format!(

@@ -1,24 +1,27 @@
 //! The image's own [`Tick`], out of its memory.
 //!
 //! The firmware leaves every tick in a static of its own, for debuggers and for this
-//! (`src/board/last_tick.rs`). Its address and size come from the ELF file's symbols; where each
-//! term lies in it follows from the type, which is laid out as in C and has no pointers or
-//! words of the processor's size: it is the same on both sides.
+//! (`src/board/last_tick.rs`): it is the first part of an [`Output`]. Address and size come from
+//! the ELF file's symbols; where each term lies follows from the types, which are laid out as in C
+//! and have no pointers or words of the processor's size: they are the same on both sides.
 
-#[cfg(test)]
 use std::mem::{offset_of, size_of};
 
 use rigless::emulator::{Error, Host};
 use rigless::soc::Width;
 use stiction::Tick;
 use stiction::control::signal::{LAYOUT, MAX_LAW_SIGNALS, SIGNALS, set};
+use stiction::servo::Output;
 
 /// The static's name in the ELF file.
 pub const SYMBOL: &str = "STICTION_LAST_TICK";
+/// Bytes of the static.
+pub const PUBLISHED: usize = size_of::<Output>();
 /// Bytes of a tick.
-pub const SIZE: usize = size_of::<Tick>();
+const SIZE: usize = size_of::<Tick>();
 
 const WORD: usize = 4;
+const _: () = assert!(offset_of!(Output, tick) == 0);
 const _: () = assert!(SIZE.is_multiple_of(WORD));
 
 /// Reads the last tick of the image. Nothing in the image runs meanwhile; the caller sees to it
