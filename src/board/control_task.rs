@@ -63,8 +63,10 @@ impl ControlTask {
     /// Runs one tick of the servo, from the encoder to the bridge.
     #[inline]
     pub fn tick(&mut self) -> Output {
-        let input = Input { counter: self.encoder.counter(), supply: self.supply.read() };
+        let (counter, lines) = (self.encoder.counter(), self.encoder.lines());
+        let input = Input { counter, supply: self.supply.read(), lines };
         let output = self.servo.tick(input);
+        self.encoder.pull(self.servo.pulls_down());
         if output.enable {
             self.bridge.drive(output.duty());
         } else if output.wakes {

@@ -7,6 +7,12 @@ use stiction::control::drive::Duty;
 pub trait EncoderInput {
     /// Returns the counter's present reading, which wraps.
     fn counter(&self) -> u32;
+
+    /// Returns the two lines as they are now: bit 0 is A, bit 1 is B.
+    fn lines(&self) -> u8;
+
+    /// Lets the resistors of the lines pull down, or up.
+    fn pull(&mut self, down: bool);
 }
 
 /// The bridge that drives the motor.

@@ -28,6 +28,21 @@ choice! {
     }
 }
 
+choice! {
+    /// What drives the encoder's lines at the input of the chip. It decides whether the
+    /// [test for open lines](crate::safety::open_line) works.
+    pub enum EncoderOutput {
+        /// Nothing is said: the test is off.
+        Unknown = 0 "unknown",
+        /// The lines are driven up and down, without resistors that hold them: the test is on.
+        PushPull = 1 "push-pull",
+        /// The lines are driven down, and a resistor pulls them up: the test is off.
+        OpenCollector = 2 "open-collector",
+        /// A line receiver stands between cable and chip, and hides an open cable: the test is off.
+        Receiver = 3 "receiver",
+    }
+}
+
 table! {
     /// An incremental encoder at the joint.
     #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,6 +53,8 @@ table! {
         counter_bits: CounterBits = 0x0202 "counter_bits", Any, Needed(CounterBits::Sixteen);
         /// Which way the counter runs when the joint moves the positive way.
         direction: Direction = 0x0203 "direction", Any, Default(Direction::Forward);
+        /// What drives the lines: only with `push-pull` are open ones found at rest.
+        output: EncoderOutput = 0x0204 "output", Any, Default(EncoderOutput::Unknown);
     }
 }
 
@@ -74,11 +91,14 @@ impl Encoder {
     /// Takes one reading of the counter, and returns the travel since the last one, in counts.
     ///
     /// ```
-    /// use stiction::control::encoder::{CounterBits, Direction, Encoder, EncoderState};
+    /// use stiction::control::encoder::{
+    ///     CounterBits, Direction, Encoder, EncoderOutput, EncoderState,
+    /// };
     /// let encoder = Encoder {
     ///     resolution: 0.00242,
     ///     counter_bits: CounterBits::Sixteen,
     ///     direction: Direction::Reverse,
+    ///     output: EncoderOutput::PushPull,
     /// };
     /// let mut state = EncoderState::start(1, 100);
     /// assert_eq!(encoder.update(&mut state, 0xFFFF), 2); // two down, across zero

@@ -3,7 +3,7 @@ use heapless::Vec;
 use super::record::ROOM;
 use super::*;
 use crate::control::drive::{DriveConfig, PwmMode};
-use crate::control::encoder::{CounterBits, Direction, Encoder};
+use crate::control::encoder::{CounterBits, Direction, Encoder, EncoderOutput};
 use crate::control::laws::{FIRST_LAW, Gains};
 use crate::control::reference::{Corner, MAX_CORNERS};
 use crate::units::error::Allowed;
@@ -17,6 +17,7 @@ fn example() -> Parameters {
             resolution: 0.00242,
             counter_bits: CounterBits::Sixteen,
             direction: Direction::Reverse,
+            output: EncoderOutput::PushPull,
         },
         velocity_window: 5,
         pd: PdGains { kp: 1.0, kd: 0.25 },

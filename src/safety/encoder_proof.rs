@@ -1,4 +1,4 @@
-//! The proof of the encoder that arming needs after a stall, a jump or a reversal.
+//! The proof of the encoder that arming needs after a stall, a jump, a reversal or an open line.
 //!
 //! ```text
 //!   fault                 rests                16 counts by hand, or a jog that agrees
@@ -116,8 +116,10 @@ mod tests {
     #[test]
     fn other_faults_neither_put_the_encoder_in_doubt_nor_prove_it() {
         for &fault in Fault::ALL {
-            let doubts =
-                matches!(fault, Fault::EncoderJump | Fault::Stall | Fault::EncoderReversed);
+            let doubts = matches!(
+                fault,
+                Fault::EncoderJump | Fault::Stall | Fault::EncoderReversed | Fault::EncoderOpen
+            );
             assert_eq!(EncoderProof::Given.after(fault).is_due(), doubts, "{fault:?}");
             assert!(in_doubt().after(fault).is_due(), "{fault:?}");
         }

@@ -181,6 +181,9 @@ faults! {
     /// The joint swings to and fro around a set point that rests.
     24 Oscillation "oscillation", "24 Oscillation",
         "time of the swings" "s", "`oscillation_s`", Clear, [oscillation_time];
+    /// A line of the encoder is open: at rest it followed the resistors of the input.
+    25 EncoderOpen "open line of the encoder", "25 Open line of the encoder",
+        "open lines" "(1: A, 2: B, 3: both)", "42 ms at rest, or 33 ticks; then every second", Clear, [];
 }
 
 impl Fault {
@@ -203,7 +206,7 @@ impl Fault {
 
     /// Returns whether the fault may come from the encoder, so that its counts are in doubt.
     pub const fn doubts_encoder(self) -> bool {
-        matches!(self, Self::EncoderJump | Self::Stall | Self::EncoderReversed)
+        matches!(self, Self::EncoderJump | Self::Stall | Self::EncoderReversed | Self::EncoderOpen)
     }
 
     /// Returns whether valid parameters end the fault.

@@ -100,7 +100,10 @@ impl Servo {
         else {
             return Err(Refusal::Booting);
         };
-        if !control_loop.monitors.is_at_rest(&seen) {
+        // A test for open lines is over before the joint is at rest, or a few long ticks later.
+        if !control_loop.monitors.is_at_rest(&seen)
+            || control_loop.open_line.is_due(&self.open_line)
+        {
             return Err(Refusal::Moving);
         }
         let ControlLoop { monitors, watch, .. } = &*control_loop;

@@ -6,6 +6,7 @@ use crate::control::hardware::Hardware;
 use crate::parameters::{DecodeError, Parameters};
 use crate::safety::encoder_proof::EncoderProof;
 use crate::safety::fault::{Fault, FaultLog, LatchedFault};
+use crate::safety::open_line::OpenLineState;
 
 /// The boot: how the part came out of its last reset.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -57,6 +58,7 @@ impl Servo {
             follower: Follower::default(),
             wake_up: WakeUp::default(),
             encoder_proof: EncoderProof::default(),
+            open_line: OpenLineState::default(),
             velocity: 0.0,
             stopping: None,
             referenced: Referenced::default(),

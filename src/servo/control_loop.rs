@@ -13,6 +13,7 @@ use crate::control::signal::Tick;
 use crate::motion::{Course, CourseState};
 use crate::parameters::Parameters;
 use crate::safety::monitor::{MonitorState, Monitors, PositionLimits};
+use crate::safety::open_line::OpenLineTest;
 use crate::units::error::InvalidValue;
 use crate::units::position::Position;
 
@@ -29,6 +30,7 @@ pub struct ControlLoop {
     /// The position in which the loop was armed, counts since power-on.
     pub(super) zero: i32,
     pub(super) monitors: Monitors,
+    pub(super) open_line: OpenLineTest,
     pub(super) watch: MonitorState,
     /// Ticks from the first one until the servo arms itself; none: it does not.
     pub(super) autostart: Option<u32>,
@@ -80,6 +82,7 @@ impl ControlLoop {
             state: CourseState::default(),
             zero: 0,
             monitors: Monitors::new(limits, config, device, hardware),
+            open_line: OpenLineTest::new(config.encoder.output, config.sample_time),
             watch: MonitorState::default(),
             autostart: device.autostart.then(|| parameters.in_ticks(device.autostart_delay)),
             reference: device.reference,

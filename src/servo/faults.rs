@@ -2,6 +2,7 @@
 
 use super::{Refusal, Servo, State};
 use crate::safety::fault::{Fault, FaultLog, LatchedFault};
+use crate::safety::open_line::OpenLineState;
 
 impl Servo {
     /// Returns the fault that is latched, if there is one.
@@ -38,6 +39,14 @@ impl Servo {
         }
     }
 
+    /// Latches the fault of open lines of the encoder (1: A, 2: B, 3: both).
+    #[cold]
+    #[inline(never)]
+    pub(super) fn latch_open(&mut self, lines: u8) {
+        let value = f32::from(lines);
+        self.latch(LatchedFault { fault: Fault::EncoderOpen, tick: self.clock, value });
+    }
+
     /// Clears the latched fault, which leaves the servo stopped. Without a fault, nothing happens.
     ///
     /// # Errors
@@ -49,6 +58,8 @@ impl Servo {
         }
         self.state = State::Stopped;
         self.latched = None;
+        // The next arming waits for a test of its own.
+        self.open_line = OpenLineState::default();
         Ok(())
     }
 }

@@ -58,6 +58,7 @@ use crate::motion::{Course, CourseState};
 use crate::safety::encoder_proof::EncoderProof;
 use crate::safety::fault::{Fault, FaultLog, LatchedFault};
 use crate::safety::monitor::Standstill;
+use crate::safety::open_line::OpenLineState;
 pub use boot::Boot;
 pub use control_loop::ControlLoop;
 use follower::Follower;
@@ -94,6 +95,7 @@ pub struct Servo {
     follower: Follower,
     wake_up: WakeUp,
     encoder_proof: EncoderProof,
+    open_line: OpenLineState,
     /// Velocity of the last tick with output, deg/s.
     velocity: f32,
     stopping: Option<Stopping>,
@@ -149,6 +151,13 @@ impl Servo {
         self.state == State::Armed && self.control_loop.as_ref().is_some_and(given_up)
     }
 
+    /// Returns whether the resistors of the encoder's input pull down until the next tick, for the
+    /// [test for open lines](crate::safety::open_line). They pull up otherwise.
+    #[inline]
+    pub const fn pulls_down(&self) -> bool {
+        self.open_line.pulls_down()
+    }
+
     /// Returns whether the encoder is in doubt, so that only a jog may drive the joint; see
     /// [`encoder_proof`](crate::safety::encoder_proof).
     pub const fn is_encoder_in_doubt(&self) -> bool {
@@ -184,6 +193,7 @@ impl Servo {
         core::mem::swap(&mut self.control_loop, control_loop);
         // The ticks so far may have been of another length.
         self.wake_up.forget();
+        self.open_line = OpenLineState::default();
         self.countdown = None;
         self.unsettle();
         if let State::Faulted(fault) = self.state
@@ -221,10 +231,17 @@ impl Servo {
     #[inline(never)]
     pub fn tick(&mut self, input: Input) -> Output {
         self.clock = self.clock.wrapping_add(1);
+        let mut open_lines = 0;
         if let Some(control_loop) = &self.control_loop {
             self.follower.update(control_loop.controller.encoder(), input);
+            let standstill = self.follower.seen.standstill;
+            open_lines =
+                control_loop.open_line.update(&mut self.open_line, input.lines, standstill);
         }
         self.advance();
+        if open_lines > 0 {
+            self.latch_open(open_lines);
+        }
         let (State::Armed, Some(control_loop)) = (self.state, &mut self.control_loop) else {
             if let Some(control_loop) = &mut self.control_loop {
                 let seen = &self.follower.seen;

@@ -12,6 +12,9 @@ pub struct Input {
     /// The converter's reading of the supply: for the supply's monitor, and for an output that is
     /// scaled by the supply.
     pub supply: u16,
+    /// The encoder's lines as they are now (bit 0: A, bit 1: B), for the test for open ones. A
+    /// board that cannot read them leaves this at zero: driven lines.
+    pub lines: u8,
 }
 
 /// The output of one tick of the servo: what it asks of the board. A host reads its tick, which is

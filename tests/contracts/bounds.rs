@@ -99,7 +99,12 @@ fn any_config() -> impl Strategy<Value = ControllerConfig> {
     let counter_bits = prop_oneof![Just(CounterBits::Sixteen), Just(CounterBits::ThirtyTwo)];
     let direction = prop_oneof![Just(Direction::Forward), Just(Direction::Reverse)];
     let encoder = (any_positive(LARGEST), counter_bits, direction).prop_map(
-        |(resolution, counter_bits, direction)| Encoder { resolution, counter_bits, direction },
+        |(resolution, counter_bits, direction)| Encoder {
+            resolution,
+            counter_bits,
+            direction,
+            output: EncoderOutput::Unknown,
+        },
     );
     let pd = (any_gain(), any_gain()).prop_map(|(kp, kd)| PdGains { kp, kd });
     (any_positive(1.0), encoder, 2u32..=16, pd, any_laws(), any_drive()).prop_map(

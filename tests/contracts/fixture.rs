@@ -5,7 +5,9 @@ use std::iter::repeat_n;
 use proptest::collection::vec;
 use proptest::prelude::*;
 pub use stiction::control::drive::{DriveConfig, Duty, PwmMode};
-pub use stiction::control::encoder::{CounterBits, Direction, Encoder, EncoderState};
+pub use stiction::control::encoder::{
+    CounterBits, Direction, Encoder, EncoderOutput, EncoderState,
+};
 #[cfg(feature = "rivals")]
 pub use stiction::control::laws::ImpulsiveGains;
 pub use stiction::control::laws::{
@@ -75,6 +77,7 @@ pub fn configured(kd: f32, laws: &[Gains]) -> ControllerConfig {
             resolution: RESOLUTION,
             counter_bits: CounterBits::Sixteen,
             direction: Direction::Forward,
+            output: EncoderOutput::Unknown,
         },
         velocity_window: 5,
         pd: PdGains { kp: 1.0, kd },

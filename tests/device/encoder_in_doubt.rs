@@ -16,7 +16,7 @@ use experiments::controllers;
 const MINUTE: u32 = 3000;
 
 /// Starts a jog within the device's own bounds.
-fn jog(device: &mut SimulatedDevice) -> Result<(), Refusal> {
+pub fn jog(device: &mut SimulatedDevice) -> Result<(), Refusal> {
     let jog = device.device.parameters().unwrap().jog(&JogRequest::default()).unwrap();
     device.device.servo().jog(jog)
 }
@@ -158,7 +158,11 @@ fn the_doubt_outlasts_a_reset_and_nothing_arms_automatically() {
         let mut servo = Servo::new(Ok(&parameters), boot, &hardware);
         let mut ticks = |counter, count| {
             for _ in 0..count {
-                servo.tick(stiction::servo::Input { counter, supply: hardware.supply_top });
+                servo.tick(stiction::servo::Input {
+                    counter,
+                    supply: hardware.supply_top,
+                    lines: 0,
+                });
             }
             servo.clear().unwrap();
             servo.state()

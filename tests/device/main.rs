@@ -42,6 +42,7 @@ mod matrix;
 mod no_supply;
 mod noisy_encoder;
 mod noisy_identification;
+mod open_line;
 mod oscillation;
 mod play;
 mod power_cuts;

@@ -121,7 +121,7 @@ fn a_fault_of_the_encoder_ends_the_reference_and_no_other_does() {
         }
     }
     let doubts = Fault::ALL.iter().filter(|fault| fault.doubts_encoder()).count();
-    assert_eq!(doubts, 3, "stall, jump and reversal");
+    assert_eq!(doubts, 4, "stall, jump, reversal and open line");
 }
 
 /// A client that is connected to a device of the thesis's robot, and the parameters.
@@ -213,7 +213,7 @@ fn the_reference_does_not_let_autostart_arm() {
         let mut servo = Servo::new(Ok(&parameters), Boot::default(), &hardware);
         let ticks = |servo: &mut Servo, count: u32| {
             (0..count).for_each(|_| {
-                servo.tick(Input { counter: 0, supply: hardware.supply_top });
+                servo.tick(Input { counter: 0, supply: hardware.supply_top, lines: 0 });
             });
             servo.state()
         };
@@ -224,7 +224,7 @@ fn the_reference_does_not_let_autostart_arm() {
     let at_zero = Boot { is_at_zero: true, ..Boot::default() };
     let mut servo = Servo::new(Ok(&parameters), at_zero, &hardware);
     let mut arms = |_| {
-        servo.tick(Input { counter: 0, supply: hardware.supply_top });
+        servo.tick(Input { counter: 0, supply: hardware.supply_top, lines: 0 });
         servo.state() == State::Armed
     };
     assert!((0..20).any(&mut arms), "a joint that is known to stand at zero");

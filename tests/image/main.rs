@@ -43,6 +43,8 @@ mod link;
 #[cfg(feature = "emulator")]
 mod matrix;
 #[cfg(feature = "emulator")]
+mod open_line;
+#[cfg(feature = "emulator")]
 mod parameters;
 #[cfg(feature = "emulator")]
 mod ramps;

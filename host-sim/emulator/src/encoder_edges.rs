@@ -7,6 +7,7 @@
 //! ```
 
 use rigless::device::Level;
+use rigless::soc::stm32f427::peripherals::gpio::Pin;
 use rigless::soc::stm32f427::peripherals::tim::Channel;
 use rigless::time::VirtualNanos;
 
@@ -35,12 +36,12 @@ impl EncoderEdges {
     /// Moves the disc by one count towards `target`, and shows the edge to the part. Nothing to do
     /// if it is there.
     pub fn step_towards(&mut self, target: i64, board: &mut EmulatedBoard, at: VirtualNanos) {
-        let before = self.pins();
+        let before = self.driven();
         self.counts += (target - self.counts).signum();
-        let now = self.pins();
-        for (number, before, now) in [(1, before.0, now.0), (2, before.1, now.1)] {
-            if before != now {
-                drive(board, at, number, now);
+        let now = self.driven();
+        for pin in [0, 1] {
+            if before[pin] != now[pin] {
+                drive(board, at, pin as u8, now[pin]);
             }
         }
     }
@@ -51,21 +52,28 @@ impl EncoderEdges {
         self.show(board, at);
     }
 
-    /// Shows the wires as they are: to be called after a reset of the part, which forgets them.
-    pub fn show(&self, board: &mut EmulatedBoard, at: VirtualNanos) {
-        let (a, b) = self.pins();
-        drive(board, at, 1, a);
-        drive(board, at, 2, b);
+    /// Lets a pin whose wire is cut follow its resistor, which the firmware may have changed.
+    pub fn follow_resistors(&self, board: &mut EmulatedBoard, at: VirtualNanos) {
+        if matches!(self.wires, Wires::OneCut | Wires::Cut) {
+            self.show(board, at);
+        }
     }
 
-    /// What the part's two pins see. A wire that is cut leaves its pin to the pull-up.
-    const fn pins(&self) -> (Level, Level) {
-        let (a, b) = levels(self.counts);
+    /// Shows the wires as they are: to be called after a reset of the part, which forgets them.
+    pub fn show(&self, board: &mut EmulatedBoard, at: VirtualNanos) {
+        for (pin, level) in [0, 1].into_iter().zip(self.driven()) {
+            drive(board, at, pin, level);
+        }
+    }
+
+    /// Levels of the wires at the part's two pins, A and B. Nothing drives a pin whose wire is cut.
+    fn driven(&self) -> [Option<Level>; 2] {
+        let [a, b] = levels(self.counts).map(Some);
         match self.wires {
-            Wires::Sound => (a, b),
-            Wires::Swapped => (b, a),
-            Wires::OneCut => (Level::High, b),
-            Wires::Cut => (Level::High, Level::High),
+            Wires::Sound => [a, b],
+            Wires::Swapped => [b, a],
+            Wires::OneCut => [None, b],
+            Wires::Cut => [None, None],
         }
     }
 
@@ -75,18 +83,24 @@ impl EncoderEdges {
     }
 }
 
-fn drive(board: &mut EmulatedBoard, at: VirtualNanos, channel: u8, level: Level) {
-    let Some(channel) = Channel::new(channel) else { return };
+/// Drives a pin, or lets go of it: it follows its resistor then. The emulated port and its timer
+/// do not share their pins, so that the timer is given the level that the port has.
+fn drive(board: &mut EmulatedBoard, at: VirtualNanos, pin: u8, level: Option<Level>) {
+    let (Some(channel), Some(place)) = (Channel::new(pin + 1), Pin::new(pin)) else { return };
+    let level = board.mcu.drive_port(at, GpioPort::A as usize, |port, registers, context| {
+        port.drive(place, level, registers, context);
+        port.level(place, registers)
+    });
     board.mcu.drive_timer(at, TIM2, |timer, registers, context| {
         timer.drive_input(channel, level, registers, context);
     });
 }
 
-const fn levels(counts: i64) -> (Level, Level) {
+const fn levels(counts: i64) -> [Level; 2] {
     match counts.rem_euclid(4) {
-        0 => (Level::Low, Level::Low),
-        1 => (Level::High, Level::Low),
-        2 => (Level::High, Level::High),
-        _ => (Level::Low, Level::High),
+        0 => [Level::Low, Level::Low],
+        1 => [Level::High, Level::Low],
+        2 => [Level::High, Level::High],
+        _ => [Level::Low, Level::High],
     }
 }

@@ -30,6 +30,22 @@ pub enum Wires {
     Swapped,
 }
 
+impl Wires {
+    /// Returns the levels of the two lines at the input (bit 0: A, bit 1: B) at a count of the disc
+    /// and with the pull-ups on, or the pull-downs. Line A rises first in the direction that counts
+    /// up. A line that is cut follows its resistor.
+    pub const fn lines(self, counts: u32, pulls_up: bool) -> u8 {
+        let driven = [0b00, 0b01, 0b11, 0b10][counts as usize % 4];
+        let pulled = if pulls_up { 0b11 } else { 0b00 };
+        match self {
+            Self::Sound => driven,
+            Self::Cut => pulled,
+            Self::OneCut => (pulled & 0b01) | (driven & 0b10),
+            Self::Swapped => (driven >> 1) | (driven << 1 & 0b10),
+        }
+    }
+}
+
 /// Model of an incremental encoder: `counter = round(position / resolution + phase)`, wrapped.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EncoderModel {

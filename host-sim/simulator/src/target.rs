@@ -95,7 +95,7 @@ impl WatchedServo {
         let supply = (share * f32::from(STM32F405.supply_top)).round() as u16;
         let mut servo = Servo::new(Ok(&parameters), Boot::at_zero(), &STM32F405);
         for _ in 0..LONGEST_REST {
-            servo.tick(Input { counter, supply });
+            servo.tick(Input { counter, supply, lines: 0 });
             if servo.is_at_rest() {
                 break;
             }
@@ -149,7 +149,7 @@ impl Target for WatchedServo {
         if self.is_led {
             self.servo.heard();
         }
-        let mut tick = self.servo.tick(Input { counter, supply: self.supply }).tick;
+        let mut tick = self.servo.tick(Input { counter, supply: self.supply, lines: 0 }).tick;
         if was_armed && let Some(latched) = self.servo.latched() {
             self.fault = Some((latched, self.ticks));
         }

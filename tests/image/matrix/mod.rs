@@ -16,7 +16,8 @@ use stiction::Fault;
 use bench::{ImageBench, print_row};
 
 /// Why the other faults are in no row.
-const ELSEWHERE: [(Fault, &str); 6] = [
+const ELSEWHERE: [(Fault, &str); 7] = [
+    (Fault::EncoderOpen, "at rest only: tests/image/open_line.rs"),
     (Fault::Oscillation, "it takes gains of its own: tests/device/oscillation.rs"),
     (Fault::NoParameters, "only at boot: tests/image/hardware_faults.rs"),
     (Fault::BadParameters, "only at boot: tests/image/hardware_faults.rs"),

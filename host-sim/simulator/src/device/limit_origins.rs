@@ -1,10 +1,12 @@
-//! Origins of a device's limits: what each was derived from, or that the file set it.
+//! Origins of a device's limits: what each was derived from, or that the file set it. The encoder's
+//! output has a comment, too: it turns a test on or off.
 //!
 //! A device keeps values only. So each limit is held against the one that the core derives from the
 //! device's own loop, its breakaway effort and its gain. Does badly: a value that the file sets to
 //! what would be derived counts as derived.
 
 use stiction::control::device_config::PositionReference;
+use stiction::control::encoder::EncoderOutput;
 use stiction::safety::monitor::limits::Limits;
 use stiction::units::value::{About, Absent, Table, Values};
 use stiction::{ControllerConfig, Parameters};
@@ -18,11 +20,15 @@ use files::lines::wrapped;
 /// # Errors
 /// Returns an error if a number cannot be written.
 pub fn tables(parameters: &Parameters) -> Result<String, Error> {
-    let mut is_limit = false;
+    let (mut is_limit, mut is_encoder) = (false, false);
     let lines = machine_file::tables(parameters)?;
     let lines = lines.lines().map(|line| {
         if line.starts_with('[') {
             is_limit = line == "[limits]";
+            is_encoder = line == "[encoder]";
+        }
+        if is_encoder && line.starts_with("output = ") {
+            return format!("# {}\n{line}", of_output(parameters.controller.encoder.output));
         }
         let name = line.split(" = ").next().unwrap_or_default();
         let about = Limits::ABOUT.iter().find(|about| is_limit && about.name == name);
@@ -36,6 +42,16 @@ pub fn tables(parameters: &Parameters) -> Result<String, Error> {
         )
     });
     Ok(lines.map(|line| line + "\n").collect())
+}
+
+/// Returns what an encoder's output means for the test for open lines.
+const fn of_output(output: EncoderOutput) -> &'static str {
+    match output {
+        EncoderOutput::PushPull => "an open wire is found at rest",
+        EncoderOutput::Unknown => "an open wire is not looked for; \"push-pull\" finds it at rest",
+        EncoderOutput::OpenCollector => "an open wire is not looked for: every line looks open",
+        EncoderOutput::Receiver => "an open wire is not looked for: the receiver hides it",
+    }
 }
 
 /// Returns where a limit comes from.

@@ -53,6 +53,8 @@ pub struct SimulatedDevice {
     counter: u32,
     /// Counter reading with intact wires.
     sound: u32,
+    /// The resistors of the encoder's input pull down since the last tick.
+    pulled_down: bool,
     /// Load's angle minus that of the encoder's side, deg, with the tick of its last change.
     load_ahead: VecDeque<(u32, f64)>,
 }
@@ -97,6 +99,7 @@ impl SimulatedDevice {
             plant,
             counter,
             sound: counter,
+            pulled_down: false,
             load_ahead: VecDeque::new(),
         })
     }
@@ -106,14 +109,18 @@ impl SimulatedDevice {
         let sound = self.plant.counter();
         let ahead_deg = self.plant.solver.at_load() - self.plant.solver.at_encoder();
         let edges = sound.wrapping_sub(std::mem::replace(&mut self.sound, sound));
-        let flicker = edges & 1;
+        let pulls_down = self.device.servo().pulls_down();
+        let pulls = u32::from(std::mem::replace(&mut self.pulled_down, pulls_down) != pulls_down);
+        let flicker = (edges & 1) ^ pulls;
         self.counter = match self.wires {
             Wires::Sound => self.counter.wrapping_add(edges),
-            Wires::Cut => self.counter,
+            // Line A follows its resistor before line B does.
+            Wires::Cut => self.counter.wrapping_add(2 * pulls),
             Wires::OneCut => self.counter ^ flicker,
             Wires::Swapped => self.counter.wrapping_sub(edges),
         };
-        let output = self.device.tick(Input { counter: self.counter, supply: self.supply });
+        let lines = self.wires.lines(sound, !pulls_down);
+        let output = self.device.tick(Input { counter: self.counter, supply: self.supply, lines });
         self.remember(output.clock, ahead_deg);
         self.plant.brake_v = self.brake_v;
         let sample_time_s = self.plant.sample_time_s();

@@ -388,7 +388,7 @@ fn why(key: &str, joint: &JointBounds, sources: &Sources) -> String {
 }
 
 /// Keys that a joint may have beside those that are asked for, with their tables.
-const MORE: [(&str, &str, &str); 10] = [
+const MORE: [(&str, &str, &str); 11] = [
     ("motor", "inductance_h = 1e-3", "the current lags"),
     ("motor", "no_load_rpm = 5000.0", "checks kt_nm_per_a"),
     ("motor", "rated_current_a = 1.0", "borne forever; else a tenth of the stall current"),
@@ -399,6 +399,7 @@ const MORE: [(&str, &str, &str); 10] = [
     ("friction", "ripple = 0.1", "part that repeats ripple_per_turn times a turn"),
     ("supply", "internal_resistance_ohm = 0.1", "the voltage gives way under load"),
     ("encoder", "noise_counts = 1", "readings are a count off"),
+    ("encoder", "output = \"push-pull\"", "drives its lines: an open one is found at rest"),
 ];
 
 /// Largest position of the motion, deg, and the largest share of the travel that a motion takes.

@@ -96,7 +96,7 @@ impl CheckedDevice {
         self.counter = self.counter.wrapping_add_signed(travel);
         let before = self.state();
         let Some(device) = &mut self.device else { return };
-        let output = device.tick(Input { counter: self.counter, supply });
+        let output = device.tick(Input { counter: self.counter, supply, lines: 0 });
         let Some(drive) =
             device.parameters().and_then(|p| Drive::new(&p.controller.drive, &STM32F405).ok())
         else {

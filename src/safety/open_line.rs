@@ -1,0 +1,210 @@
+//! An open line of the encoder, found at rest by the resistors of its input.
+//!
+//! ```text
+//!   at rest   ____|~~~~~~~~~~~~~~~~~~~~~~~~~~~~~~~
+//!   pull      ~~~~~~~~~~\__/~~\_____/~~\__/~~~~\__     32 readings, 1 ms each, or fewer
+//!   open      ~~~~~~~~~~\__/~~\_____/~~\__/~~~~\__     follows each of them
+//!   driven    ____________________________________     agrees by chance: until one reading differs
+//! ```
+//!
+//! The input has a pull-up and a pull-down resistor inside the chip, some 40 kOhm each. A line that
+//! is open follows whichever is on. One that a push-pull output drives does not. The test begins
+//! 10 ms after the joint last moved, and again after each second of rest, with the output
+//! on or off. It ends at the first reading at which no line has followed all pulls so far: after
+//! two for an encoder that stands still. The order of the pulls is a maximum-length sequence, so
+//! that no vibration that makes a line flicker at its edge keeps pace with it.
+//!
+//! Guarantees: a line that is open and quiet is found within 42 ms of rest, or 33 ticks if those are
+//! longer, and before arming ([`EncoderOutput::PushPull`] only). A driven line that reads at random passes for an open one in
+//! one of 2^32 tests.
+//!
+//! Does badly: what drives the line close to the chip hides an open cable behind it, be it a line
+//! receiver or an external pull-up. An open-collector output that has no pull-up but the chip's
+//! looks open. So the test is off with both, and where nothing is said of the output. A line that
+//! picks up so much noise that it does not follow the resistors is not found, nor are two lines
+//! that touch. An encoder without its supply may hold its lines low. Two open lines that follow one
+//! after the other count up to 32 in a test.
+
+use crate::control::encoder::EncoderOutput;
+
+/// Time at rest after which the test begins, s. With 32 readings it is over before a joint is at
+/// rest for the servo (50 ms).
+const START: f32 = 0.01;
+
+/// Time from a pull to its reading, s: 40 kOhm and 10 nF of cable and filter are 0.4 ms.
+const SETTLED: f32 = 0.001;
+
+/// Time from one test to the next, s.
+const AGAIN: f32 = 1.0;
+
+/// Pulls in their order, from the lowest bit, set: up. The sequence of x^5 + x^2 + 1 and a zero. It
+/// begins with one of each, so that a line that stands still passes after two readings.
+const PULLS: u32 = 0x0AEC_7CD2;
+const READINGS: u8 = 32;
+
+/// Both lines: A is bit 0, B is bit 1.
+const BOTH: u8 = 0b11;
+
+/// The test of a loop's encoder.
+#[derive(Clone, Copy, Debug)]
+pub struct OpenLineTest {
+    is_on: bool,
+    /// Ticks.
+    start: u32,
+    settled: u32,
+    again: u32,
+}
+
+/// How far the test is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct OpenLineState {
+    /// Ticks until the next look.
+    left: u32,
+    /// Number of the present reading, from one; zero: no test runs.
+    reading: u8,
+    /// Lines that have followed every pull of this test.
+    suspects: u8,
+    /// A test has ended without an open line since the joint last moved.
+    passed: bool,
+}
+
+impl OpenLineTest {
+    /// Makes the test for an encoder's output and a sample time, s.
+    pub fn new(output: EncoderOutput, sample_time: f32) -> Self {
+        let ticks = |s: f32| (libm::ceilf(s / sample_time) as u32).max(1);
+        Self {
+            is_on: matches!(output, EncoderOutput::PushPull),
+            start: ticks(START),
+            settled: ticks(SETTLED),
+            again: ticks(AGAIN),
+        }
+    }
+
+    /// Takes the lines (bit 0: A, bit 1: B) as they are at the begin of a tick, and for how many
+    /// ticks the joint has stood still. Returns the open lines, if a test has found any.
+    #[inline]
+    pub fn update(&self, state: &mut OpenLineState, lines: u8, standstill: u32) -> u8 {
+        if standstill == 0 && state.reading == 0 {
+            (state.left, state.passed) = (self.start, false);
+        }
+        if state.left > 0 {
+            state.left -= 1;
+            return 0;
+        }
+        self.look(state, lines, standstill)
+    }
+
+    /// Returns whether no test has passed yet since the joint last moved.
+    pub const fn is_due(&self, state: &OpenLineState) -> bool {
+        self.is_on && !state.passed
+    }
+
+    /// Goes on with the test, or begins it.
+    // Out of line: most ticks do not come here.
+    #[cold]
+    #[inline(never)]
+    fn look(&self, state: &mut OpenLineState, lines: u8, standstill: u32) -> u8 {
+        if !self.is_on {
+            state.left = u32::MAX;
+            return 0;
+        }
+        if state.reading == 0 {
+            if standstill >= self.start {
+                (state.reading, state.suspects, state.left) = (1, BOTH, self.settled - 1);
+            }
+            return 0;
+        }
+        let pulled = if state.pulls_down() { 0 } else { BOTH };
+        state.suspects &= !(lines ^ pulled);
+        if state.suspects == 0 || state.reading == READINGS {
+            let open = state.suspects;
+            *state =
+                OpenLineState { left: self.again, passed: open == 0, ..OpenLineState::default() };
+            return open;
+        }
+        state.reading += 1;
+        state.left = self.settled - 1;
+        0
+    }
+}
+
+impl OpenLineState {
+    /// Returns whether the resistors pull down from this tick to the next. They pull up otherwise.
+    #[inline]
+    pub const fn pulls_down(&self) -> bool {
+        self.reading > 0 && (PULLS >> (self.reading - 1)) & 1 == 0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Runs the test at rest with 1 ms a tick against lines that are given the tick and whether the
+    /// resistors pull down. Returns the first find and its tick.
+    fn found(ticks: u32, mut lines: impl FnMut(u32, bool) -> u8) -> Option<(u32, u8)> {
+        let test = OpenLineTest::new(EncoderOutput::PushPull, 1e-3);
+        let mut state = OpenLineState::default();
+        (0..ticks).find_map(|tick| {
+            let lines = lines(tick, state.pulls_down());
+            let open = test.update(&mut state, lines, tick + 1);
+            (open > 0).then_some((tick + 1, open))
+        })
+    }
+
+    #[test]
+    fn a_line_that_follows_every_pull_is_found_within_42_ms() {
+        for driven in [0b00, 0b01, 0b10, 0b11] {
+            for open in [0b01, 0b10, 0b11] {
+                let lines = |_, down: bool| (if down { 0 } else { open }) | (driven & !open);
+                assert_eq!(found(100, lines), Some((42, open)), "{driven:02b} {open:02b}");
+            }
+            assert_eq!(found(100_000, |_, _| driven), None, "{driven:02b}");
+        }
+    }
+
+    #[test]
+    fn lines_that_flicker_in_step_with_any_vibration_are_driven() {
+        // Square waves of every period up to 64 ms and of every phase, on both lines.
+        for period in 2..=64 {
+            for phase in 0..period {
+                let wave = |tick: u32| u8::from((tick + phase) % period < period / 2);
+                assert_eq!(found(3000, |tick, _| 0b11 * wave(tick)), None, "{period} {phase}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_still_encoder_is_pulled_down_for_a_single_reading() {
+        let test = OpenLineTest::new(EncoderOutput::PushPull, 1e-3);
+        for driven in [0b00, 0b01, 0b10, 0b11] {
+            let mut state = OpenLineState::default();
+            let mut down = 0;
+            for tick in 1..=900 {
+                test.update(&mut state, driven, tick);
+                down += u32::from(state.pulls_down());
+            }
+            assert_eq!((down, test.is_due(&state)), (1, false), "{driven:02b}");
+        }
+    }
+
+    #[test]
+    fn no_test_begins_while_the_joint_moves_and_an_output_that_forbids_it_passes_at_once() {
+        let test = OpenLineTest::new(EncoderOutput::PushPull, 1e-3);
+        let mut state = OpenLineState::default();
+        for tick in 0..1000 {
+            test.update(&mut state, 0, tick % 10);
+            assert!(test.is_due(&state) && !state.pulls_down());
+        }
+        for output in
+            [EncoderOutput::Unknown, EncoderOutput::OpenCollector, EncoderOutput::Receiver]
+        {
+            let test = OpenLineTest::new(output, 1e-3);
+            let mut state = OpenLineState::default();
+            for tick in 0..1000 {
+                assert_eq!(test.update(&mut state, 0b11, tick), 0);
+                assert!(!test.is_due(&state) && !state.pulls_down(), "{output:?}");
+            }
+        }
+    }
+}
