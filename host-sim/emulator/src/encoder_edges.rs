@@ -52,14 +52,8 @@ impl EncoderEdges {
         self.show(board, at);
     }
 
-    /// Lets a pin whose wire is cut follow its resistor, which the firmware may have changed.
-    pub fn follow_resistors(&self, board: &mut EmulatedBoard, at: VirtualNanos) {
-        if matches!(self.wires, Wires::OneCut | Wires::Cut) {
-            self.show(board, at);
-        }
-    }
-
-    /// Shows the wires as they are: to be called after a reset of the part, which forgets them.
+    /// Shows the wires as they are: to be called once a tick, since a part forgets them in a reset,
+    /// and a pin whose wire is cut follows the resistor that the firmware has chosen.
     pub fn show(&self, board: &mut EmulatedBoard, at: VirtualNanos) {
         for (pin, level) in [0, 1].into_iter().zip(self.driven()) {
             drive(board, at, pin, level);

@@ -159,6 +159,7 @@ where
                 self.origin.get_or_insert(self.sampling.begun);
             }
             self.sampling.take(bridge, self.stage.code(&bridge, 0));
+            self.encoder.show(board, at);
         }
         let disc = self.plant.disc();
         if self.encoder.counts() != disc {

@@ -104,7 +104,7 @@ impl<P: PlantInterface> PlantCoupling for Lockstep<P> {
             // Before the first tick the plant rests, and its time does not count.
             let code = if has_ticked { self.plant.hold(&bridge, period_ns) } else { 0 };
             self.sampling.take(bridge, code);
-            self.encoder.follow_resistors(board, at);
+            self.encoder.show(board, at);
             self.replan(at);
         } else if self.edge_at <= at {
             self.encoder.step_towards(self.disc(), board, at);

@@ -1,5 +1,6 @@
 //! The parameter sector that a run's image finds.
 
+use stiction::control::encoder::EncoderOutput;
 use stiction::parameters::{DeviceConfig, ROOM};
 use stiction::{Limits, Motion, Parameters};
 
@@ -52,12 +53,14 @@ pub fn blob(plan: &RunPlan) -> Result<Vec<u8>, Error> {
     record(plan, &parameters(plan)?)
 }
 
-/// The same, watched by every monitor, and with soft start and supply as the plan's file has them.
+/// The same, watched by every monitor and tested for open lines, and with soft start and supply as
+/// the plan's file has them.
 ///
 /// # Errors
 /// As [`parameters`].
 pub fn everything_on(plan: &RunPlan) -> Result<Vec<u8>, Error> {
-    let parameters = by_itself(plan)?;
+    let mut parameters = by_itself(plan)?;
+    parameters.controller.encoder.output = EncoderOutput::PushPull;
     validate(&parameters, plan)?;
     record(plan, &parameters)
 }
