@@ -3,10 +3,11 @@
 //! A session begins with a hello, and the device chooses its number. A request that is not of the
 //! session may only read, stop and take over: bytes of an earlier session change nothing. While the
 //! motor is driven for a link, the session has an owner, and no other hello begins one. A client
-//! that takes over stops the motor and ends the session. Each request is answered once, with its own number. A request
-//! that comes twice is not done twice: its answer is sent again. A request that was overtaken by a
-//! later one is refused. Stop is obeyed at all times. One answer takes long, that to
-//! [`Request::ReadIdentification`]; who asks for something else before it comes, gets none.
+//! that takes over stops the motor and ends the session. Each request is answered once, with its
+//! own number. A request that comes twice is not done twice: its answer is sent again. A request
+//! that was overtaken by a later one is refused. Stop is obeyed at all times. One answer takes
+//! long, that to [`Request::ReadIdentification`]; who asks for something else before it comes, gets
+//! none.
 //!
 //! Answers and samples wait in a ring of bytes until the wire takes them. Samples leave room for
 //! answers. What finds no room is dropped and counted, and the numbers of the samples show the gap.

@@ -14,9 +14,9 @@
 //! two for an encoder that stands still. The order of the pulls is a maximum-length sequence, so
 //! that no vibration that makes a line flicker at its edge keeps pace with it.
 //!
-//! Guarantees: a line that is open and quiet is found within 42 ms of rest, or 33 ticks if those are
-//! longer, and before arming ([`EncoderOutput::PushPull`] only). A driven line that reads at random passes for an open one in
-//! one of 2^32 tests.
+//! Guarantees: a line that is open and quiet is found within 42 ms of rest, or 33 ticks if those
+//! are longer, and before arming ([`EncoderOutput::PushPull`] only). A driven line that reads at
+//! random passes for an open one in one of 2^32 tests.
 //!
 //! Does badly: what drives the line close to the chip hides an open cable behind it, be it a line
 //! receiver or an external pull-up. An open-collector output that has no pull-up but the chip's

@@ -112,8 +112,8 @@ impl ControlLoop {
         self.course.restart(self.state.soft_start_left(&self.controller));
     }
 
-    /// Forgets the state of the law, but not what a ramp or a jog has found. The monitors begin anew
-    /// at the next arming.
+    /// Forgets the state of the law, but not what a ramp or a jog has found. The monitors begin
+    /// anew at the next arming.
     pub(super) fn rest(&mut self) {
         if !self.is_over() {
             self.state.forget();

@@ -17,10 +17,10 @@
 //! a jump or a reversal the encoder has to [prove itself](crate::safety::encoder_proof). A joint
 //! with a range of positions has to be [referenced](Servo::set_reference); for a jog both need not
 //! be. The joint has to be at rest for 50 ms, and supply, position and motor must be such that no
-//! monitor would trip at once. The position in which the servo is armed becomes the joint's zero. A command arms the
-//! servo ([`Servo::arm`]). If the parameters say `autostart` (off by default) and nothing went
-//! wrong before, the servo arms itself, `autostart_delay` after the first tick. The motion of the
-//! parameters begins with the tick after that.
+//! monitor would trip at once. The position in which the servo is armed becomes the joint's zero. A
+//! command arms the servo ([`Servo::arm`]). If the parameters say `autostart` (off by default) and
+//! nothing went wrong before, the servo arms itself, `autostart_delay` after the first tick. The
+//! motion of the parameters begins with the tick after that.
 //!
 //! A stop and a silent link brake a joint that moves before the output is off
 //! (`servo/stopping.rs`). Every other fault lets it coast.

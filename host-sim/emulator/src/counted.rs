@@ -3,9 +3,9 @@
 //!
 //! No core runs beside them, since the host's loop has neither soft start nor supply: the joint
 //! follows what the bridge does. That the image computes what the core does is shown elsewhere,
-//! with both off. So no [`Target`](simulator::target::Target) is stepped: no caller looks at a tick,
-//! and the board runs on from power-on, in lockstep with the same plant, until enough ticks were
-//! counted. To halt it at each of them would make the runs longer and show nothing else.
+//! with both off. So no [`Target`](simulator::target::Target) is stepped: no caller looks at a
+//! tick, and the board runs on from power-on, in lockstep with the same plant, until enough ticks
+//! were counted. To halt it at each of them would make the runs longer and show nothing else.
 
 use std::sync::Arc;
 

@@ -50,8 +50,8 @@ impl PowerStage {
         Ok(Self { config, drive: *plan.closed_loop()?.controller.drive() })
     }
 
-    /// Returns the drive code of the bridge's state; `near` if that gives the same duty, zero if the
-    /// bridge is off. A duty of another program than the plan's has the code of the nearest
+    /// Returns the drive code of the bridge's state; `near` if that gives the same duty, zero if
+    /// the bridge is off. A duty of another program than the plan's has the code of the nearest
     /// duty.
     pub fn code(&mut self, bridge: &BridgeInputs, near: i16) -> i16 {
         if !bridge.is_on() {

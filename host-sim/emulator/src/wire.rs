@@ -3,8 +3,8 @@
 //!
 //! Time passes while the client waits, and at no other time, so that every session is the same to
 //! the instruction. It is that of a [lockstep](super::lockstep): the joint does what it does around
-//! a [simulated device](simulator::device::simulated), to the bit, if what is asked of both is asked
-//! between the same two ticks. What is between is real: the wire's 11 us a byte, and the
+//! a [simulated device](simulator::device::simulated), to the bit, if what is asked of both is
+//! asked between the same two ticks. What is between is real: the wire's 11 us a byte, and the
 //! instructions that the firmware takes to answer.
 
 use std::path::{Path, PathBuf};

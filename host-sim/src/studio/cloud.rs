@@ -1,9 +1,9 @@
 //! Predictions of a move on joints around the one in use (the cloud), and the worst of them.
 //!
-//! The joints are drawn as in [`studies::tuning`], with a sample of delay and without. Guarantee: the
-//! same request gives the same joints. Limits: the sliders scale slip and stick level separately;
-//! if a drawn slip level would exceed the stick level, the stick level replaces it. The reported
-//! spread of a data sheet is that of the file, without the sliders.
+//! The joints are drawn as in [`studies::tuning`], with a sample of delay and without. Guarantee:
+//! the same request gives the same joints. Limits: the sliders scale slip and stick level
+//! separately; if a drawn slip level would exceed the stick level, the stick level replaces it. The
+//! reported spread of a data sheet is that of the file, without the sliders.
 
 use std::collections::BTreeMap;
 

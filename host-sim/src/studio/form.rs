@@ -1,7 +1,8 @@
 //! The parameters in use as a form: name, range and value of each.
 //!
 //! The names, bounds and sentences are those of the declarations ([`files::keys`]), and the values
-//! those of a machine's file ([`simulator::device::machine_file`]), so the form has no list of its own.
+//! those of a machine's file ([`simulator::device::machine_file`]), so the form has no list of its
+//! own.
 
 use std::collections::BTreeMap;
 

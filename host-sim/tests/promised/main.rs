@@ -1,10 +1,10 @@
 //! What scripts of users rest on: the commands, options, exit codes, file keys, names of
 //! experiments and families, JSON keys and CSV columns of commit 72adde7 still work.
 //!
-//! The files beside this one were recorded with the program of that commit: its help, its lists, and
-//! the output of the commands that they name. Names may be added; one that is gone fails, unless it
-//! is an alias. Left out on purpose: `device move 1000`, which is refused since targets have a range,
-//! and a tuning without a success, which ends with 1 since it says so.
+//! The files beside this one were recorded with the program of that commit: its help, its lists,
+//! and the output of the commands that they name. Names may be added; one that is gone fails,
+//! unless it is an alias. Left out on purpose: `device move 1000`, which is refused since targets
+//! have a range, and a tuning without a success, which ends with 1 since it says so.
 #![cfg(unix)]
 #![allow(missing_docs, clippy::unwrap_used, clippy::panic)]
 

@@ -65,12 +65,11 @@ table! {
         following_error: f32 = 0x0905 "following_error_deg", OrOff(0.0, HUGE), Derived(5.0);
         /// Measured speed, deg/s. Derived: 2.5 full scale / Kd, at least 16 counts a tick. Without
         /// Kd, that of Kd = 0.15 s Kp. Under `robust`, twice the speed of its profile, judged by
-        /// the mean over 50 ms up to 10 ms of sample time (100 ms with the encoder on the load).
-        /// It is no more than the counter distinguishes in a tick, nor than the speed of the joint's
-        /// gain, if the file has it, after a turn under the largest effort.
-        /// On the thesis's joint a step of 25 deg passes under every law, and an unstable loop is
-        /// detected within a second under PD and the laws of the thesis. A swing of four ticks is
-        /// measured too slow.
+        /// the mean over 50 ms up to 10 ms of sample time (100 ms with the encoder on the load). It
+        /// is no more than the counter distinguishes in a tick, nor than the speed of the joint's
+        /// gain, if the file has it, after a turn under the largest effort. On the thesis's joint a
+        /// step of 25 deg passes under every law, and an unstable loop is detected within a second
+        /// under PD and the laws of the thesis. A swing of four ticks is measured too slow.
         overspeed: f32 = 0x0906 "overspeed_deg_per_s", OrOff(0.0, HUGE), Derived(83.333_336);
         /// Lowest position, deg from the reference (`device.reference`). Both limits zero: no
         /// limits.
@@ -85,8 +84,8 @@ table! {
         supply_max: f32 = 0x090A "supply_max_v", OrOff(0.0, HUGE), Derived(0.0);
         /// Effort that the motor tolerates forever at standstill, V. Derived: that of
         /// `motor.rated_current_a`, or of a tenth of the stall current but at least `breakaway_v`,
-        /// if the file has the motor; else three quarters of what `duty_max` lets through, which tolerates full effort for
-        /// 8.3 s.
+        /// if the file has the motor; else three quarters of what `duty_max` lets through, which
+        /// tolerates full effort for 8.3 s.
         continuous_effort: f32 = 0x090B "continuous_v", OrOff(0.0, HUGE), Derived(3.75);
         /// Time constant of the motor's winding, s.
         thermal_time: f32 = 0x090C "thermal_s", Between(0.1, 100.0), Default(10.0);
@@ -253,8 +252,8 @@ impl Limits {
         (counts * controller.encoder.resolution).min(HUGE)
     }
 
-    /// Returns whether the hardware cannot read a value beyond the limit of this number, so that the
-    /// limit never trips.
+    /// Returns whether the hardware cannot read a value beyond the limit of this number, so that
+    /// the limit never trips.
     pub fn is_out_of_reach(
         &self,
         key: Key,

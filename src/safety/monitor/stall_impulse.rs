@@ -34,8 +34,8 @@
 //! effort beyond it, trips: from here a live encoder that has nothing to count and a dead one look
 //! the same, and a margin would leave the dead one unseen for ever. Half of the time for an effort
 //! that grows was tried, since an integral that grows will break the joint away. The friction that
-//! the integrals of the thesis bear stayed where it was, up to a fifth above the file's (an integral
-//! on target does not grow), and a dead encoder led almost twice as far.
+//! the integrals of the thesis bear stayed where it was, up to a fifth above the file's (an
+//! integral on target does not grow), and a dead encoder led almost twice as far.
 //! tests/evidence/reliability.md has the friction that each law bears.
 
 use super::limits::{Limits, Units};

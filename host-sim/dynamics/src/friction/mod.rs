@@ -1,7 +1,7 @@
 //! Friction of a joint: a limit at rest, a level in motion.
 //!
-//! [`SetValued`] friction has no value of its own at zero velocity: it is whatever keeps the body at
-//! rest, within the limit. The mechanism and the solver find it there. The friction lab of the
+//! [`SetValued`] friction has no value of its own at zero velocity: it is whatever keeps the body
+//! at rest, within the limit. The mechanism and the solver find it there. The friction lab of the
 //! thesis has more models.
 
 mod coulomb;

@@ -1,8 +1,9 @@
 //! Solvers of a joint: how its motion between two samples is found.
 //!
-//! [`ExactAxis`] is the closed form of the robot's axis, and [`Rk4Axis`] the thesis's method (`exact`
-//! and `rk4` for users). A body with friction is a hybrid system: it has discrete [`modes`] (stick,
-//! slip one way or the other), a smooth motion in each, and events at which the mode changes.
+//! [`ExactAxis`] is the closed form of the robot's axis, and [`Rk4Axis`] the thesis's method
+//! (`exact` and `rk4` for users). A body with friction is a hybrid system: it has discrete
+//! [`modes`] (stick, slip one way or the other), a smooth motion in each, and events at which the
+//! mode changes.
 
 mod exact;
 pub mod linear;

@@ -6,8 +6,8 @@
 //! current driven    u = i / A                continuous: i_rated / A    back-EMF: 0
 //! ```
 //!
-//! The tenth is a guess for motors whose data sheet is not in the file. Does badly: the case and the
-//! room are unknown.
+//! The tenth is a guess for motors whose data sheet is not in the file. Does badly: the case and
+//! the room are unknown.
 
 use super::sheet::DataSheet;
 use super::tables::DrivenBy;

@@ -6,8 +6,8 @@
 //! slipping bodies and the reactions of stuck ones, are looked at *inside* the step, as
 //! polynomials. The first that reaches its limit is located by integrating up to it, again and
 //! again (Newton). There all bodies at rest are decided anew, and at once
-//! ([`dynamics::solver::modes`]). A stuck body has velocity exactly zero. While all stick nothing is
-//! integrated: only the reactions are followed in time.
+//! ([`dynamics::solver::modes`]). A stuck body has velocity exactly zero. While all stick nothing
+//! is integrated: only the reactions are followed in time.
 //!
 //! Guarantees: crossings in order, also several in one step; a time that is right to about the
 //! tolerance; an end within bounded work, if need be with a [`SolverFailure`]. Does badly: two
