@@ -79,7 +79,8 @@ const PASSES: u8 = 2;
 /// The search for the terms that a joint needs: gravity, and the step of the Stribeck speed.
 ///
 /// It goes on piece by piece. All of it in one turn took longer than the 15 ms that the watchdog of
-/// an emulated board waits, and the tasks beside it, which the watchdog watches, have to run.
+/// an emulated board waits, and the tasks beside it, which the watchdog watches, have to run. There
+/// a piece ends within a quarter of the shortest watchdog (`tests/image/identification.rs`).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Search {
     /// Pieces that are done.

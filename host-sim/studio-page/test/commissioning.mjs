@@ -168,7 +168,7 @@ export const commissioning = ({ said, visit, command }) => {
       await page.locator('#selftest-why', { hasText: 'Predict with these fields' }).waitFor();
       await page.locator('#selftest-range').fill('1e6');
       await page.locator('#selftest-predict').click();
-      await said(page, 'range 1000000');
+      await said(page, 'a range of 1000000 deg');
       assert.ok(await page.locator('#selftest-go').isDisabled(), 'after a refusal');
       await page.locator('#selftest-range').fill('');
       await page.locator('#selftest-predict').click();
