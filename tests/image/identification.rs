@@ -47,8 +47,8 @@ const IWDG_KR: u64 = 0x4000_3000;
 const IWDG_RLR: u64 = 0x4000_3008;
 const OPEN: u32 = 0x5555;
 
-/// Lets the watchdog's oscillator be the fastest of the data sheet and its timeout that of so many
-/// counts, of 4 / 47 kHz each.
+/// Sets the watchdog's oscillator to the fastest of the data sheet, and its timeout to a number of
+/// counts of 4 / 47 kHz.
 fn shorten_the_watchdog(client: &mut Client<EmulatedWire>, counts: u32) {
     let act = client.wire().board.act(move |halted| {
         halted.board().mcu.rcc.calibrate_lsi(47_000);
