@@ -22,7 +22,7 @@ static STICTION_LAST_TICK: Published = Published(UnsafeCell::new(MaybeUninit::ze
 
 /// Leaves an output where it can be read. Only the control task may call this.
 // The whole output, whose 100 bytes are three blocks of the copy routine and a word. It moves the
-// 92 bytes of a tick as two blocks and seven words, for 25 instructions more.
+// 92 bytes of a tick as two blocks and seven words, for 20 instructions more.
 #[inline]
 pub fn publish(output: &Output) {
     // SAFETY: within the static, and aligned as it is; see `Published`.

@@ -183,7 +183,8 @@ faults! {
         "time of the swings" "s", "`oscillation_s`", Clear, [oscillation_time];
     /// A line of the encoder is open: at rest it followed the resistors of the input.
     25 EncoderOpen "open line of the encoder", "25 Open line of the encoder",
-        "open lines" "(1: A, 2: B, 3: both)", "42 ms at rest, or 33 ticks; then every second", Clear, [];
+        "open lines" "(1: A, 2: B, 3: both)",
+        "42 ms at rest, or 33 ticks; then every second", Clear, [];
 }
 
 impl Fault {

@@ -23,7 +23,7 @@
 //! looks open. So the test is off with both, and where nothing is said of the output. A line that
 //! picks up so much noise that it does not follow the resistors is not found, nor are two lines
 //! that touch. An encoder without its supply may hold its lines low. Two open lines that follow one
-//! after the other count up to 32 in a test.
+//! after the other count in a test: 36, two for each change of the pull.
 
 use crate::control::encoder::EncoderOutput;
 
@@ -129,6 +129,11 @@ impl OpenLineTest {
 }
 
 impl OpenLineState {
+    /// Returns whether a test runs: open lines count without a motion meanwhile.
+    pub const fn is_running(&self) -> bool {
+        self.reading > 0
+    }
+
     /// Returns whether the resistors pull down from this tick to the next. They pull up otherwise.
     #[inline]
     pub const fn pulls_down(&self) -> bool {

@@ -153,6 +153,27 @@ fn an_output_that_an_open_line_looks_like_is_not_tested() {
     }
 }
 
+/// A stall comes first, and the joint rests while two open lines count in test after test.
+#[test]
+fn what_open_lines_count_in_a_test_proves_no_encoder() {
+    let mut device = powered("pd", &[PUSH_PULL]);
+    device.ticks(SECOND);
+    device.wires = Wires::Cut;
+    device.device.servo().fault(Fault::Stall);
+    let mut counted = Vec::new();
+    for _ in 0..10 * SECOND {
+        device.tick();
+        let servo = device.device.servo();
+        assert!(servo.is_encoder_in_doubt());
+        counted.push(servo.position());
+    }
+    // Each change of the pull is two counts, and a test begins and ends with the pull-up.
+    counted.dedup();
+    assert!(counted.windows(2).all(|pair| pair[1] - pair[0] == 2), "{counted:?}");
+    let first = counted.iter().position(|&counts| counts == 36);
+    assert!(first.is_some(), "{counted:?}");
+}
+
 #[test]
 fn a_wire_that_is_whole_again_needs_a_hand_on_the_joint() {
     let mut device = powered("pd", &[PUSH_PULL]);

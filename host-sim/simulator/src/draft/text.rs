@@ -79,7 +79,8 @@ pub fn text_with(name: &str, answers: &Answers, style: &DraftStyle) -> Result<St
          #   stiction run FILE            stiction benchmark FILE\n\
          #   stiction show --units FILE   shows it in the core's volts and degrees\n\
          #   stiction keys                explains every key, and those that are not here\n\
-         # The gains are by rule (docs/reference/units.md). Nothing of this has been tried on a motor.\n\
+         # The gains are by rule (docs/reference/units.md). Nothing of this has been tried on \
+         a motor.\n\
          title = {}\n",
         Value::String(title.into())
     );
