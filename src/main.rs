@@ -106,7 +106,7 @@ mod app {
         let settings = setup::BoardSettings::read();
         let board = setup::start(cx.device, cx.core, &settings, servo, |crystal| {
             let crystal = match crystal {
-                Crystal::Right | Crystal::NotMeasured => None,
+                Crystal::Measured(_) | Crystal::NotMeasured => None,
                 Crystal::Absent => Some(LatchedFault::from(Fault::ClockAbsent)),
                 Crystal::Wrong(mhz) => {
                     Some(LatchedFault { value: mhz, ..LatchedFault::from(Fault::ClockWrong) })

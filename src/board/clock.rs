@@ -1,20 +1,34 @@
-//! The clocks: 168 MHz from the 8 MHz crystal, or 16 MHz from the internal oscillator if there is
-//! none.
+//! The clocks: 168 MHz from a crystal of 8, 12, 16 or 25 MHz, or from the internal oscillator if
+//! there is none of these.
+//!
+//! ```text
+//! crystal, or 16 MHz -> / PLLM -> PLL -> 168 MHz processor, timers of APB2
+//!                                         84 MHz timers of APB1, USART1
+//! ```
 //!
 //! The HAL waits for the crystal for ever, so the crystal is started here first, with a bounded
 //! wait. Its frequency is measured against the internal oscillator before anything runs from it,
-//! the PLL included ([`super::crystal`]); another one than 8 MHz is not used. Once it runs, the
-//! clock security system watches it. If it stops, the part falls back to the internal oscillator,
-//! TIM1's break input turns the outputs off, and [`super::fatal`] reports it after a reset.
+//! the PLL included ([`super::crystal`]). The measured frequency sets PLLM. Once the part runs from
+//! the crystal, the clock security system watches it. If it stops, the part falls back to the
+//! internal oscillator, TIM1's break input turns the outputs off, and [`super::fatal`] reports it
+//! after a reset.
+//!
+//! Without a usable crystal the joint cannot be armed, and the PLL multiplies the internal
+//! oscillator. The link's rate then has the error of that oscillator and no other ([`super::usart`]
+//! states it), so that a person can read what is wrong.
 
 use core::sync::atomic::{AtomicBool, Ordering};
 
 use cortex_m::peripheral::DWT;
 use stm32f4xx_hal::pac;
+use stm32f4xx_hal::pac::rcc::pllcfgr::PLLSRC;
 use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::rcc::{Config, Rcc};
 
 use super::crystal::{CAPTURES, Crystal, DIVIDER};
+
+/// Frequency of the internal oscillator, MHz.
+const INTERNAL_MHZ: u8 = 16;
 
 /// Time that the crystal may take to start, cycles of the internal 16 MHz: 50 ms. Data sheet: 2 ms,
 /// typically.
@@ -35,18 +49,25 @@ static RAN: AtomicBool = AtomicBool::new(false);
 /// The timer measures the crystal, and is as after a reset afterwards.
 pub fn start(rcc: pac::RCC, timer: &pac::TIM11) -> (Rcc, Crystal) {
     let crystal = if oscillates(&rcc) {
-        Crystal::of(measure(&rcc, timer)).with_pll(|| pll_locks(&rcc))
+        Crystal::of(measure(&rcc, timer)).with_pll(|mhz| pll_locks(&rcc, PLLSRC::Hse, mhz))
     } else {
         Crystal::Absent
     };
-    if !crystal.is_used() {
+    let config = if let Some(mhz) = crystal.mhz() {
+        Config::hse(u32::from(mhz).MHz())
+    } else {
         rcc.cr().modify(|_, w| w.hseon().off());
-        return (rcc.freeze(Config::hsi()), crystal);
+        if !pll_locks(&rcc, PLLSRC::Hsi, INTERNAL_MHZ) {
+            // The HAL would wait for this PLL for ever.
+            return (rcc.freeze(Config::hsi()), crystal);
+        }
+        Config::hsi()
+    };
+    let rcc = rcc.freeze(config.sysclk(168.MHz()).pclk1(42.MHz()).pclk2(84.MHz()));
+    if crystal.mhz().is_some() {
+        rcc.cr().modify(|_, w| w.csson().on());
+        RAN.store(true, Ordering::Relaxed);
     }
-    let config = Config::hse(8.MHz()).sysclk(168.MHz()).pclk1(42.MHz()).pclk2(84.MHz());
-    let rcc = rcc.freeze(config);
-    rcc.cr().modify(|_, w| w.csson().on());
-    RAN.store(true, Ordering::Relaxed);
     (rcc, crystal)
 }
 
@@ -96,14 +117,14 @@ fn oscillates(rcc: &pac::RCC) -> bool {
     within(PATIENCE, || rcc.cr().read().hserdy().is_ready())
 }
 
-/// Lets the PLL lock on the crystal once, and returns whether it does. The ready flag of the
-/// crystal alone counts pulses, and can be wrong about one that dies again. What the HAL waits for
-/// afterwards has then been seen to happen.
-fn pll_locks(rcc: &pac::RCC) -> bool {
-    // SAFETY: 8 MHz / 8 * 192 is within the range of the oscillator in the PLL; nothing runs from
-    // it yet.
+/// Lets the PLL lock on its source of `mhz` once, and returns whether it does. The ready flag of
+/// the crystal alone counts pulses, and can be wrong about one that dies again. What the HAL waits
+/// for afterwards has then been seen to happen.
+fn pll_locks(rcc: &pac::RCC, source: PLLSRC, mhz: u8) -> bool {
+    // SAFETY: 1 MHz * 192 is within the range of the oscillator in the PLL; nothing runs from it
+    // yet.
     rcc.pllcfgr().write(|w| unsafe {
-        w.pllsrc().hse().pllm().bits(8).plln().bits(192).pllp().div8().pllq().bits(4)
+        w.pllsrc().variant(source).pllm().bits(mhz).plln().bits(192).pllp().div8().pllq().bits(4)
     });
     rcc.cr().modify(|_, w| w.pllon().on());
     let locks = within(PLL_PATIENCE, || rcc.cr().read().pllrdy().is_ready());

@@ -6,18 +6,20 @@
 //!
 //! ```text
 //! counts of 16 captures = 16 * 8 * 31 * f_internal / f_crystal
-//!     7936 at 16 MHz and 8 MHz
-//!     7262 to 8337 with the internal oscillator 8 % low to 4.5 % high (data sheet, -40 to 105 C)
-//!                  and a crystal or resonator that is 0.5 % off; 2 counts are those of the edges
+//!     7936, 5290, 3968 and 2539 at 16 MHz and 8, 12, 16 and 25 MHz
+//!     of 8 MHz: 7262 to 8337 with the internal oscillator 8 % low to 4.5 % high (data sheet, -40
+//!                  to 105 C) and a crystal or resonator that is 0.5 % off; 2 counts are those of
+//!                  the edges
 //! ```
 //!
-//! So 8 MHz is accepted with any part, and 4, 6, 10, 12, 16 and 25 MHz are refused with any part.
-//! A frequency within a tenth of 8 MHz cannot be distinguished from it.
+//! The ranges of the four crystals in [`FITTED_MHZ`] do not overlap. So each of them is recognised
+//! with any part, and 4, 6, 10 and 20 MHz are refused with any part. A frequency within a tenth of
+//! one of the four cannot be distinguished from it: 24 and 26 MHz may pass as 25 MHz.
 //!
-//! The PLL comes after the measurement. With the dividers of 8 MHz it locks on 8 to 16 MHz, and
-//! perhaps not on 4 or 25 MHz (its input has to be 0.95 to 2.1 MHz, data sheet): a crystal of these
-//! would otherwise be reported as one that does not run. Nothing here knows a register, so that a
-//! test on a host goes through both tolerances.
+//! The PLL comes after the measurement. Its input is 1 MHz from any of the four, and has to be 0.95
+//! to 2.1 MHz (data sheet). With dividers of another crystal it might not lock, and the crystal
+//! would be reported as one that does not run. Nothing here knows a register, so that a test on a
+//! host goes through both tolerances.
 
 /// Divider of the crystal, the largest one there is: a timer's input of 0.84 MHz at most.
 pub const DIVIDER: u8 = 31;
@@ -31,45 +33,62 @@ const EDGES: u32 = 8;
 /// The internal oscillator, MHz.
 const INTERNAL_MHZ: u32 = 16;
 
-/// Counts of [`CAPTURES`] at 16 MHz and 8 MHz.
-const EXPECTED: u32 = CAPTURES * EDGES * DIVIDER as u32 * INTERNAL_MHZ / 8;
+/// Counts of [`CAPTURES`] at 16 MHz, times the crystal's frequency (MHz).
+const COUNTS_MHZ: u32 = CAPTURES * EDGES * DIVIDER as u32 * INTERNAL_MHZ;
 
-/// The least and the most counts that a crystal of 8 MHz gives.
-const ACCEPTED: [u32; 2] =
-    [EXPECTED * 92 / 100 * 995 / 1000 - 2, EXPECTED * 1045 / 1000 * 1005 / 1000 + 3];
+/// Frequencies of a crystal that the part runs from, MHz: the usual ones of boards with this part.
+pub const FITTED_MHZ: [u8; 4] = [8, 12, 16, 25];
+
+/// The frequency of a crystal that runs and could not be measured, MHz: that of the board on the
+/// wiring page.
+const ASSUMED_MHZ: u8 = 8;
+
+/// The least and the most counts that a crystal of `mhz` gives.
+const fn accepted(mhz: u8) -> core::ops::RangeInclusive<u32> {
+    let expected = COUNTS_MHZ / mhz as u32;
+    expected * 92 / 100 * 995 / 1000 - 2..=(expected + 1) * 1045 / 1000 * 1005 / 1000 + 3
+}
 
 /// What is known of the crystal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Crystal {
-    /// The crystal runs at 8 MHz, within the tolerance of the internal oscillator.
-    Right,
+    /// The crystal runs at this frequency of [`FITTED_MHZ`], within the tolerance of the internal
+    /// oscillator.
+    Measured(u8),
     /// The crystal runs. The timer has captured nothing in time, which says nothing of the crystal:
-    /// its edges were counted when it was started, and the PLL has locked on it.
+    /// its edges were counted when it was started, and the PLL has locked on it as on 8 MHz.
     NotMeasured,
     /// The crystal runs at another frequency: this one (MHz), to the internal oscillator's error.
     Wrong(f32),
-    /// The crystal does not run, or the PLL does not lock on it though it has the right frequency.
+    /// The crystal does not run, or the PLL does not lock on it though it has a right frequency.
     Absent,
 }
 
 impl Crystal {
     /// Judges a crystal by the counts of its captures; none if there were too few captures.
     pub fn of(counts: Option<u32>) -> Self {
-        let [least, most] = ACCEPTED;
         match counts {
             None | Some(0) => Self::NotMeasured,
-            Some(counts) if (least..=most).contains(&counts) => Self::Right,
-            Some(counts) => Self::Wrong(8.0 * EXPECTED as f32 / counts as f32),
+            Some(counts) => FITTED_MHZ
+                .into_iter()
+                .find(|mhz| accepted(*mhz).contains(&counts))
+                .map_or(Self::Wrong(COUNTS_MHZ as f32 / counts as f32), Self::Measured),
         }
     }
 
     /// Judges a crystal that may be used by the PLL, which locks on one that goes on running.
-    pub fn with_pll(self, locks: impl FnOnce() -> bool) -> Self {
-        if self.is_used() && !locks() { Self::Absent } else { self }
+    /// `locks` returns whether it locks on a crystal of that frequency, MHz.
+    pub fn with_pll(self, locks: impl FnOnce(u8) -> bool) -> Self {
+        if self.mhz().is_some_and(|mhz| !locks(mhz)) { Self::Absent } else { self }
     }
 
-    /// Returns whether the part runs from the crystal.
-    pub const fn is_used(self) -> bool {
-        matches!(self, Self::Right | Self::NotMeasured)
+    /// Returns the frequency of the crystal that the part runs from, MHz; none if it runs from its
+    /// internal oscillator.
+    pub const fn mhz(self) -> Option<u8> {
+        match self {
+            Self::Measured(mhz) => Some(mhz),
+            Self::NotMeasured => Some(ASSUMED_MHZ),
+            Self::Wrong(_) | Self::Absent => None,
+        }
     }
 }

@@ -43,15 +43,19 @@ impl Report {
         settings: &BoardSettings,
     ) {
         let source = match board.crystal {
-            Crystal::Right => "crystal",
+            Crystal::Measured(_) => "crystal",
             Crystal::NotMeasured => "crystal, whose frequency was not measured",
             Crystal::Wrong(_) => "internal oscillator, crystal of another frequency",
             Crystal::Absent => "internal oscillator, crystal absent",
         };
         info!("stiction {=str} ({=str}) on STM32F405", stiction::VERSION, env!("STICTION_COMMIT"));
         info!("clock {=u32} Hz from {=str}", board.clock, source);
-        if let Crystal::Wrong(mhz) = board.crystal {
-            error!("the crystal has about {=f32} MHz, not 8: no motion", mhz);
+        match board.crystal {
+            Crystal::Measured(mhz) => info!("the crystal has {=u8} MHz", mhz),
+            Crystal::Wrong(mhz) => {
+                error!("the crystal has about {=f32} MHz, not 8, 12, 16 or 25: no motion", mhz);
+            }
+            Crystal::NotMeasured | Crystal::Absent => {}
         }
         info!(
             "reset by {=str}; last fault: {=str}",

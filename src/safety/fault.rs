@@ -107,7 +107,7 @@ faults! {
     /// The parameter sectors hold something that was refused.
     2 BadParameters "bad parameters", "2 Bad parameters",
         "" "", "at boot", Parameters, [];
-    /// The crystal did not start: neither tick nor baud rate are what they say.
+    /// The crystal did not start: tick and baud rate have the error of the internal oscillator.
     3 ClockAbsent "crystal absent", "3, 4 Crystal",
         "" "", "at boot", Reset, [];
     /// The crystal stopped.
@@ -175,7 +175,7 @@ faults! {
     /// Armed by a link that has fallen silent.
     22 LinkTimeout "link silent while armed", "22 Link silent",
         "silence" "s", "`link_timeout_s`", Clear, [link_timeout];
-    /// The crystal has another frequency than 8 MHz, so the part runs without it.
+    /// The crystal has none of the frequencies that the part runs from, so it runs without it.
     23 ClockWrong "crystal of another frequency", "23 Crystal of another frequency",
         "frequency" "MHz", "at boot", Reset, [];
     /// The joint swings to and fro around a set point that rests.

@@ -3,27 +3,30 @@
 use std::time::Duration;
 
 use emulator::board::FittedParts;
-use emulator::board_under_test::HaltedBoard;
+use emulator::board_under_test::{BoardUnderTest, HaltedBoard, StopCondition};
 use emulator::fault_injection::Injection;
+use emulator::lockstep::Lockstep;
+use emulator::plant_interface::FreeDisc;
+use emulator::setup::BoardSetup;
 use emulator::wire::EmulatedWire;
 use simulator::device::client::Client;
 use stiction::Parameters;
 use stiction::parameters::ROOM;
 
 use crate::common::{firmware, plans};
-use crate::fault_injection::{AT, inject, parameters};
+use crate::fault_injection::{AT, MS, inject, parameters};
 
 #[test]
-fn a_crystal_of_another_frequency_is_measured_refused_and_told() {
-    for megahertz in [4, 12, 16, 25] {
+fn a_crystal_of_another_frequency_is_measured_refused_and_reported() {
+    for megahertz in [4, 6, 10, 20] {
         let fitted = FittedParts { crystal_hz: megahertz * 1_000_000, ..FittedParts::default() };
         let observed = inject(Some(&parameters()), fitted, &[]);
         assert!(observed.on_ns.is_empty(), "{megahertz} MHz: {observed:?}");
-        assert!(observed.says("clock 16000000 Hz from internal oscillator"), "{:?}", observed.log);
+        assert!(observed.says("clock 168000000 Hz from internal oscillator"), "{:?}", observed.log);
         let measured = observed.log.iter().find_map(|line| {
             line.text.strip_prefix("the crystal has about ")?.split(' ').next()?.parse().ok()
         });
-        // The emulated internal oscillator has no error: two counts of 2540 are left at 25 MHz.
+        // The emulated internal oscillator has no error: two counts of 3174 are left at 20 MHz.
         let measured: f64 = measured.unwrap_or_else(|| panic!("{:?}", observed.log));
         assert!(
             (measured / megahertz as f64 - 1.0).abs() < 1e-3,
@@ -34,14 +37,51 @@ fn a_crystal_of_another_frequency_is_measured_refused_and_told() {
 }
 
 #[test]
-fn eight_megahertz_are_measured_and_used() {
-    // 8.5 MHz is within what the internal oscillator can distinguish from 8 MHz.
-    for crystal_hz in [7_960_000, 8_000_000, 8_040_000, 8_300_000] {
+fn each_of_the_four_crystals_is_measured_and_gives_the_same_clock() {
+    // 8.3 MHz is within what the internal oscillator can distinguish from 8 MHz.
+    for (crystal_hz, mhz) in [
+        (7_960_000, 8),
+        (8_000_000, 8),
+        (8_040_000, 8),
+        (8_300_000, 8),
+        (12_000_000, 12),
+        (16_000_000, 16),
+        (25_000_000, 25),
+    ] {
         let observed =
             inject(Some(&parameters()), FittedParts { crystal_hz, ..FittedParts::default() }, &[]);
         assert!(observed.on_after(AT), "{crystal_hz} Hz: {:?}", observed.log);
         assert!(observed.says("clock 168000000 Hz from crystal"), "{:?}", observed.log);
+        assert!(observed.says(&format!("the crystal has {mhz} MHz")), "{:?}", observed.log);
         assert!(!observed.says("not measured"), "{:?}", observed.log);
+    }
+}
+
+/// The rate of USART1, and the processor's clock source.
+const USART1_BRR: u64 = 0x4001_1008;
+const USART1_CR1: u64 = 0x4001_100C;
+const RCC_CFGR: u64 = 0x4002_3808;
+
+#[test]
+fn without_a_crystal_the_link_keeps_its_rate_but_for_the_internal_oscillators_error() {
+    for fitted in [
+        FittedParts { crystal: false, ..FittedParts::default() },
+        FittedParts { crystal_hz: 10_000_000, ..FittedParts::default() },
+    ] {
+        let mut setup = BoardSetup::new("rate", &firmware(), parameters());
+        setup.fitted = fitted;
+        let mut board =
+            BoardUnderTest::power_on(setup, Lockstep::new(FreeDisc::default(), 20 * MS)).unwrap();
+        board.until(StopCondition::Time(100 * MS)).unwrap();
+        let registers = [USART1_BRR, USART1_CR1, RCC_CFGR];
+        let [divider, control, clock] =
+            board.act(move |halted| registers.map(|address| halted.register(address))).unwrap();
+        // RM0090: the processor runs from the PLL; USART1 samples 16 times a bit (OVER8 is 0), and
+        // then its divider counts clocks of 84 MHz to a bit.
+        assert_eq!(clock.unwrap() >> 2 & 0b11, 0b10, "{fitted:?}");
+        assert_eq!(control.unwrap() >> 15 & 1, 0, "{fitted:?}");
+        let rate = 84e6 / f64::from(divider.unwrap());
+        assert!((rate / 921_600.0 - 1.0).abs() < 0.002, "{fitted:?}: {rate} baud");
     }
 }
 

@@ -8,7 +8,7 @@ use super::config;
 #[path = "../../src/board/crystal.rs"]
 mod of_the_board;
 
-use of_the_board::{CAPTURES, Crystal, DIVIDER};
+use of_the_board::{CAPTURES, Crystal, DIVIDER, FITTED_MHZ};
 
 /// Counts of an internal oscillator (relative error) in the captures of a crystal (Hz), whose edges
 /// come anywhere within a count.
@@ -24,16 +24,17 @@ proptest! {
     #![proptest_config(config())]
 
     #[test]
-    fn eight_megahertz_is_accepted_with_any_part(
+    fn each_of_the_four_crystals_is_recognised_with_any_part(
+        mhz in prop::sample::select(FITTED_MHZ.to_vec()),
         internal in INTERNAL, crystal in -0.005..=0.005f64, edge in 0.0..1.0f64
     ) {
-        let counts = counts(8e6 * (1.0 + crystal), internal, edge);
-        prop_assert_eq!(Crystal::of(Some(counts)), Crystal::Right, "{} counts", counts);
+        let counts = counts(f64::from(mhz) * 1e6 * (1.0 + crystal), internal, edge);
+        prop_assert_eq!(Crystal::of(Some(counts)), Crystal::Measured(mhz), "{} counts", counts);
     }
 
     #[test]
     fn a_usual_crystal_of_another_frequency_is_refused_with_any_part(
-        megahertz in prop::sample::select(vec![1.0, 4.0, 6.0, 10.0, 12.0, 16.0, 20.0, 25.0, 26.0]),
+        megahertz in prop::sample::select(vec![1.0, 4.0, 6.0, 10.0, 20.0, 30.0]),
         internal in INTERNAL, crystal in -0.005..=0.005f64, edge in 0.0..1.0f64
     ) {
         let counts = counts(megahertz * 1e6 * (1.0 + crystal), internal, edge);
@@ -47,30 +48,33 @@ proptest! {
 }
 
 #[test]
-fn a_crystal_of_another_frequency_is_told_as_such_whatever_the_pll_would_do() {
-    // 4 and 25 MHz: the PLL's input would be 0.5 and 3.1 MHz, out of its range.
-    for megahertz in [4.0, 12.0, 25.0] {
+fn a_crystal_of_another_frequency_is_reported_as_such_whatever_the_pll_would_do() {
+    for megahertz in [4.0, 10.0, 20.0] {
         let judged = Crystal::of(Some(counts(megahertz * 1e6, 0.0, 0.5)));
-        // The PLL is not started on it.
-        let started = judged.with_pll(|| panic!("the PLL is started on {megahertz} MHz"));
+        let started = judged.with_pll(|_| panic!("the PLL is started on {megahertz} MHz"));
         assert!(
             matches!(started, Crystal::Wrong(_)) && started == judged,
             "{megahertz}: {started:?}"
         );
     }
-    // One of the right frequency, and one that could not be measured, have to carry the PLL.
-    for counts in [Some(counts(8e6, 0.0, 0.5)), None] {
+}
+
+#[test]
+fn the_pll_locks_with_the_divider_of_the_measured_crystal_or_the_crystal_counts_as_absent() {
+    let measured = FITTED_MHZ.map(|mhz| (Some(counts(f64::from(mhz) * 1e6, 0.0, 0.5)), mhz));
+    // One that could not be measured is taken for that of the wiring page.
+    for (counts, expected) in measured.into_iter().chain([(None, 8), (Some(0), 8)]) {
         let judged = Crystal::of(counts);
-        assert_eq!(judged.with_pll(|| true), judged);
-        assert_eq!(judged.with_pll(|| false), Crystal::Absent);
+        assert_eq!(judged.mhz(), Some(expected));
+        let with = |locks| judged.with_pll(|mhz| mhz == expected && locks);
+        assert_eq!([with(true), with(false)], [judged, Crystal::Absent]);
     }
 }
 
 #[test]
-fn a_crystal_that_was_not_captured_is_used_and_said_to_be_not_measured() {
+fn a_crystal_that_was_not_captured_is_used_and_reported_as_not_measured() {
     for counts in [None, Some(0)] {
         assert_eq!(Crystal::of(counts), Crystal::NotMeasured);
     }
-    assert!(Crystal::NotMeasured.is_used() && Crystal::Right.is_used());
-    assert!(!Crystal::Absent.is_used() && !Crystal::Wrong(12.0).is_used());
+    assert_eq!([Crystal::Absent.mhz(), Crystal::Wrong(10.0).mhz()], [None, None]);
 }
