@@ -4,6 +4,7 @@
 //! Travel is true travel outside of the set points since arming, with the place of the arming
 //! itself. `chaos.rs` has silent wires, load, supply and faults of the board.
 
+use dynamics::joint::{OpenLineDecoder, OpenLines};
 use simulator::device::simulated::{SimulatedDevice, Wires};
 use simulator::experiment::RunPlan;
 use stiction::control::reference::{Reference, Step};
@@ -14,7 +15,8 @@ use stiction::{Course, Motion};
 
 use crate::fixture::{parameters, plans};
 use crate::fuzz::Random;
-use crate::noisy_encoder::{COUNT, Lines, OpenLines, coasting};
+pub use crate::noisy_encoder::COUNT;
+use crate::noisy_encoder::coasting;
 use experiments::controllers;
 
 /// Commands in a run of one law.
@@ -33,10 +35,10 @@ const CONTINUOUS_V: f64 = 3.75 * 1.005;
 const TICK_S: f64 = 0.02;
 
 /// A device and what it did.
-struct Hostile {
-    device: SimulatedDevice,
-    random: Random,
-    lines: Option<(Lines, f64)>,
+pub struct Hostile {
+    pub device: SimulatedDevice,
+    pub random: Random,
+    lines: Option<(OpenLineDecoder, f64)>,
     /// Mean square of the effort over 10 s, V^2: a second computation.
     heat: f64,
     /// Set points since arming, deg from there, and the place of the arming or the disarming, with
@@ -47,15 +49,15 @@ struct Hostile {
     was_armed: bool,
     /// Whether the wires were sound in every tick since arming.
     is_sound: bool,
-    armed: u32,
-    trips: u32,
-    hottest: f64,
+    pub armed: u32,
+    pub trips: u32,
+    pub hottest: f64,
     outside: f64,
-    outside_sound: f64,
+    pub outside_sound: f64,
 }
 
 impl Hostile {
-    fn new(device: SimulatedDevice, seed: u64) -> Self {
+    pub fn new(device: SimulatedDevice, seed: u64) -> Self {
         Self {
             device,
             random: Random(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1),
@@ -76,12 +78,12 @@ impl Hostile {
 
     /// One tick, with what holds whatever goes wrong. Returns the travel outside of the set points
     /// of an armed joint, deg.
-    fn tick(&mut self, name: &str) -> Option<f64> {
+    pub fn tick(&mut self, name: &str) -> Option<f64> {
         let (before, speed) = (self.device.position_deg(), self.device.velocity_deg_per_s());
         if let Some((lines, from)) = &mut self.lines {
-            self.device.jump(lines.move_to(((before - *from) / COUNT).round() as i64));
+            let disc = ((before - *from) / COUNT).round() as i64;
+            self.device.jump(lines.move_to(disc) as i32);
         }
-        self.device.device.servo().heard();
         let output = self.device.tick();
         let is_armed = output.state == State::Armed;
         if is_armed != self.was_armed {
@@ -144,13 +146,14 @@ impl Hostile {
     }
 
     /// A person turns the joint to and fro, if its encoder is in doubt and its wires are sound.
-    fn turn_by_hand(&mut self, name: &str) {
+    pub fn turn_by_hand(&mut self, name: &str) {
         if self.lines.is_some() || !self.device.device.servo().is_encoder_in_doubt() {
             return;
         }
         for counts in [0, BY_HAND as i32, -(BY_HAND as i32)] {
             self.device.jump(counts);
             for _ in 0..10 {
+                self.device.device.servo().heard();
                 self.tick(name);
             }
         }
@@ -164,12 +167,14 @@ impl Hostile {
             self.device.wires = Wires::Sound;
         } else {
             self.device.wires = Wires::Cut;
-            self.lines = Some((Lines::new(open, self.random.next()), self.device.position_deg()));
+            self.lines =
+                Some((OpenLineDecoder::new(open, self.random.next()), self.device.position_deg()));
         }
     }
 }
 
-fn law_plan(law: &str, set: &[&str]) -> RunPlan {
+/// Returns the thesis's robot under a law, with values of its file set.
+pub fn law_plan(law: &str, set: &[&str]) -> RunPlan {
     let law = format!("loop.controller={law}");
     plans("step-response", &[&[&*law, "reference.steps_deg=[5.0]"], set].concat()).swap_remove(0)
 }
@@ -191,6 +196,7 @@ fn noise_on_open_lines_moves_heats_and_drives_no_further_than_its_bounds() {
                 hostile.disturb();
             }
             for _ in 0..10 + hostile.random.below(80) {
+                hostile.device.device.servo().heard();
                 let Some(outside) = hostile.tick(&name) else { continue };
                 let bound = if hostile.is_sound { following } else { NOISY_DEG };
                 assert!(outside <= bound, "{name}: {outside} of {bound} deg");
@@ -236,6 +242,7 @@ fn a_file_of_another_joint_moves_heats_and_drives_no_further_than_its_bounds() {
                 hostile.turn_by_hand(&name);
                 hostile.command();
                 for _ in 0..10 + hostile.random.below(80) {
+                    hostile.device.device.servo().heard();
                     let Some(outside) = hostile.tick(&name) else { continue };
                     assert!(outside <= bound, "{name}: {outside} of {bound} deg");
                     hostile.outside = hostile.outside.max(outside);

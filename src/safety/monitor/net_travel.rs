@@ -1,7 +1,7 @@
 //! Effort beyond the breakaway on average, and no net travel in its direction.
 //!
 //! ```text
-//! |sum u| > N B    and    -64 < sign(sum u) (p2 - p1) < 1 count       over N ticks, 5 s
+//! |sum u| > N B    and    -64 < sign(sum u) (p2 - p1) < 4 counts      over N ticks, 5 s
 //! ```
 //!
 //! u is the effort of a tick and B is `breakaway_v`. p1 and p2 are the mean positions (counts) of
@@ -17,7 +17,7 @@
 //! joint that is braked.
 //!
 //! Guarantees: an encoder that counts while the joint creeps under more than B on average is
-//! detected at the end of a period whose two means agree within a count.
+//! detected at the end of a period whose two means agree within four counts.
 //!
 //! Does badly: a joint that creeps needs its slip friction and its viscous friction, and that may
 //! be less than B. Up to (B - F) / b no effort contradicts the counts, F being the slip friction
@@ -33,7 +33,7 @@ const PERIOD: f32 = 5.0;
 
 /// Net travel that is due, as a difference of the means, counts: half of the two counts that show a
 /// living encoder, since a joint that creeps evenly makes twice the difference.
-const DUE: f32 = 1.0;
+const DUE: f32 = 4.0;
 
 /// Net travel against the effort from which a joint is braked, counts.
 const BRAKED: f32 = 64.0;

@@ -384,9 +384,9 @@ fn more_than_the_breakaway_on_average_trips_after_a_period_without_net_travel() 
     // Only the mean counts.
     assert_eq!(trips(|k| if k % 2 == 0 { 20 } else { -11 }, to_and_fro), Some(100));
     assert_eq!(trips(|k| if k % 2 == 0 { 20 } else { -12 }, to_and_fro), None);
-    // Two counts in a period are a count between the means of its halves.
-    assert_eq!(trips(|_| 5, |k| k / 50), None);
-    assert_eq!(trips(|_| 5, |k| k / 60), Some(100));
+    // Eight counts in a period are four between the means of its halves.
+    assert_eq!(trips(|_| 5, |k| k / 12), None);
+    assert_eq!(trips(|_| 5, |k| k / 13), Some(100));
     // A joint that is braked goes against its effort.
     assert_eq!(trips(|_| 5, |k| -60 * (k / 51)), Some(100));
     assert_eq!(trips(|_| 5, |k| -65 * (k / 51)), None);

@@ -2,6 +2,7 @@
 //! one count if it has any.
 
 use super::Joint;
+use super::random::SplitMix64;
 
 /// Where the encoder's disc sits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -49,30 +50,21 @@ impl JointEncoder {
 }
 
 /// Noise of one count: -1, 0 and 1 are equally likely at each reading.
-///
-/// The stream is SplitMix64 (Steele, Lea and Flood, OOPSLA 2014), which is the same on every
-/// machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CountNoise {
-    state: u64,
+    random: SplitMix64,
 }
 
 impl CountNoise {
     /// A stream of its own for each seed.
     pub const fn new(seed: u64) -> Self {
-        Self { state: seed }
+        Self { random: SplitMix64::new(seed) }
     }
 
     /// The next -1, 0 or 1.
     #[inline]
     pub const fn next(&mut self) -> i64 {
-        self.state = self.state.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut word = self.state;
-        word = (word ^ (word >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        word = (word ^ (word >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        word ^= word >> 31;
-        // The upper half times three: its bias is 2^-32.
-        (((word >> 32) * 3) >> 32) as i64 - 1
+        self.random.below(3) as i64 - 1
     }
 }
 

@@ -22,8 +22,10 @@ mod in_core_units;
 mod lag;
 mod lugre;
 mod of_a_run;
+mod open_lines;
 pub mod presets;
 mod push;
+mod random;
 mod rigid;
 mod runge_kutta;
 mod shaft;
@@ -43,6 +45,7 @@ pub use flexible::FlexibleJoint;
 pub use in_core_units::{CoreUnits, InCoreUnits};
 pub use lugre::LuGreJoint;
 pub use of_a_run::{RunJoint, Substitute};
+pub use open_lines::{OpenLineDecoder, OpenLines};
 pub use rigid::RigidJoint;
 
 use crate::solver::Event;

@@ -30,6 +30,8 @@ mod family;
 mod family_tests;
 mod figures;
 mod group;
+#[cfg(test)]
+mod hostile_tests;
 mod identified;
 mod json;
 mod machine_file;
