@@ -13,7 +13,7 @@
 //!
 //! F is `stall_v`; C, b and J are the true slip level, viscous friction and inertia. This is the
 //! way under the stall threshold from rest, in twice the time after which a silent encoder has to
-//! prove itself.
+//! prove itself. The bound of the first run left viscous friction out and was wider; T is the same.
 //!
 //! Negative result: noise that counts is a living encoder below the highest friction of the file,
 //! and has no bound here. Its travel is printed.
