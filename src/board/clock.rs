@@ -14,8 +14,8 @@
 //! after a reset.
 //!
 //! Without a usable crystal the joint cannot be armed, and the PLL multiplies the internal
-//! oscillator. The link's rate then has the error of that oscillator and no other ([`super::usart`]
-//! states it), so that a person can read what is wrong.
+//! oscillator. The link's rate then has the error of that oscillator and no other
+//! (docs/reference/faults.md states it), so that a person can read what is wrong.
 
 use core::sync::atomic::{AtomicBool, Ordering};
 

@@ -13,10 +13,7 @@
 //! waits for the next tick: no byte is lost.
 //!
 //! 84 MHz / 91 are 923 077 baud, 0.16 % too fast. Without a crystal the internal oscillator's error
-//! comes on top (data sheet, as calibrated by the factory): 1 % at 25 C, 4 % from -10 to 85 C, 8 %
-//! low to 4.5 % high from -40 to 105 C. A frame of 10 bits is read up to about 4 % with another end
-//! that is exact. So such a board can be asked what is wrong with it at room temperature, and may be
-//! silent in the cold.
+//! comes on top: docs/reference/faults.md states it with faults 3 and 4.
 
 use core::sync::atomic::{AtomicU8, AtomicU32, Ordering};
 

@@ -77,8 +77,9 @@ fn under_twice_the_breakaway_noise_of_open_lines_leads_no_further_than_its_bound
 
 /// Steps around the breakaway of 0.4 V ask for little more than it, or less. What exceeds it on
 /// average is detected after one or more periods of 5 s. Two lines with noise show net travel in
-/// few of them; the counts of one open line are a random walk, and more periods pass. So the travel
-/// is one of chance, and the bound is that of 99 runs in 100.
+/// few of them: they keep the bound of 90 deg. The counts of one open line are a random walk, and
+/// more periods pass. So its travel is one of chance: 99 runs in 100 keep that bound, and all of
+/// these seeds one of 120 deg.
 ///
 /// Negative result: what stays below the breakaway is not detected, and the joint creeps on.
 #[test]
@@ -96,12 +97,14 @@ fn near_the_breakaway_noise_of_open_lines_is_detected_late_or_lets_the_joint_cre
                 let name = format!("{open:?}, {law}, {to_deg} deg, seed {seed}: {found:?}");
                 runs += 1;
                 beyond_bound += u32::from(found.beyond > 90.0);
-                assert!(found.beyond < 180.0, "{name}");
+                let bound = if open == OpenLines::One { 120.0 } else { 90.0 };
+                assert!(found.beyond < bound, "{name}");
                 if let Some(tick) = found.tripped {
                     furthest = furthest.max(found.beyond);
                     slowest = slowest.max(tick);
                 } else {
                     // In a minute.
+                    assert!(found.beyond < 60.0, "{name}");
                     creeps = creeps.max(found.beyond);
                     unseen += 1;
                 }
@@ -116,6 +119,8 @@ fn near_the_breakaway_noise_of_open_lines_is_detected_late_or_lets_the_joint_cre
             creeps_deg = format!("{creeps:.1}"),
         );
     }
+    // A quarter of the runs have one open line.
+    let runs = runs / 4;
     assert!(100 * beyond_bound < runs, "{beyond_bound} of {runs}");
 }
 

@@ -8,8 +8,8 @@
 //!   motions.rs -> rig.rs: servo with all monitors, joint -> samples -> measures.rs
 //!                                                                          |
 //!                                                                          v
-//! case.rs: a CaseResult -> rows.rs (CSV, shards, resume) -> summary.rs, trips.rs -> table.rs, json.rs,
-//!                                                                         figures.rs
+//! case.rs: a CaseResult -> rows.rs (CSV, shards, resume) -> summary.rs, trips.rs -> table.rs,
+//!                                                                       json.rs, figures.rs
 //! ```
 //!
 //! Every law sees the same joints. A row depends on the seed, the family, the number of the case
