@@ -43,7 +43,7 @@ enum Work {
     Demo(demo::DemoJobArguments),
     /// Run everything that must pass before a change lands: format, lints, the firmware, tests,
     /// documentation
-    Test,
+    Test(test::TestArguments),
     /// Build the firmware, and compare every term of its ticks with the core on this machine, bit
     /// for bit
     Image(test::ImageTestArguments),
@@ -86,7 +86,7 @@ fn main() -> ExitCode {
     }
     let done = match arguments.job {
         Work::Demo(arguments) => demo::demo(&arguments),
-        Work::Test => test::test(),
+        Work::Test(arguments) => test::test(&arguments),
         Work::Image(arguments) => test::image(&arguments),
         Work::Setup => setup(),
         Work::Firmware => firmware::build().map(|_| ()),

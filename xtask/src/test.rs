@@ -1,5 +1,7 @@
 //! `cargo xtask test` runs everything that must pass before a change lands.
 
+use std::path::Path;
+
 use crate::job::{Job, cargo};
 use crate::simulator::{EMULATOR, EVERYTHING};
 use crate::toolchain::{MICROCONTROLLER, Toolchain};
@@ -9,6 +11,17 @@ const STRICT: [&str; 3] = ["--", "--deny", "warnings"];
 
 /// The test that judges an edit of the core within a minute.
 const FIRST_LOOK: &str = "first_look";
+
+/// Random messages of the long run: ten times those of each run.
+const MESSAGES: &str = "1000000";
+
+#[derive(Debug, clap::Args)]
+pub struct TestArguments {
+    /// Run the long tests too, which each run leaves out: identification of every family in the
+    /// image, gains before and after tuning, a million random messages
+    #[arg(long)]
+    all: bool,
+}
 
 #[derive(Debug, clap::Args)]
 pub struct ImageTestArguments {
@@ -31,7 +44,7 @@ pub fn image(arguments: &ImageTestArguments) -> Result<(), String> {
     Job::new("Tests of the image").run(&mut test)
 }
 
-pub fn test() -> Result<(), String> {
+pub fn test(arguments: &TestArguments) -> Result<(), String> {
     Toolchain::agree(&MICROCONTROLLER)?;
     Job::new("Format").run(&mut cargo(&["fmt", "--all", "--check"]))?;
     words::check(&words::WordsJobArguments::default())?;
@@ -49,7 +62,7 @@ pub fn test() -> Result<(), String> {
     Job::new("Tests, the image in the loop among them").run(
         cargo(&["test", "--workspace", "--no-fail-fast"])
             .args(EVERYTHING)
-            .env("STICTION_IMAGE", image),
+            .env("STICTION_IMAGE", &image),
     )?;
     // Only a program without these features prints these sentences.
     Job::new("Tests of the command line without emulator, live view, figures and report").run(
@@ -69,5 +82,22 @@ pub fn test() -> Result<(), String> {
         cargo(&["doc", "--workspace", "--no-deps"])
             .args(EVERYTHING)
             .env("RUSTDOCFLAGS", "--deny warnings"),
+    )?;
+    if arguments.all { long(&image) } else { Ok(()) }
+}
+
+/// Runs the tests that are ignored elsewhere because they take long, and more random messages.
+fn long(image: &Path) -> Result<(), String> {
+    Job::new("Random messages, a million").run(
+        cargo(&["test", "--package", "loop-tests", "--test", "device"])
+            .args(EMULATOR)
+            .args(["--", "random_messages", "--nocapture"])
+            .env("STICTION_FUZZ", MESSAGES),
+    )?;
+    Job::new("Identification of every family in the image, and gains before and after tuning").run(
+        cargo(&["test", "--package", "host-sim", "--test", "commissioned"])
+            .args(EVERYTHING)
+            .args(["--", "--ignored", "--nocapture"])
+            .env("STICTION_IMAGE", image),
     )
 }

@@ -1,6 +1,6 @@
 //! The identification of the ensemble's joints in the image, beside that on the host: the table of
-//! docs/how-to/identify.md. A joint takes eight to thirty seconds, and there are
-//! a hundred, so this runs by hand:
+//! docs/how-to/identify.md. A joint takes eight to thirty seconds, and there are a hundred, so
+//! `cargo xtask test --all` runs it. By hand:
 //!
 //! ```text
 //! STICTION_IMAGE=... STICTION_FAMILIES=rigid,lugre STICTION_JOINTS=10 STICTION_SEED=1 \
@@ -112,7 +112,7 @@ fn number<T: std::str::FromStr>(name: &str, otherwise: T) -> T {
 }
 
 #[test]
-#[ignore = "half a minute a joint: by hand, as the head of the file says"]
+#[ignore = "half a minute a joint: cargo xtask test --all"]
 fn families_in_the_image_are_identified_as_on_the_host() {
     // An arm has two joints.
     let single = Family::USUAL.into_iter().filter(|family| !family.is_arm()).map(Family::name);

@@ -166,7 +166,7 @@ fn gains_tuned_on_the_identified_joint_are_no_worse_on_the_true_one() {
 }
 
 #[test]
-#[ignore = "minutes; docs/how-to/tune.md has what it prints: -- --ignored --nocapture tuned::the_table"]
+#[ignore = "minutes; docs/how-to/tune.md has what it prints: cargo xtask test --all"]
 fn the_table_before_and_after() {
     tuned_is_no_worse("thesis", 1, 20);
 }
