@@ -125,6 +125,12 @@ impl<W: Wire> Worker<'_, W> {
                 self.client.clear()?;
                 "cleared"
             }
+            StudioAction::TakeOver => {
+                self.client.take_over()?;
+                // With the samples, which a guest does not receive.
+                self.publish_device()?;
+                "taken over: the motor is off, and the other client's session is over"
+            }
             StudioAction::Reference(deg) => {
                 self.client.set_reference(*deg)?;
                 return Ok(format!("the joint stands at {deg} deg").into());

@@ -40,6 +40,7 @@ impl<W: Wire> Worker<'_, W> {
                 "oscillates": status.oscillates,
                 "referenced": status.is_referenced,
                 "encoder_in_doubt": status.is_encoder_in_doubt,
+                "guest": self.client.is_guest(),
                 "heat_v": status.thermal_effort,
                 "faults": status.faults,
                 "fault": fault,
@@ -79,7 +80,10 @@ impl<W: Wire> Worker<'_, W> {
         self.travel = parameters.as_ref().map(Travel::new);
         self.link_timeout = parameters.as_ref().map_or(0.0, |all| all.limits.link_timeout);
         self.frame.flush(&self.shared.news);
-        self.client.subscribe(mask, every)?;
+        // Samples are the owner's.
+        if !self.client.is_guest() {
+            self.client.subscribe(mask, every)?;
+        }
         self.signals = signals;
         self.frame.generation = self.shared.generation.fetch_add(1, Ordering::Relaxed) + 1;
         self.frame.places =

@@ -193,6 +193,8 @@ pub enum StudioAction {
     },
     /// Clear the latched fault.
     Clear,
+    /// Stop the motor that another client has driven, and end that client's session.
+    TakeOver,
     /// Set the position at which the joint stands, deg.
     Reference(f64),
     /// Change parameters by their paths, as in `limits.stall_v`. Each value is written as in a
@@ -263,6 +265,7 @@ impl TryFrom<RequestFields> for StudioRequest {
             "hold" => (Some(StudioAction::Hold), 0),
             "jog" => (Some(StudioAction::Jog), 0),
             "clear" => (Some(StudioAction::Clear), 0),
+            "take-over" => (Some(StudioAction::TakeOver), 0),
             "undo" => (Some(StudioAction::Undo), 0),
             "save" => (Some(StudioAction::Save), 0),
             "move" => (deg.map(StudioAction::Move), 1),

@@ -150,8 +150,10 @@ pub fn run<W: Wire>(
     let _ = ready.send(Ok(()));
     loop {
         let Err(error) = worker.work(orders) else { return };
-        // A device that was armed here is stopped first once it can be reached.
-        let was_armed = worker.armed_here;
+        // A device that was armed here is stopped first once it can be reached. If it has refused
+        // a request, it was reset or another client has taken it over: its motor was off, and
+        // what drives it now is not this studio's.
+        let was_armed = worker.armed_here && !matches!(error, Error::Refused(_));
         let driven = if worker.driven { ". THE MOTOR MAY STILL BE DRIVEN" } else { "" };
         // For a new page the last status is no longer valid, nor is the last motion, since the
         // device may have been reset meanwhile.
@@ -266,6 +268,11 @@ impl<'a, W: Wire> Worker<'a, W> {
         }
         if self.may_ask() {
             let status = self.ask_status()?;
+            if self.client.is_guest() && !self.driven {
+                // The other client has ended.
+                self.client.begin_session()?;
+                self.publish_device()?;
+            }
             self.go_on_testing(&status)?;
             let may_go_on = !self.driven || self.has_keep_alive();
             if may_go_on && self.faults.replace(status.faults).is_some_and(|b| b != status.faults) {
@@ -291,8 +298,12 @@ impl<'a, W: Wire> Worker<'a, W> {
         self.shared.now().saturating_sub(time)
     }
 
-    /// Passes a sample to the pages and to the self-test.
+    /// Passes a sample to the pages and to the self-test. A guest reads samples of signals that
+    /// another client has asked for: they are ignored.
     fn show(&mut self, sample: Sample) {
+        if self.client.is_guest() {
+            return;
+        }
         self.driven = self.signals.is_armed(&sample);
         self.frame.push(&sample, &self.shared.news);
         self.test_sees(&sample);
@@ -369,11 +380,13 @@ impl<'a, W: Wire> Worker<'a, W> {
     }
 
     /// Returns whether the status may be requested. A driven device without keep-alives is queried
-    /// once its link timeout is long over, for the case that its samples are lost.
+    /// once its link timeout is long over, for the case that its samples are lost. A request of a
+    /// guest is no keep-alive of another client's motor.
     fn may_ask(&self) -> bool {
         let is_over = Duration::from_secs_f32(1.0 + 2.0 * self.link_timeout.clamp(0.0, 60.0));
         let since = self.since(self.asked);
-        since >= ASKED && (!self.driven || self.has_keep_alive()) || since > is_over
+        let is_harmless = !self.driven || self.client.is_guest() || self.has_keep_alive();
+        since >= ASKED && is_harmless || since > is_over
     }
 
     /// Returns whether the page that commands has just sent a keep-alive; while a self-test moves
@@ -390,7 +403,7 @@ impl<'a, W: Wire> Worker<'a, W> {
         // Samples from before the answer may show an output that was off then.
         self.show_kept();
         self.driven = status.state == StateCode::Armed;
-        self.armed_here &= self.driven;
+        self.armed_here &= self.driven && !self.client.is_guest();
         self.follow_travel(&status);
         self.testing_since(status.clock);
         if !self.driven

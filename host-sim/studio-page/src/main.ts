@@ -245,7 +245,9 @@ function look(): void {
     );
   by<HTMLFieldSetElement>('actions').disabled = !may();
   // While a self-test moves the joint, other motions are disabled.
-  const moves = driven === true && !app.testing;
+  const isGuest = status?.guest === true;
+  by('guest').hidden = !isGuest;
+  const moves = driven === true && !app.testing && !isGuest;
   for (const [id, enabled] of [
     ['arm', state === 'stopped'],
     ['hold', moves],

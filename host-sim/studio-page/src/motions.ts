@@ -34,6 +34,7 @@ export function motions(link: Link): void {
   on('arm', () => turnOn('Arm closes the loop', () => void ask(link, 'arm')));
   on('hold', () => void ask(link, 'hold'));
   on('clear', () => void ask(link, 'clear'));
+  on('take-over', () => void ask(link, 'take-over'));
   on('step', () => go('step'));
   by('move').onsubmit = (event) => {
     event.preventDefault();

@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use files::Error;
 use simulator::device::clock::Clock;
+use simulator::device::simulated::SimulatedDevice;
 use simulator::device::wire::{SimulatedWire, Wire};
 use stiction::link::{Deframer, decode_request};
 
@@ -39,9 +40,14 @@ const HASTE: f64 = 50.0;
 
 impl Line {
     pub fn new(set: &[&str]) -> Self {
+        Self::around(device(set))
+    }
+
+    /// A line to a device in any state.
+    pub fn around(device: SimulatedDevice) -> Self {
         let clock = Arc::<TestClock>::default();
         Self {
-            device: Arc::new(Mutex::new(SimulatedWire::on_clock(device(set), clock.clone()))),
+            device: Arc::new(Mutex::new(SimulatedWire::on_clock(device, clock.clone()))),
             clock,
             is_cut: Arc::default(),
             asked: Arc::default(),

@@ -9,6 +9,7 @@ mod identification;
 mod late_orders;
 mod line;
 mod lost_device;
+mod owner;
 mod page;
 mod playground;
 mod refusals;

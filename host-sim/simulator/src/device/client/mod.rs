@@ -92,7 +92,10 @@ impl<W: Wire> Client<W> {
 
     /// Says hello, and asks for the number of the session. While another client has the motor
     /// driven, there is none, and this client only reads, stops and takes over.
-    fn begin_session(&mut self) -> Result<(), Error> {
+    ///
+    /// # Errors
+    /// Returns an error if the device does not answer, or has another version of the link.
+    pub fn begin_session(&mut self) -> Result<(), Error> {
         self.session = NO_SESSION;
         // Random; the standard library has no other random source on every system.
         let hello = RandomState::new().hash_one(()) as u32;
