@@ -3,6 +3,7 @@
 // What fails here fails the test that asked for it.
 #![allow(clippy::unwrap_used, clippy::panic)]
 
+pub mod axis_with_play;
 #[cfg(feature = "emulator")]
 pub mod flash_image;
 pub mod matrix;

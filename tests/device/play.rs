@@ -1,9 +1,5 @@
 //! Play between the motor and an encoder on the load: how much of it trips nothing.
 
-use dynamics::joint::{
-    Body, CoreUnits, Description, DiscSide, ShaftDescription, StribeckCurve, Substitute, Train,
-    presets,
-};
 use simulator::device::simulated::{SimulatedDevice, Wires};
 use simulator::experiment::RunPlan;
 use stiction::servo::State;
@@ -12,49 +8,18 @@ use stiction::{Course, Fault, Motion};
 
 use crate::dead_encoder::step;
 use crate::fixture::plans;
+use experiments::axis_with_play::{COUNT_DEG, axis_with_play};
 use experiments::controllers;
-
-/// Any effort gain, N m/V: the core does not see it.
-const UNITS: CoreUnits = CoreUnits { effort_gain: 12.5 };
-
-/// Angle of a count, deg.
-const COUNT_DEG: f64 = 0.00242;
 
 /// Ticks of 20 ms in a minute.
 const MINUTE: u32 = 3000;
-
-/// The thesis's axis in two halves: the motor has half of the inertia and 0.05 V less of the
-/// friction. The shaft has 20 V/deg and a damping of 0.02 V s/deg.
-fn train(play_deg: f64) -> Train {
-    let torque = UNITS.effort_gain;
-    let per_degree = torque * 1.0_f64.to_degrees();
-    let axis = presets::thesis_axis();
-    let curve = axis.friction.curve;
-    let body = |slip_v: f64, stick_v: f64, viscous: f64| {
-        let curve = StribeckCurve {
-            coulomb: slip_v * torque,
-            stick: stick_v * torque,
-            viscous: viscous * per_degree,
-            ..curve
-        };
-        Body { inertia: 0.5 * axis.inertia * per_degree, friction: curve.into() }
-    };
-    let shaft = ShaftDescription {
-        stiffness: 20.0 * per_degree,
-        damping: 0.02 * per_degree,
-        backlash: play_deg.to_radians(),
-    };
-    let motor = body(curve.coulomb - 0.05, curve.stick - 0.05, curve.viscous);
-    Train::Flexible { motor, load: body(0.05, 0.05, 0.0), shaft }
-}
 
 fn device(law: &str, play_deg: f64, stated_deg: f64) -> SimulatedDevice {
     let law = format!("loop.controller={law}");
     let stated = format!("limits.play_deg={stated_deg}");
     let set = [&*law, "reference.steps_deg=[5.0]", &*stated];
     let plan = plans("step-response", &set).swap_remove(0);
-    let joint = Description::of(train(play_deg), COUNT_DEG.to_radians());
-    let substitute = Some(Substitute { joint, units: UNITS, side: DiscSide::Load });
+    let substitute = Some(axis_with_play(play_deg));
     let mut device = SimulatedDevice::new(&RunPlan { substitute, ..plan }).unwrap();
     device.ticks(50);
     device.device.servo().arm_for_link(None).unwrap();

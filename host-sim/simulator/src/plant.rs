@@ -50,6 +50,10 @@ pub struct Plant<S> {
     pub solver: S,
     /// Friction in addition to that of the machine, V: a hand on the joint, a hard stop.
     pub brake_v: f64,
+    /// The amplifier has no supply.
+    pub is_unpowered: bool,
+    /// External load on the joint, V: a spring, a bumper.
+    pub load_v: f64,
     axis: RobotAxis,
     encoder: EncoderModel,
     lsb_v: f64,
@@ -81,6 +85,8 @@ impl<S: AxisSolver> Plant<S> {
         Self {
             solver,
             brake_v: 0.0,
+            is_unpowered: false,
+            load_v: 0.0,
             axis,
             encoder,
             lsb_v,
@@ -150,14 +156,16 @@ impl<S: AxisSolver> Plant<S> {
         f64::from(self.delay.put(code)) * self.lsb_v
     }
 
-    /// Puts out a code and holds its effort for a time (s); no effort if the output is off.
+    /// Puts out a code and holds its effort for a time (s), with the external load. There is no
+    /// effort if the output is off or the amplifier has no supply.
     pub fn put_out_and_hold(&mut self, code: i16, is_on: bool, duration_s: f64) {
         let effort_v = self.put_out(code);
         // The enable pin turns the output off without delay.
-        self.hold(if is_on { effort_v } else { 0.0 }, duration_s, &mut |_| {});
+        let effort_v = if is_on && !self.is_unpowered { effort_v } else { 0.0 };
+        self.hold(effort_v + self.load_v, duration_s, &mut |_| {});
     }
 
-    /// Moves the joint under a held effort (V) for a time (s).
+    /// Moves the joint under a held effort (V), which includes any load, for a time (s).
     #[inline]
     pub fn hold(&mut self, effort_v: f64, duration_s: f64, on_event: &mut impl FnMut(Event)) {
         // Whole samples are counted, so that rounding errors do not accumulate.

@@ -1,6 +1,7 @@
 //! The bench of the matrix in the flash image: the emulated board with the simulated joint on its
 //! pins, and a client on its USART.
 
+use dynamics::joint::Substitute;
 use emulator::board::CLOCK_HZ;
 use emulator::board_under_test::HaltedBoard;
 use emulator::coupling::ImageSample;
@@ -10,6 +11,7 @@ use emulator::wire::EmulatedWire;
 use experiments::matrix::{Bench, BenchSample, Situation, plan};
 use files::encoder::Wires;
 use simulator::device::client::Client;
+use simulator::experiment::RunPlan;
 use stiction::control::laws::Gains;
 use stiction::link::FaultReport;
 use stiction::{Fault, Tick};
@@ -39,7 +41,13 @@ pub struct ImageBench {
 impl ImageBench {
     /// Powers the board up.
     pub fn boot() -> Self {
-        let wire = EmulatedWire::with(&firmware(), &plan::<Self>("pd", &[])).unwrap();
+        Self::around(None)
+    }
+
+    /// Powers the board up with another joint on its pins.
+    pub fn around(substitute: Option<Substitute>) -> Self {
+        let plan = RunPlan { substitute, ..plan::<Self>("pd", &[]) };
+        let wire = EmulatedWire::with(&firmware(), &plan).unwrap();
         Self { client: Some(Client::connect(wire).unwrap()), last: None, detection: None }
     }
 

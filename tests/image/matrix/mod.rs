@@ -2,6 +2,7 @@
 //! spoiled gain and what the board itself reports are rows of this bench alone.
 
 mod bench;
+mod misleading_inputs;
 mod reported;
 
 use experiments::controllers;

@@ -123,12 +123,9 @@ impl SimulatedDevice {
         let output = self.device.tick(Input { counter: self.counter, supply: self.supply, lines });
         self.remember(output.clock, ahead_deg);
         self.plant.brake_v = self.brake_v;
-        let sample_time_s = self.plant.sample_time_s();
-        // The enable pin turns the output off without delay.
-        let effort_v = self.plant.put_out(output.tick.code);
-        let is_driven = output.enable && !self.is_unpowered;
-        let effort_v = if is_driven { effort_v } else { 0.0 };
-        self.plant.hold(effort_v + self.load_v, sample_time_s, &mut |_| {});
+        self.plant.is_unpowered = self.is_unpowered;
+        self.plant.load_v = self.load_v;
+        self.plant.put_out_and_hold(output.tick.code, output.enable, self.plant.sample_time_s());
         output
     }
 
