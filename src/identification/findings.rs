@@ -48,8 +48,8 @@ pub enum Outcome {
     Time,
     /// Drive or supply let less effort through than was asked for.
     Capped,
-    /// Effort beyond the friction moved the joint by less than a quarter of what was due, or it did
-    /// not return: an end stop, or an encoder that broke.
+    /// Effort beyond the friction moved the joint by less than a quarter of what was due: an end
+    /// stop, or an encoder that broke.
     NoProgress,
 }
 

@@ -19,9 +19,9 @@
 //! sequence at the bounds of travel, speed and time, and the breakaway at that of the effort. So
 //! the guarantees are those of `open_loop.rs`. The servo's monitors stay on.
 //!
-//! A broken encoder ends the sequence as well, and never as [`Outcome::Done`]: legs have to make
-//! progress (`progress.rs`), a push whose counts go to and fro ends at 1.75 times the effort
-//! that the joint has needed before, and the return has to make half of its way.
+//! A broken encoder ends the sequence as well, and never as [`Outcome::Done`]: legs and the return
+//! have to make progress (`progress.rs`), and a push whose counts go to and fro ends at 1.75 times
+//! the effort that the joint has needed before.
 //!
 //! Between two steps the effort is zero until the joint has rested. The rates of the breakaway are
 //! `F / 5` and `F / 20` a second: at the slow one a reading that is a tenth of a second late is
@@ -65,8 +65,6 @@ const SLOW: usize = 2;
 /// Multiples of the needed effort beyond which a fast push has no reading, and of the fast reading
 /// beyond which a slow one has none.
 const BEYOND: [f32; 2] = [1.75, 1.25];
-/// Part of its way that the return has to make.
-const RETURNED: f32 = 0.5;
 /// The shares of its mean speed between which a swing goes, and the time of each in windows.
 const SWING: [f32; 2] = [0.4, 1.6];
 const SWING_WINDOWS: f32 = 1.25;
@@ -438,9 +436,6 @@ impl Identification {
         }
         let ends = self.way <= 0.0;
         if ends && self.follower.speed == 0.0 {
-            if task == Some(Task::Return) && !self.has_returned(counts) {
-                return self.end(Outcome::NoProgress);
-            }
             return self.settle();
         }
         let reverse = speed < 0.0;
@@ -503,11 +498,6 @@ impl Identification {
             DUE[0]
         };
         self.progress.lacks(&leg, share * bounds.travel as f32 * count)
-    }
-
-    /// Returns whether the joint has made half of the way to where the sequence began.
-    fn has_returned(&self, counts: i32) -> bool {
-        counts.unsigned_abs() as f32 <= (1.0 - RETURNED) * self.origin.unsigned_abs() as f32
     }
 
     /// Takes a row, and counts it for the map if it is of a leg.

@@ -45,6 +45,8 @@ mod matrix;
 #[cfg(feature = "emulator")]
 mod open_line;
 #[cfg(feature = "emulator")]
+mod owner_and_stop;
+#[cfg(feature = "emulator")]
 mod parameters;
 #[cfg(feature = "emulator")]
 mod ramps;

@@ -11,7 +11,7 @@ use experiments::axis_with_play::axis_with_play;
 use experiments::controllers;
 use experiments::matrix::{Bench as _, Situation, pass, start_over};
 use stiction::Fault;
-use stiction::identification::IdentificationRequest;
+use stiction::identification::{IdentificationRequest, Outcome};
 
 use super::bench::{ImageBench, print_row};
 
@@ -183,31 +183,64 @@ fn a_supply_that_is_lost_in_motion_is_a_fault_within_a_second_of_effort_at_rest(
     print_row(Fault::Stall, what, Situation::Moving, cases, &format!("{slowest} ticks"));
 }
 
-#[test]
-fn a_sequence_that_runs_into_a_bumper_keeps_its_travel_and_ends_as_a_stall() {
-    let (begins_deg, v_per_deg, travel_deg) = (0.02, 10.0, 20.0);
-    let mut bench = ImageBench::boot();
-    start_over(&mut bench, "srnf", &[]);
+/// Runs a sequence of a travel (deg) until its bridge is off and the joint rests. Returns the
+/// furthest distance from the start, deg.
+fn identify(
+    bench: &mut ImageBench,
+    travel_deg: f64,
+    meanwhile: &mut dyn FnMut(&mut ImageBench, u32),
+) -> f64 {
+    start_over(bench, "srnf", &[]);
     let request = IdentificationRequest {
         travel: Some(travel_deg as f32),
         speed: Some(10.0),
         ..Default::default()
     };
     bench.client().identify_joint(request).unwrap();
-    let mut furthest = 0.0f64;
-    let mut has_begun = false;
-    for tick in 0..60 * SECOND {
-        let at = bench.position_deg();
-        furthest = furthest.max(at.abs());
-        let load_v = -v_per_deg * (at - begins_deg).max(0.0);
-        bench.act(move |halted| halted.plant().load_v = load_v);
+    let (mut furthest, mut has_begun) = (0.0f64, false);
+    for tick in 0..120 * SECOND {
+        meanwhile(bench, tick);
         bench.heard(tick);
         let is_on = bench.ticks(1).is_on;
-        if has_begun && !is_on {
-            break;
+        furthest = furthest.max(bench.position_deg().abs());
+        if has_begun && !is_on && speed(bench) == 0.0 {
+            return furthest;
         }
         has_begun |= is_on;
     }
+    panic!("the sequence does not end");
+}
+
+/// Both lines break and pick up noise, 5 s after the begin and later.
+#[test]
+fn an_encoder_that_breaks_in_an_identification_keeps_its_travel_and_none_ends_as_whole() {
+    for begin in [5 * SECOND, 20 * SECOND] {
+        let mut bench = ImageBench::boot();
+        let mut lines = OpenLineDecoder::new(OpenLines::Both(4), 1);
+        let (mut before, mut travel) = (0, 0);
+        let furthest = identify(&mut bench, 20.0, &mut |bench, tick| {
+            let now = disc(bench);
+            let moved = now - std::mem::replace(&mut before, now);
+            if tick >= begin {
+                travel += moved;
+                bench.jump((lines.move_to(travel) - moved) as i32);
+            }
+        });
+        let found = bench.client().identified().unwrap();
+        let is_whole = found.is_some_and(|(summary, _)| summary.outcome == Outcome::Done);
+        assert!(!is_whole && furthest < 20.0 + 45.0, "{begin}: {furthest} deg");
+    }
+}
+
+#[test]
+fn a_sequence_that_runs_into_a_bumper_keeps_its_travel_and_ends_as_a_stall() {
+    let (begins_deg, v_per_deg, travel_deg) = (0.02, 10.0, 20.0);
+    let mut bench = ImageBench::boot();
+    let furthest = identify(&mut bench, travel_deg, &mut |bench, _| {
+        let at_deg = bench.position_deg();
+        let load_v = -v_per_deg * (at_deg - begins_deg).max(0.0);
+        bench.act(move |halted| halted.plant().load_v = load_v);
+    });
     // Energy, as in tests/device/bumper.rs: 1.6 V at most, and 10 deg/s at the arrival.
     let pressed = 1.6025 / v_per_deg;
     let held = begins_deg + pressed + (pressed * pressed + 100.0 / (27.0 * v_per_deg)).sqrt();

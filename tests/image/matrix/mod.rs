@@ -19,7 +19,7 @@ use bench::{ImageBench, print_row};
 /// Why the other faults are in no row.
 const ELSEWHERE: [(Fault, &str); 7] = [
     (Fault::EncoderOpen, "at rest only: tests/image/open_line.rs"),
-    (Fault::Oscillation, "it takes gains of its own: tests/device/oscillation.rs"),
+    (Fault::Oscillation, "it takes gains of its own: a test of its own, below"),
     (Fault::NoParameters, "only at boot: tests/image/hardware_faults.rs"),
     (Fault::BadParameters, "only at boot: tests/image/hardware_faults.rs"),
     (Fault::ClockAbsent, "only at boot: tests/image/hardware_faults.rs"),
@@ -140,6 +140,29 @@ fn an_encoder_that_is_dead_at_rest_is_seen_in_the_next_step_under_every_law() {
     }
     let cases = controllers().count();
     print_row(row.fault, row.what, Situation::Rest, cases, &format!("{slowest} ticks"));
+}
+
+/// DNPF with eight times the thesis's gain, as in tests/device/oscillation.rs.
+#[test]
+fn a_loop_that_oscillates_is_reported_and_then_a_fault() {
+    let mut bench = ImageBench::boot();
+    start_over(&mut bench, "dnpf", &["controller.dnpf.kp_v_per_deg=8"]);
+    bench.client().arm().unwrap();
+    bench.client().step_to(0.5).unwrap();
+    // The warning comes after 3 s of 20 ms, the fault after 30 s, each of a series that begins with
+    // the swings of the first 3 s.
+    pass(&mut bench, 300);
+    let status = bench.client().status().unwrap();
+    assert!(status.oscillates && status.faults == 0, "{status:?}");
+    let ticks = (300..1650).find(|tick| {
+        bench.heard(*tick);
+        !bench.ticks(1).is_on
+    });
+    let ticks = ticks.unwrap();
+    assert!(ticks > 1500, "{ticks}");
+    assert_latched(&mut bench, "dnpf", "dnpf", (Fault::Oscillation, [0.0, 180.0]));
+    let what = "DNPF of eight times the gain swings around a set point that rests";
+    print_row(Fault::Oscillation, what, Situation::Rest, 1, &format!("{ticks} ticks"));
 }
 
 #[test]
