@@ -33,8 +33,8 @@ impl<F: NorFlash> Device<F> {
         let found = store.load().and_then(|found| found.fits(&hardware).map(|()| found));
         let servo = Servo::new(found.as_ref().map_err(|error| *error), boot, &hardware);
         let mut session = Session::new(DeviceKind::Simulated, found.ok());
-        session.tell_damage(boot.is_damaged);
-        session.tell_saves(store.saves());
+        session.report_damage(boot.is_damaged);
+        session.report_saves(store.saves());
         Self { session, parts: Parts { hardware, servo, store } }
     }
 

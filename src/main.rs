@@ -129,10 +129,10 @@ mod app {
         if let Ok(parameters) = settings.parameters() {
             session.use_saved(parameters);
         }
-        session.tell_damage(settings.is_damaged);
-        session.tell_saves(settings.saves());
-        session.tell_brown_out(brown_out.is_on());
-        session.tell_crystal(board.crystal == Crystal::NotMeasured);
+        session.report_damage(settings.is_damaged);
+        session.report_saves(settings.saves());
+        session.report_brown_out(brown_out.is_on());
+        session.report_crystal(board.crystal == Crystal::NotMeasured);
         let report = Report::new();
         report.banner(&board, (cause, brown_out), record.as_ref(), fault, &settings);
 
@@ -306,7 +306,7 @@ mod app {
         let (control_task, watchdog) = (&mut control_task, &mut watchdog);
         let mut machine = BoardMachine { control_task, watchdog, clock: *timer_clock, store };
         let is_working = session.lock(|session| {
-            session.tell_wire(received.errors());
+            session.report_wire(received.errors());
             while let Some(byte) = received.next() {
                 session.receive(&[byte], &mut machine);
                 // The end of a frame.

@@ -163,15 +163,15 @@ impl Report {
     /// Writes what a ramp or a jog has found, if it has come to its end.
     pub fn motion_over(&self, levels: Option<FrictionLevels>, found: Option<JogFindings>) {
         if let Some(levels) = levels {
-            told_levels(&levels);
+            report_levels(&levels);
         }
         if let Some(found) = found {
-            told_jog(&found);
+            report_jog(&found);
         }
     }
 }
 
-fn told_levels(levels: &FrictionLevels) {
+fn report_levels(levels: &FrictionLevels) {
     match (levels.stick, levels.slip) {
         (Some(stick), Some(slip)) => {
             info!("friction: stick {=f32} V, slip {=f32} V", stick, slip)
@@ -183,7 +183,7 @@ fn told_levels(levels: &FrictionLevels) {
     }
 }
 
-fn told_jog(found: &JogFindings) {
+fn report_jog(found: &JogFindings) {
     let [first, second] = &found.ways;
     let verdict = match found.verdict() {
         Verdict::Agrees => "the encoder counts in the sense of the effort",

@@ -291,7 +291,7 @@ mod tests {
     }
 
     #[test]
-    fn a_supply_too_low_for_the_effort_is_told_as_saturated_with_what_is_left_of_it() {
+    fn a_supply_too_low_for_the_effort_is_reported_as_saturated_with_what_is_left_of_it() {
         let stage = stage(0, NOMINAL);
         for sign in [1.0, -1.0] {
             let found = once(&stage, 3.0 * sign, NOMINAL / 2);

@@ -509,7 +509,7 @@ mod tests {
     }
 
     #[test]
-    fn rows_of_one_sense_tell_nothing() {
+    fn rows_of_one_sense_show_nothing() {
         let mut model = Model::new(1.0, 60.0);
         for index in 0..50 {
             let velocity = 1.0 + index as f32;

@@ -237,7 +237,7 @@ mod tests {
     }
 
     #[test]
-    fn pulses_that_are_trusted_tell_the_inertia_and_short_ones_roughly() {
+    fn pulses_that_are_trusted_show_the_inertia_and_short_ones_roughly() {
         let (mut trusted, mut rough) = ([f64::MAX, 0.0f64], [f64::MAX, 0.0f64]);
         for speed in [0.05, 0.2, 1.0, 4.0] {
             let settings = settings(speed);

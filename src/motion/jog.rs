@@ -406,7 +406,7 @@ mod tests {
     use crate::control::encoder::Encoder;
 
     #[test]
-    fn the_verdict_is_that_of_both_ways_or_of_the_only_one_that_told() {
+    fn the_verdict_is_that_of_both_ways_or_of_the_only_one_that_has_one() {
         let way =
             |effort, moved: i32, counted| Way { effort, moved, counted, ended: JogEnd::Effort };
         let [still, untried] = [way(0.6, 0, 0), way(0.0, 0, 0)];

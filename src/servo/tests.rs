@@ -379,7 +379,7 @@ fn a_motion_of_the_parameters_that_leads_out_of_the_range_is_never_begun() {
 }
 
 #[test]
-fn a_client_is_not_told_that_the_loop_is_closed_while_a_ramp_runs() {
+fn no_closed_loop_is_reported_to_a_client_while_a_ramp_runs() {
     let mut servo = ramp(at_once());
     (0..10).for_each(|_| assert!(!tick(&mut servo, 0).enable));
     assert_eq!(servo.arm(), Ok(()));

@@ -50,12 +50,12 @@ pub fn step(device: &mut SimulatedDevice, to_deg: f64) {
 /// Lets a minute pass, or less if the servo is no longer armed; says whether it is and the last
 /// output.
 fn a_minute(device: &mut SimulatedDevice) -> (bool, Output) {
-    let (is_armed, output, _) = a_minute_told(device);
+    let (is_armed, output, _) = a_minute_with_its_way(device);
     (is_armed, output)
 }
 
 /// The same, with the way of a joint that had what was applied, deg, see [`coasted`].
-fn a_minute_told(device: &mut SimulatedDevice) -> (bool, Output, f64) {
+fn a_minute_with_its_way(device: &mut SimulatedDevice) -> (bool, Output, f64) {
     let mut output = device.tick();
     let (mut way, mut speed) = (0.0, 0.0);
     for _ in 0..MINUTE {
@@ -100,7 +100,7 @@ fn an_encoder_that_is_dead_from_rest_is_seen_under_every_law_and_error() {
             let mut device = armed(law);
             device.wires = Wires::Cut;
             step(&mut device, error);
-            let (is_armed, output, coasts) = a_minute_told(&mut device);
+            let (is_armed, output, coasts) = a_minute_with_its_way(&mut device);
             let travel = device.position_deg().abs();
             if is_armed && law == "robust" {
                 cells.push(format!("gives up at {travel:.1}"));

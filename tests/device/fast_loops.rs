@@ -293,29 +293,29 @@ fn counts_that_appear_in_a_tick_pass_up_to_the_smaller_of_two_limits() {
 fn a_law_that_has_given_up_says_so_until_the_next_motion_which_may_go_to_the_same_target() {
     let off = ["limits.stall_impulse_vs=off", "limits.stall_v=off"];
     let mut device = Device::moved(&JOINTS[0], "motor", &off);
-    let is_told = |device: &mut Device| {
+    let is_reported = |device: &mut Device| {
         let output = device.tick();
         let gave_up = device.client.status().unwrap().gave_up;
         assert_eq!(output.tick.status & Tick::GAVE_UP != 0, gave_up);
         (gave_up, output.tick.v_applied)
     };
-    assert!(!is_told(&mut device).0);
+    assert!(!is_reported(&mut device).0);
     // A brake that no effort moves.
     device.simulated().brake_v = 100.0;
     device.client.move_to(3.1).unwrap();
-    let time_s = (1..=5000).find(|_| is_told(&mut device).0).unwrap();
+    let time_s = (1..=5000).find(|_| is_reported(&mut device).0).unwrap();
     assert!(time_s > 100, "{time_s} ms: there was no time for three pulses");
-    let held = is_told(&mut device).1;
-    assert!((0..500).all(|_| is_told(&mut device) == (true, held)), "it goes on with {held} V");
+    let held = is_reported(&mut device).1;
+    assert!((0..500).all(|_| is_reported(&mut device) == (true, held)), "it goes on with {held} V");
     device.client.move_to(3.1).unwrap();
-    assert!(!is_told(&mut device).0, "the same target again is a motion");
+    assert!(!is_reported(&mut device).0, "the same target again is a motion");
     device.simulated().brake_v = 0.0;
     device.pass(2000);
     let counts = (device.position() - 3.1).abs() / JOINTS[0].count;
-    assert!(counts <= 2.0 && !is_told(&mut device).0, "{counts} counts");
+    assert!(counts <= 2.0 && !is_reported(&mut device).0, "{counts} counts");
     device.client.move_to(3.2).unwrap();
     device.simulated().brake_v = 100.0;
-    (1..=5000).find(|_| is_told(&mut device).0).unwrap();
+    (1..=5000).find(|_| is_reported(&mut device).0).unwrap();
     device.client.stop().unwrap();
     assert!(!device.client.status().unwrap().gave_up, "a servo that is off has no law");
 }

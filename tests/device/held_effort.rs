@@ -52,7 +52,7 @@ fn wound(set: &[&str]) -> SimulatedDevice {
 }
 
 #[test]
-fn a_warning_a_stall_and_heat_are_told_apart() {
+fn a_warning_a_stall_and_heat_are_distinguished() {
     // v_c = 4 V/(deg s) 0.0508 deg t = 0.203 V/s t; PD adds 0.051 V.
     let (rate, pd) = (0.203, 0.051);
     // The warning: 0.4 V of the law for a second. The stall: after the 0.4 V of the breakaway an

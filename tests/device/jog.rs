@@ -251,7 +251,7 @@ fn jogs_with_a_dead_encoder_add_up_to_a_stall() {
 }
 
 #[test]
-fn a_blocked_joint_stays_where_it_is_and_nothing_moved_is_told() {
+fn a_blocked_joint_stays_where_it_is_and_the_jog_reports_no_motion() {
     let blocked = Joint { friction: [9.0, 9.0], ..SOUND };
     let run = jog(&untuned(0.4), blocked, JogRequest::default(), 1500);
     let found = run.found.unwrap();

@@ -136,7 +136,7 @@ fn spoil(flash: &mut SimulatedFlash, at: u32) {
 }
 
 #[test]
-fn a_damaged_set_is_told_and_nothing_starts_by_itself_until_the_next_save() {
+fn a_damaged_set_is_reported_and_nothing_starts_by_itself_until_the_next_save() {
     let plan = &plans("step-response", &["loop.controller=srnf", "device.autostart=true"])[0];
     let parameters = simulator::device::parameters(plan).unwrap();
     let older = parameters.clone();

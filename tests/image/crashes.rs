@@ -129,7 +129,7 @@ fn a_link_that_never_ends_is_ended_by_the_watchdog_though_the_control_task_goes_
 }
 
 #[test]
-fn a_panic_turns_the_bridge_off_and_is_told() {
+fn a_panic_turns_the_bridge_off_and_is_reported() {
     // The logger's own lock looks taken: its next line, within a tenth of a second, panics with all
     // interrupts masked.
     let lock = firmware().variable("RTT_ENCODER");
@@ -150,7 +150,7 @@ fn a_panic_turns_the_bridge_off_and_is_told() {
 }
 
 #[test]
-fn a_hard_fault_turns_the_bridge_off_and_is_told() {
+fn a_hard_fault_turns_the_bridge_off_and_is_reported() {
     let observed = crash(&[(AT, Injection::BusError { address: TIM2_CNT })]);
     assert_off_after(&observed, AT, 20 * MS);
     assert_off_before_the_reset(&observed);
@@ -228,7 +228,7 @@ fn a_stack_that_overflows_in_the_link_turns_the_bridge_off_and_is_reported() {
 }
 
 #[test]
-fn an_exception_without_a_handler_is_told() {
+fn an_exception_without_a_handler_is_reported() {
     // A copy of the image whose task of the log makes a supervisor call (11 in the vector table),
     // at each start.
     let path = image();
@@ -264,7 +264,7 @@ fn an_overrun_is_latched_and_a_short_stall_is_not_one() {
 }
 
 #[test]
-fn a_brown_out_is_told_whether_or_not_the_memory_survives() {
+fn a_brown_out_is_reported_whether_or_not_the_memory_survives() {
     let forgets: Vec<_> = firmware()
         .variable("KEPT")
         .into_iter()

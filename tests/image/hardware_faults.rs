@@ -61,7 +61,7 @@ fn without_a_crystal_nothing_moves() {
 }
 
 #[test]
-fn a_reset_in_mid_move_is_told_and_nothing_moves_after() {
+fn a_reset_in_mid_move_is_reported_and_nothing_moves_after() {
     let observed = inject(Some(&parameters()), FittedParts::default(), &[(AT, Injection::Reset)]);
     assert_eq!(observed.resets.len(), 1, "{:?}", observed.resets);
     assert_off_after(&observed, AT, MS / 10);

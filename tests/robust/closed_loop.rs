@@ -46,7 +46,7 @@ fn overhauled(gains: &RobustGains, load: f64, target: f64) -> (ClosedLoop, f64) 
 }
 
 #[test]
-fn a_load_that_drives_is_held_if_it_is_told_and_runs_away_if_not() {
+fn a_load_that_drives_is_held_if_it_is_configured_and_runs_away_if_not() {
     for load in [10.0, -10.0] {
         let (run, beyond) = overhauled(&RobustGains { load: 36.0, ..configured() }, load, 5.0);
         assert!(run.off(5.0).abs() <= 2.0, "{load}: {} counts off", run.off(5.0));
@@ -82,7 +82,7 @@ fn a_load_that_grows_until_the_joint_slides_is_held_again_without_a_long_way() {
 }
 
 #[test]
-fn a_hold_effort_that_is_told_leaves_no_drop_at_enabling() {
+fn a_configured_hold_effort_leaves_no_drop_at_enabling() {
     let gains = RobustGains { load: 36.0, ..configured() };
     let (_, without) = overhauled(&gains, -10.0, 0.0);
     let (run, with) = overhauled(&RobustGains { hold_effort: 9.0, ..gains }, -10.0, 0.0);

@@ -60,7 +60,7 @@ fn each_cause_has_its_flags_and_nobody_asked_for_a_brown_out_or_a_watchdog() {
 }
 
 #[test]
-fn only_a_part_with_a_brown_out_reset_can_tell_power_on_from_a_dip() {
+fn only_a_part_with_a_brown_out_reset_can_report_power_on_from_a_dip() {
     for (flags, without, with) in [
         (POWER_ON, true, false),
         (0, true, false),

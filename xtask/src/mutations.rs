@@ -6,6 +6,7 @@
 //! those lines are writes to registers and thresholds, which it does not change, and the image must
 //! be built and emulated to find them.
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -161,9 +162,11 @@ fn copy(tree: &Path) -> Result<(), String> {
         .output()
         .map_err(|error| format!("cannot start git: {error}"))?;
     let listed = String::from_utf8(listed.stdout).map_err(|error| error.to_string())?;
+    let mut copied = BTreeSet::new();
     for name in listed.split_terminator('\0') {
         let (from, to) = (root().join(name), tree.join(name));
         let Ok(bytes) = fs::read(&from) else { continue };
+        copied.insert(to.clone());
         // An unchanged file keeps its time, so that it is not built again.
         if fs::read(&to).is_ok_and(|there| there == bytes) {
             continue;
@@ -171,6 +174,19 @@ fn copy(tree: &Path) -> Result<(), String> {
         let made =
             to.parent().map_or(Ok(()), fs::create_dir_all).and_then(|()| fs::write(&to, bytes));
         made.map_err(|error| format!("cannot write {}: {error}", to.display()))?;
+    }
+    remove_others(tree, &copied).map_err(|error| format!("{}: {error}", tree.display()))
+}
+
+/// Removes what an earlier copy has left: a module that has moved would be there twice.
+fn remove_others(folder: &Path, copied: &BTreeSet<PathBuf>) -> std::io::Result<()> {
+    for entry in fs::read_dir(folder)? {
+        let path = entry?.path();
+        if path.is_dir() {
+            remove_others(&path, copied)?;
+        } else if !copied.contains(&path) {
+            fs::remove_file(&path)?;
+        }
     }
     Ok(())
 }

@@ -1,6 +1,7 @@
 //! Devices: a simulated device, devices behind a wire, and the client that talks to both.
 //! [`crate::experiment`] makes the parameters of a device for a run.
 
+pub mod annotated;
 pub mod beyond;
 pub mod client;
 pub mod clock;
@@ -10,7 +11,6 @@ pub mod identified;
 pub mod into;
 pub mod jogged;
 pub mod json;
-pub mod limit_origins;
 pub mod log;
 pub mod machine_file;
 mod merged;

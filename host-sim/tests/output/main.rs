@@ -32,9 +32,9 @@ fn stiction(arguments: &[&str]) -> String {
     let said = String::from_utf8_lossy(&output.stderr);
     let writes = ["--csv", "--into", "--plot", "tune"];
     let asked = arguments.iter().any(|argument| writes.contains(argument));
-    let is_told = said.lines().all(|line| asked && line.starts_with("wrote "));
+    let is_reported = said.lines().all(|line| asked && line.starts_with("wrote "));
     assert!(
-        output.status.success() && is_told && asked != said.is_empty(),
+        output.status.success() && is_reported && asked != said.is_empty(),
         "{arguments:?}: {}, {said}",
         output.status
     );

@@ -26,7 +26,7 @@ fn identified(client: &mut Client<SimulatedWire>, asked: IdentificationRequest) 
 }
 
 #[test]
-fn a_joint_is_told_within_the_bounds_of_the_proof_and_the_output_is_off() {
+fn a_joint_is_found_within_the_bounds_of_the_proof_and_the_output_is_off() {
     let mut client = client();
     assert_eq!(client.identified().unwrap(), None);
     let summary = identified(&mut client, IdentificationRequest::default()).unwrap();

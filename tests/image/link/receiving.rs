@@ -98,7 +98,7 @@ fn what_is_more_than_the_ring_holds_costs_frames_and_nothing_after_them() {
 }
 
 #[test]
-fn noise_on_the_wire_costs_frames_and_is_told() {
+fn noise_on_the_wire_costs_frames_and_is_reported() {
     // A byte of a hundred: of frames of 14 bytes, one in eight is not whole.
     let fitted = FittedParts { noisy_bytes: 10_000, ..FittedParts::default() };
     let mut script = Script::new();

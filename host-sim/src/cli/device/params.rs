@@ -7,7 +7,7 @@ use super::{edit, first_run};
 use files::error::Error;
 use simulator::device::client::Client;
 use simulator::device::wire::Wire;
-use simulator::device::{limit_origins, parameters};
+use simulator::device::{annotated, parameters};
 use simulator::output::OutputFile;
 
 #[derive(Debug, clap::Subcommand)]
@@ -52,7 +52,7 @@ pub fn params<W: Wire>(
     output: Option<&OutputFile>,
 ) -> Result<String, Error> {
     match action {
-        ParamsAction::Show => limit_origins::tables(&client.parameters()?),
+        ParamsAction::Show => annotated::tables(&client.parameters()?),
         ParamsAction::Edit { save } => edit::edit(client, machine, *save),
         ParamsAction::Push { machine, controller, save } => {
             let plan = first_run(machine, controller.as_deref())?;

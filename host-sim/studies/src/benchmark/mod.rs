@@ -218,7 +218,7 @@ mod tests {
     }
 
     #[test]
-    fn a_joint_that_never_moves_and_one_that_climbs_in_stairs_are_told() {
+    fn a_joint_that_never_moves_and_one_that_climbs_in_stairs_are_reported() {
         let judged = |experiment: &str, set: &[&str]| {
             let mut document = Document::open(experiment).unwrap();
             document.set(&set.iter().map(|text| (*text).to_owned()).collect::<Vec<_>>()).unwrap();

@@ -254,7 +254,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_told_encloses_what_is_drawn() {
+    fn the_data_sheet_encloses_what_is_drawn() {
         for hard in [false, true] {
             for family in Family::all() {
                 for case in drawn(family, DrawOptions { hard, ..EASY }) {

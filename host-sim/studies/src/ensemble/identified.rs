@@ -359,7 +359,7 @@ mod tests {
 
     /// The proof of docs/how-to/identify.md, on its joints: nine of ten at least.
     #[test]
-    fn joints_of_the_model_are_told_within_the_bounds_of_the_proof_and_are_not_doubted() {
+    fn joints_of_the_model_are_found_within_the_bounds_of_the_proof_and_are_not_doubted() {
         for family in ["rigid", "loaded", "gravity", "thesis-axis"] {
             let found = rates(family, 1, 200).unwrap();
             println!("{found:?}");
@@ -377,7 +377,7 @@ mod tests {
     }
 
     #[test]
-    fn a_load_is_told_from_the_friction() {
+    fn a_load_is_distinguished_from_the_friction() {
         for number in 0..3 {
             let case = drawn("loaded", 3, number).unwrap();
             let IdentifiedCase { truth, summary, .. } =
@@ -391,7 +391,7 @@ mod tests {
     /// What gives way before a joint breaks away is not its friction. Who takes it for that pushes
     /// too weakly, takes the joint for a heavy one, and heats the motor.
     #[test]
-    fn joints_on_bristles_and_shafts_are_told_as_such_and_overheat_no_motor() {
+    fn joints_on_bristles_and_shafts_are_reported_as_such_and_overheat_no_motor() {
         for family in ["lugre", "flexible-motor", "flexible-backlash"] {
             let (mut done, mut flagged) = (0, 0);
             for number in 0..6 {

@@ -94,7 +94,7 @@ fn a_file_with_the_name_of_a_family_is_no_such_family() {
 }
 
 #[test]
-fn what_never_happens_is_told_without_a_unit() {
+fn what_never_happens_is_reported_without_a_unit() {
     let header = header(&[Family::ThesisAxis, Family::EndStop]);
     let rows = ["thesis-axis", "end-stop"].map(row);
     let text = table::render(&header, &summary::summaries(&header, &rows));

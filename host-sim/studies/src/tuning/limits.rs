@@ -50,7 +50,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_tuning_of_more_than_two_minutes_is_told_in_whole_minutes() {
+    fn a_tuning_of_more_than_two_minutes_is_reported_in_whole_minutes() {
         // 100 sets of 1.2 s are two minutes; of 1.23 s, a little more.
         assert_eq!(takes_long("srnf", 1.2, 100, 8), None);
         let said = takes_long("srnf", 1.23, 100, 8).unwrap();

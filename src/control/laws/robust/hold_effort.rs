@@ -224,7 +224,7 @@ mod tests {
     }
 
     #[test]
-    fn a_hold_effort_that_is_told_is_bounded() {
+    fn a_configured_hold_effort_is_bounded() {
         assert_eq!(steps().start(-5.0).effort, -5.0);
         assert_eq!(steps().start(50.0).effort, 9.6);
     }

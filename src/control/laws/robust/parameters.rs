@@ -207,7 +207,7 @@ mod tests {
     }
 
     #[test]
-    fn observer_is_slower_in_motion_with_the_encoder_on_the_load_unless_it_is_told() {
+    fn observer_is_slower_in_motion_with_the_encoder_on_the_load_unless_configured() {
         let of = |sample_time, encoder_side, observer| {
             let gains = RobustGains { encoder_side, observer, ..RobustGains::EXAMPLE };
             let rules = Rules::new(&gains, &Loop { sample_time, ..Loop::EXAMPLE });

@@ -110,21 +110,21 @@ fn machines_that_break_the_model_are_detected() {
         let contact = random.between(60.0, 90.0);
         flexible.push(RandomMachine { noise: 0.0, backlash: [0.5, 0.0], contact, ..machine });
     }
-    let is_told = |found: &IdentifiedMachine, cause: &str| {
+    let is_named = |found: &IdentifiedMachine, cause: &str| {
         found.misfits.iter().any(|misfit| misfit.cause == cause)
     };
     let is_proposed =
         |found: &IdentifiedMachine, term: &str| found.proposals.iter().any(|one| one.term == term);
     let uneven = all_found(&uneven);
-    let named = uneven.iter().filter(|one| is_told(one, "position_dependent_friction")).count();
+    let named = uneven.iter().filter(|one| is_named(one, "position_dependent_friction")).count();
     assert!(named >= 14, "friction that varies with the position is named {named} times of 15");
     let heavy = all_found(&heavy);
-    let named = heavy.iter().filter(|one| is_told(one, "position_dependent_load")).count();
+    let named = heavy.iter().filter(|one| is_named(one, "position_dependent_load")).count();
     assert!(named >= 14, "gravity is named {named} times of 15");
     let named = heavy.iter().filter(|one| is_proposed(one, "gravity")).count();
     assert!(named >= 14, "gravity is proposed {named} times of 15");
     let flexible = all_found(&flexible);
-    let named = flexible.iter().filter(|one| is_told(one, "flexibility")).count();
+    let named = flexible.iter().filter(|one| is_named(one, "flexibility")).count();
     assert!(named >= 12, "a spring between two bodies is named {named} times of 15");
     let good = flexible.iter().filter(|one| one.verdict.quality == FitQuality::Good).count();
     assert!(good <= 1, "{good} of 15 machines with a spring are called good");

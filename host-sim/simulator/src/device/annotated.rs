@@ -1,5 +1,5 @@
-//! Origins of a device's limits: what each was derived from, or that the file set it. The encoder's
-//! output has a comment, too: it turns a test on or off.
+//! A device's parameters as TOML with comments: what each limit was derived from, or that the file
+//! set it, and what the encoder's output means for the test for open lines.
 //!
 //! A device keeps values only. So each limit is held against the one that the core derives from the
 //! device's own loop, its breakaway effort and its gain. Does badly: a value that the file sets to
