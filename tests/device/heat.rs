@@ -60,8 +60,8 @@ fn a_blocked_joint_on_a_shaken_machine_never_heats_its_motor_beyond_what_it_bear
                 "blocked-and-shaken",
                 law,
                 error_deg,
-                hottest_v = hottest,
-                fault = format!("{fault:?}")
+                hottest_v = format!("{hottest:.2}"),
+                fault = fault.map_or("none", Fault::describe)
             );
         }
     }

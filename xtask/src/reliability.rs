@@ -251,6 +251,8 @@ fn grouped(value: &str) -> String {
 
 #[cfg(test)]
 mod tests {
+    use std::process::Command;
+
     use super::*;
 
     #[test]
@@ -281,6 +283,29 @@ mod tests {
             assert!(filled(&format!("{places}{line}"), &figures).is_err(), "{line}");
         }
         assert!(filled(places, &figures).is_ok());
+    }
+
+    /// A test that prints what the page has no place for would spoil the run that writes the page.
+    #[test]
+    fn each_figure_that_a_test_prints_has_a_place() {
+        let template = fs::read_to_string(root().join(TEMPLATE)).unwrap_or_default();
+        let has_place = |name: &str| {
+            ["#", "*"].iter().any(|tag| template.contains(&format!("{{{{{tag}{name}}}}}")))
+                || template.contains(&format!("{{{{{name}."))
+        };
+        let listed = Command::new("git").args(["ls-files", "tests"]).current_dir(root()).output();
+        let listed = String::from_utf8(listed.map_or_else(|_| vec![], |out| out.stdout));
+        let mut printed = 0;
+        for path in listed.unwrap_or_default().lines().filter(|path| path.ends_with(".rs")) {
+            let text = fs::read_to_string(root().join(path)).unwrap_or_default();
+            for call in text.split("reliability!(").skip(1) {
+                let Some(name) = call.trim_start().strip_prefix('"') else { continue };
+                let name = name.split('"').next().unwrap_or_default();
+                assert!(has_place(name), "{path}: {TEMPLATE} has no place for `{name}`");
+                printed += 1;
+            }
+        }
+        assert!(printed > 30, "{printed} figures were found");
     }
 
     /// Returns the rows under a table's heading, split into cells.
