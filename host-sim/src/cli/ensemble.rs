@@ -17,9 +17,10 @@ use simulator::output::{OutputDirectory, OutputFile, OverwriteGuard, grid};
 use simulator::rules::{TUNING_SEEDS, rules};
 use studies::ensemble::{
     Approach, Case, CaseResult, ConstantTrial, DrawOptions, Ensemble, EnsembleHeader, Family,
-    MachineEnsemble, MachineOptions, Rates, ResumeFile, Shard, charts, identified_names, markdown,
+    MachineEnsemble, MachineOptions, Rates, ResumeFile, Shard, charts, follow, follow_csv,
+    follow_json, follow_summaries, follow_table, followed_families, identified_names, markdown,
     merge, object, rates_markdown, rates_table, rates_within, read_rows, render, render_rows, run,
-    sort_rows, summaries, traces, tune, written_spreads,
+    slowest_table, sort_rows, summaries, traces, tune, written_spreads,
 };
 
 /// Default sample rate, Hz.
@@ -99,6 +100,42 @@ enum Action {
     /// Run the identification of `device identify` on joints with known parameters, and report how
     /// often it finds them
     Identify(EnsembleIdentifyArguments),
+    /// Follow ramps of 1 to 1000 counts a second, and report the slowest speed without steps
+    Follow(EnsembleFollowArguments),
+}
+
+#[derive(Debug, clap::Args)]
+pub struct EnsembleFollowArguments {
+    /// Families of joints; all: the ten of `ensemble` except arm, which has two joints
+    #[arg(long, value_name = "FAMILY", value_delimiter = ',', default_value = "all")]
+    plant: Vec<String>,
+    /// Number of joints of each family
+    #[arg(long, default_value_t = 20, value_parser = cases())]
+    cases: u64,
+    /// Seed of the joints
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Only these laws
+    #[arg(long, value_name = "NAME", value_delimiter = ',')]
+    controller: Vec<String>,
+    /// Stick friction of 2 to 4 times the slip friction, instead of 1.05 to 2 times
+    #[arg(long)]
+    hard: bool,
+    /// Samples per second, Hz; thesis-axis has its own [default: 1000]
+    #[arg(long, value_name = "HZ", value_parser = typed_number::parse)]
+    rate: Option<f64>,
+    /// One JSON object instead of tables
+    #[arg(long)]
+    json: bool,
+    /// The table of the slowest speeds alone, in Markdown, as in docs/
+    #[arg(long, conflicts_with = "json")]
+    markdown: bool,
+    /// Write a line for each joint, law and speed to this file; - for the standard output
+    #[arg(long, value_name = "FILE")]
+    csv: Option<PathBuf>,
+    /// Write over a file that this command reads, or over a machine's file
+    #[arg(long)]
+    force: bool,
 }
 
 #[derive(Debug, clap::Args)]
@@ -173,6 +210,7 @@ pub fn ensemble(arguments: &EnsembleArguments) -> Result<(), Error> {
         Some(Action::Merge(action)) => action.merge(),
         Some(Action::Tune(action)) => action.tune(),
         Some(Action::Identify(action)) => action.identify(),
+        Some(Action::Follow(action)) => action.follow(),
         None => arguments.run(),
     }
 }
@@ -440,6 +478,37 @@ impl EnsembleIdentifyArguments {
         let of = |name: &&str| rates_within(&asked, name, self.seed, self.cases);
         let all: Vec<Rates> = names.iter().map(of).collect::<Result<_, Error>>()?;
         print(&if self.markdown { rates_markdown(&all) } else { rates_table(&all) })
+    }
+}
+
+impl EnsembleFollowArguments {
+    fn follow(&self) -> Result<(), Error> {
+        let is_all = self.plant.iter().any(|name| name == "all");
+        let families = if is_all { followed_families().collect() } else { families(&self.plant)? };
+        let rate_hz = allowed_rate(self.rate.unwrap_or(RATE_HZ))?;
+        let ensemble = Ensemble {
+            seed: self.seed,
+            cases: self.cases,
+            kind: DrawOptions { hard: self.hard, rate_hz },
+            approach: Approach::default(),
+            moves: 0,
+            families,
+            rules: rules(&self.controller)?,
+        };
+        let guard = OverwriteGuard::new(self.force);
+        let csv = self.csv.as_ref().map(|path| guard.results("--csv", path)).transpose()?;
+        check_standard_output(self.json, csv.as_ref())?;
+        let rows = follow(&ensemble)?;
+        if let Some(file) = &csv {
+            file.write(&follow_csv(&rows)?)?;
+        }
+        let summaries = follow_summaries(&rows);
+        let text = match (self.json, self.markdown) {
+            (true, _) => format!("{:#}\n", follow_json(&ensemble, &summaries)),
+            (_, true) => slowest_table(&summaries, true),
+            _ => follow_table(&summaries),
+        };
+        print_beside(csv.as_ref(), &text)
     }
 }
 

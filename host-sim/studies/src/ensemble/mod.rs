@@ -10,6 +10,7 @@
 //!                                                                          v
 //! case.rs: a CaseResult -> rows.rs (CSV, shards, resume) -> summary.rs, trips.rs -> table.rs,
 //!                                                                       json.rs, figures.rs
+//! follow.rs: ramps on the same joints, with rows and tables of their own
 //! ```
 //!
 //! Every law sees the same joints. A row depends on the seed, the family, the number of the case
@@ -29,6 +30,7 @@ mod family;
 #[cfg(test)]
 mod family_tests;
 mod figures;
+mod follow;
 mod group;
 #[cfg(test)]
 mod hostile_tests;
@@ -63,6 +65,10 @@ pub use case_result::{CaseResult, JudgedMotion};
 pub use drawn_case::{Case, DrawOptions};
 pub use family::{Family, FamilyUnits};
 pub use figures::{charts, traces};
+pub use follow::{
+    FollowSummary, FollowedRamp, RampSummary, follow, follow_csv, follow_json, follow_summaries,
+    follow_table, followed_families, slowest_table,
+};
 pub use group::Group;
 pub use identified::{
     IdentifiedCase, Rates, TrueJoint, UNEVEN, drawn, identified_names, identify, rates,

@@ -53,23 +53,38 @@ pub(super) fn run_with(
     wanted: impl Fn(Family, u64, &str) -> bool + Sync,
     take: impl Fn(CaseResult) -> Result<(), Error> + Sync,
 ) -> Result<(), Error> {
-    let Ensemble { seed, cases, kind, approach, moves, families, rules } = ensemble;
+    let Ensemble { seed, approach, moves, rules, .. } = ensemble;
     let motions = Motions { approach: *approach, seed: *seed, moves: *moves };
     let is_wanted =
         |family: &Family, number: u64| rules.iter().any(|rule| wanted(*family, number, rule.law));
+    each_joint(ensemble, is_wanted, |joint| {
+        for rule in rules.iter().filter(|rule| wanted(joint.family, joint.number, rule.law)) {
+            take(case::run(joint, rule.law, &joint.each(|bounds| gains(rule, bounds)), motions)?)?;
+        }
+        Ok(())
+    })
+}
+
+/// Draws the joints that are wanted, and does something with each of them, on every core.
+///
+/// # Errors
+/// The first error. Other joints can have been run before it.
+pub(super) fn each_joint(
+    ensemble: &Ensemble,
+    is_wanted: impl Fn(&Family, u64) -> bool,
+    act: impl Fn(&Case) -> Result<(), Error> + Sync,
+) -> Result<(), Error> {
+    let Ensemble { seed, cases, kind, families, .. } = ensemble;
     let of = |family: &Family| (0..*cases).map(|number| (*family, number)).collect::<Vec<_>>();
     let mut joints: Vec<(Family, u64)> = families.iter().flat_map(of).collect();
     joints.retain(|(family, number)| is_wanted(family, *number));
     let style = ProgressStyle::with_template("{bar:40} {pos}/{len} joints, {eta} left");
     let bar = ProgressBar::new(joints.len() as u64);
     let bar = style.map_or_else(|_| ProgressBar::hidden(), |style| bar.with_style(style));
-    let done = joints.par_iter().progress_with(bar.clone()).try_for_each(|(family, number)| {
-        let joint = Case::draw(*seed, *family, *number, *kind);
-        for rule in rules.iter().filter(|rule| wanted(*family, *number, rule.law)) {
-            take(case::run(&joint, rule.law, &joint.each(|bounds| gains(rule, bounds)), motions)?)?;
-        }
-        Ok(())
-    });
+    let done = joints
+        .par_iter()
+        .progress_with(bar.clone())
+        .try_for_each(|(family, number)| act(&Case::draw(*seed, *family, *number, *kind)));
     bar.finish_and_clear();
     done
 }

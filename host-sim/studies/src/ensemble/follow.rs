@@ -1,0 +1,443 @@
+//! Slow set points: whether a joint follows a ramp of a few counts a second without steps.
+//!
+//! A joint is armed, and the set point leaves it with a constant speed for 20 s. It is judged from
+//! 2 s on at the encoder, by the true error: root mean square, largest, and stops
+//! ([`TrackingJudge`](super::measures::TrackingJudge)). A joint *follows* a ramp if no monitor ends
+//! it and its error stays within 2.5 counts. The *slowest speed without steps* is the lowest of the
+//! ramps at which 9 of 10 joints follow, here and at each faster ramp.
+//!
+//! Does badly: a ramp has one speed, so what a law does at a reversal is not seen; a true error of
+//! half a count is that of the encoder's resolution.
+
+use std::sync::{Mutex, PoisonError};
+
+use serde::Serialize;
+use stiction::control::reference::{Corner, Reference, Trajectory};
+
+use super::drawn_case::Case;
+use super::family::Family;
+use super::measures::TrackingJudge;
+use super::rig::Rig;
+use super::run::{Ensemble, each_joint};
+use super::statistics::SortedValues;
+use files::error::Error;
+use simulator::experiment::position;
+use simulator::output::grid::{self, number};
+use simulator::rules::{ControllerGains, GainRule};
+
+/// Speeds of the ramps, counts a second.
+pub const RAMPS: [f64; 7] = [1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1000.0];
+
+/// Time at which the set point leaves its rest, and half of the blend there, s.
+const LEAVES_S: f64 = 0.1;
+const HALF_BLEND_S: f64 = 0.05;
+
+/// Length of a ramp, and the time from which it is judged, s.
+const LASTS_S: f64 = 20.0;
+const JUDGED_FROM_S: f64 = 2.0;
+
+/// Error within which a joint follows, counts: the stop band of `robust` and the encoder's count,
+/// rounded up.
+const BAND_COUNTS: f64 = 2.5;
+
+/// Share of the joints that have to follow.
+const SHARE: f64 = 0.9;
+
+/// A joint that follows a ramp under a law, or does not.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct FollowedRamp {
+    /// Name of the family.
+    pub family: String,
+    /// Name of the law.
+    pub law: String,
+    /// Number of the joint.
+    pub case: u64,
+    /// Speed of the set point, counts a second.
+    pub counts_per_s: f64,
+    /// Root mean square of the error, counts; none if a fault ended the ramp.
+    pub rms_counts: Option<f64>,
+    /// Largest error, counts; none if a fault ended the ramp.
+    pub peak_counts: Option<f64>,
+    /// Stops on the way.
+    pub stops: u32,
+    /// Fault that ended the ramp.
+    pub fault: Option<String>,
+}
+
+/// A law on one ramp, over all joints of a family.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RampSummary {
+    /// Speed of the set point, counts a second.
+    pub counts_per_s: f64,
+    /// Root mean square and largest errors, counts; a ramp that a fault ended is infinite.
+    pub rms_counts: SortedValues,
+    /// The largest errors, counts.
+    pub peak_counts: SortedValues,
+    /// Stops.
+    pub stops: SortedValues,
+    /// Joints that follow.
+    pub follow: usize,
+    /// Joints.
+    pub joints: usize,
+}
+
+/// A law on a family.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FollowSummary {
+    /// Name of the family.
+    pub family: String,
+    /// Name of the law.
+    pub law: String,
+    /// Each ramp, from the slowest on.
+    pub ramps: Vec<RampSummary>,
+}
+
+impl FollowedRamp {
+    fn follows(&self) -> bool {
+        self.peak_counts.is_some_and(|peak| peak <= BAND_COUNTS)
+    }
+}
+
+impl FollowSummary {
+    /// Returns the slowest speed without steps, counts a second; none if the fastest ramp has some.
+    pub fn slowest(&self) -> Option<f64> {
+        let is_followed = |ramp: &&RampSummary| ramp.follow as f64 >= SHARE * ramp.joints as f64;
+        self.ramps.iter().rev().take_while(is_followed).last().map(|ramp| ramp.counts_per_s)
+    }
+}
+
+/// Runs every ramp on every joint under every law of an ensemble, and returns the rows in order.
+/// The ensemble's approach and moves play no part.
+///
+/// # Errors
+/// If a family has two joints or a wall, or the core refuses gains.
+pub fn follow(ensemble: &Ensemble) -> Result<Vec<FollowedRamp>, Error> {
+    let unfit = ensemble.families.iter().find(|family| family.is_arm() || family.has_wall());
+    if let Some(family) = unfit {
+        return Err(Error::Input(format!(
+            "--plant {}: no ramp runs there, since it has two joints or a wall",
+            family.name()
+        )));
+    }
+    let rows = Mutex::new(Vec::new());
+    each_joint(
+        ensemble,
+        |_, _| true,
+        |joint| {
+            for rule in &ensemble.rules {
+                let [gains] = &joint.each(|bounds| GainRule::gains(rule, bounds))[..] else {
+                    continue;
+                };
+                for speed in RAMPS {
+                    let row = ramp(joint, rule.law, gains, speed)?;
+                    rows.lock().unwrap_or_else(PoisonError::into_inner).push(row);
+                }
+            }
+            Ok(())
+        },
+    )?;
+    let mut rows = rows.into_inner().unwrap_or_else(PoisonError::into_inner);
+    let family = |row: &FollowedRamp| ensemble.families.iter().position(|f| f.name() == row.family);
+    let law = |row: &FollowedRamp| ensemble.rules.iter().position(|rule| rule.law == row.law);
+    rows.sort_by(|a, b| {
+        let order = |row| (family(row), law(row));
+        order(a)
+            .cmp(&order(b))
+            .then(a.case.cmp(&b.case))
+            .then(a.counts_per_s.total_cmp(&b.counts_per_s))
+    });
+    Ok(rows)
+}
+
+/// The families of `all`: the usual ones that have one joint.
+pub fn followed_families() -> impl Iterator<Item = Family> {
+    Family::USUAL.into_iter().filter(|family| !family.is_arm())
+}
+
+fn ramp(
+    case: &Case,
+    law: &str,
+    gains: &ControllerGains,
+    counts_per_s: f64,
+) -> Result<FollowedRamp, Error> {
+    let h = case.bounds.sampled.sample_time;
+    let tick = |time_s: f64| (time_s / h).round() as u32;
+    let end_s = LEAVES_S + LASTS_S;
+    let corners = [(LEAVES_S, 0.0), (end_s, LASTS_S * counts_per_s)]
+        .map(|(time_s, counts)| Corner { tick: tick(time_s), position: position(counts) });
+    let count = case.bounds.sampled.count as f32;
+    let trajectory = Trajectory::new(&corners, HALF_BLEND_S as f32, h as f32, count);
+    let trajectory = trajectory.map_err(|error| {
+        Error::Input(format!("--rate {}: the ramp does not fit it: {error:?}", 1.0 / h))
+    })?;
+    let window = [tick(LEAVES_S + JUDGED_FROM_S), tick(end_s - HALF_BLEND_S) - 1];
+    let mut judge = TrackingJudge::new(window, counts_per_s * h);
+    let mut rig = Rig::armed(case, gains)?;
+    let follows = rig.follow(Reference::Trajectory(trajectory));
+    let mut peak = 0.0f64;
+    for k in (0..=window[1]).take_while(|_| follows) {
+        let sample = rig.step();
+        if rig.fault().is_some() {
+            break;
+        }
+        judge.see(&sample);
+        if k >= window[0] {
+            peak = peak.max(sample.error.abs());
+        }
+    }
+    let measures = judge.measures(h);
+    Ok(FollowedRamp {
+        family: case.family.name().into(),
+        law: law.into(),
+        case: case.number,
+        counts_per_s,
+        rms_counts: measures.rms_counts,
+        peak_counts: measures.rms_counts.map(|_| peak),
+        stops: measures.sticks,
+        fault: rig.fault().map(|fault| fault.describe().into()),
+    })
+}
+
+/// Puts the rows of each law on each family together.
+pub fn follow_summaries(rows: &[FollowedRamp]) -> Vec<FollowSummary> {
+    let same = |a: &FollowedRamp, b: &FollowedRamp| (&a.family, &a.law) == (&b.family, &b.law);
+    let of = |of_law: &[FollowedRamp], speed: f64| {
+        let ramps: Vec<&FollowedRamp> =
+            of_law.iter().filter(|row| row.counts_per_s == speed).collect();
+        let values = |value: fn(&FollowedRamp) -> Option<f64>| {
+            SortedValues::new(ramps.iter().map(|row| value(row).unwrap_or(f64::INFINITY)))
+        };
+        RampSummary {
+            counts_per_s: speed,
+            rms_counts: values(|row| row.rms_counts),
+            peak_counts: values(|row| row.peak_counts),
+            stops: values(|row| Some(row.stops.into())),
+            follow: ramps.iter().filter(|row| row.follows()).count(),
+            joints: ramps.len(),
+        }
+    };
+    rows.chunk_by(same)
+        .filter_map(|of_law| {
+            let FollowedRamp { family, law, .. } = of_law.first()?.clone();
+            Some(FollowSummary { family, law, ramps: RAMPS.map(|speed| of(of_law, speed)).into() })
+        })
+        .collect()
+}
+
+/// Renders the rows as CSV.
+///
+/// # Errors
+/// If a row cannot be written.
+pub fn follow_csv(rows: &[FollowedRamp]) -> Result<Vec<u8>, Error> {
+    let cannot = |error: csv::Error| Error::Run(error.to_string());
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    for row in rows {
+        writer.serialize(row).map_err(cannot)?;
+    }
+    writer.into_inner().map_err(|error| cannot(csv::Error::from(error.into_error())))
+}
+
+/// Returns the summaries as JSON.
+pub fn follow_json(ensemble: &Ensemble, summaries: &[FollowSummary]) -> serde_json::Value {
+    let quantile = |values: &SortedValues, p| values.quantile(p).filter(|value| value.is_finite());
+    let ramp = |ramp: &RampSummary| {
+        serde_json::json!({
+            "counts_per_s": ramp.counts_per_s,
+            "rms_counts_p50": quantile(&ramp.rms_counts, 0.5),
+            "rms_counts_p90": quantile(&ramp.rms_counts, 0.9),
+            "peak_counts_p90": quantile(&ramp.peak_counts, 0.9),
+            "peak_counts_max": quantile(&ramp.peak_counts, 1.0),
+            "stops_p50": quantile(&ramp.stops, 0.5),
+            "follow": ramp.follow,
+            "joints": ramp.joints,
+        })
+    };
+    let laws = summaries.iter().map(|summary| {
+        serde_json::json!({
+            "family": summary.family,
+            "law": summary.law,
+            "slowest_counts_per_s": summary.slowest(),
+            "ramps": summary.ramps.iter().map(ramp).collect::<Vec<_>>(),
+        })
+    });
+    serde_json::json!({
+        "version": env!("CARGO_PKG_VERSION"),
+        "seed": ensemble.seed,
+        "cases": ensemble.cases,
+        "hard": ensemble.kind.hard,
+        "rate_hz": ensemble.kind.rate_hz,
+        "lasts_s": LASTS_S,
+        "judged_from_s": JUDGED_FROM_S,
+        "band_counts": BAND_COUNTS,
+        "laws": laws.collect::<Vec<_>>(),
+    })
+}
+
+/// Renders the summaries for people: for each family the errors by law and speed, then the slowest
+/// speeds.
+pub fn follow_table(summaries: &[FollowSummary]) -> String {
+    let titles: Vec<String> = RAMPS.iter().map(ToString::to_string).collect();
+    let header: Vec<&str> =
+        std::iter::once("law").chain(titles.iter().map(String::as_str)).collect();
+    let mut text = String::new();
+    for of_family in summaries.chunk_by(|a, b| a.family == b.family) {
+        let tables: [(&str, fn(&RampSummary) -> Option<f64>); 3] = [
+            ("rms of the error, counts, median of the joints", |ramp| {
+                ramp.rms_counts.quantile(0.5)
+            }),
+            ("rms of the error, counts, 9 of 10 joints", |ramp| ramp.rms_counts.quantile(0.9)),
+            ("largest error, counts, 9 of 10 joints", |ramp| ramp.peak_counts.quantile(0.9)),
+        ];
+        let joints = of_family.first().map_or(0, |law| law.ramps.first().map_or(0, |r| r.joints));
+        let family = of_family.first().map_or("", |law| &law.family);
+        for (what, value) in tables {
+            let mut table = grid::new(&header);
+            for law in of_family {
+                let finite = |ramp| value(ramp).filter(|value| value.is_finite());
+                let cells = law.ramps.iter().map(|ramp| number(finite(ramp), 2));
+                table.add_row(std::iter::once(law.law.clone()).chain(cells));
+            }
+            text += &format!("{family}, {joints} joints, by counts a second: {what}\n\n");
+            text += &format!("{}\n\n", table.trim_fmt());
+        }
+    }
+    text + &slowest_table(summaries, false)
+}
+
+/// Renders the slowest speed without steps, by law and family; in Markdown for a page.
+pub fn slowest_table(summaries: &[FollowSummary], is_markdown: bool) -> String {
+    let mut families: Vec<&str> = Vec::new();
+    let mut laws: Vec<&str> = Vec::new();
+    for FollowSummary { family, law, .. } in summaries {
+        if !families.contains(&&**family) {
+            families.push(family);
+        }
+        if !laws.contains(&&**law) {
+            laws.push(law);
+        }
+    }
+    let cell = |law: &str, family: &str| {
+        let found = summaries.iter().find(|found| found.law == law && found.family == family);
+        found.map_or_else(String::new, |found| {
+            found.slowest().map_or_else(|| "none".into(), |speed| speed.to_string())
+        })
+    };
+    let row = |law: &str| -> Vec<String> {
+        std::iter::once(law.to_owned())
+            .chain(families.iter().map(|family| cell(law, family)))
+            .collect()
+    };
+    let header: Vec<&str> = std::iter::once("law").chain(families.iter().copied()).collect();
+    if is_markdown {
+        let line = |cells: &[String]| format!("| {} |\n", cells.join(" | "));
+        let titles: Vec<String> = header.iter().map(ToString::to_string).collect();
+        let rows: String = laws.iter().map(|law| line(&row(law))).collect();
+        return line(&titles) + &format!("|{}\n", "---|".repeat(header.len())) + &rows;
+    }
+    let mut table = grid::new(&header);
+    for law in laws {
+        table.add_row(row(law));
+    }
+    format!(
+        "Slowest speed without steps, counts a second: there and above, 9 of 10 joints\nstay \
+         within {BAND_COUNTS} counts of the set point.\n\n{}\n",
+        table.trim_fmt()
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ensemble::{Approach, DrawOptions};
+    use simulator::rules::rules;
+
+    fn followed(case: u64, counts_per_s: f64, peak_counts: Option<f64>) -> FollowedRamp {
+        FollowedRamp {
+            family: "rigid".into(),
+            law: "pd".into(),
+            case,
+            counts_per_s,
+            rms_counts: peak_counts.map(|peak| 0.5 * peak),
+            peak_counts,
+            stops: 0,
+            fault: None,
+        }
+    }
+
+    /// Ten joints: at each speed the first of them are within the band.
+    fn slowest(follow: [u64; 7]) -> Option<f64> {
+        let rows: Vec<FollowedRamp> = (0..10)
+            .flat_map(|case| {
+                RAMPS.into_iter().zip(follow).map(move |(speed, good)| {
+                    let peak = if case < good { BAND_COUNTS } else { BAND_COUNTS + 0.1 };
+                    followed(case, speed, Some(peak))
+                })
+            })
+            .collect();
+        follow_summaries(&rows)[0].slowest()
+    }
+
+    #[test]
+    fn the_slowest_speed_is_the_lowest_from_which_nine_of_ten_joints_follow_every_ramp() {
+        assert_eq!(slowest([9; 7]), Some(1.0));
+        assert_eq!(slowest([8, 9, 10, 9, 9, 9, 9]), Some(3.0));
+        // A ramp between is not followed: what is slower does not count.
+        assert_eq!(slowest([10, 10, 10, 10, 8, 9, 9]), Some(300.0));
+        assert_eq!(slowest([10, 10, 10, 10, 10, 10, 8]), None);
+    }
+
+    #[test]
+    fn a_ramp_that_a_fault_ends_is_not_followed_and_has_an_infinite_error() {
+        let rows: Vec<FollowedRamp> = (0..10)
+            .flat_map(|case| RAMPS.map(|speed| followed(case, speed, (case > 1).then_some(1.0))))
+            .collect();
+        let summary = &follow_summaries(&rows)[0];
+        assert_eq!(summary.slowest(), None);
+        assert_eq!(summary.ramps[0].peak_counts.quantile(0.9), Some(f64::INFINITY));
+        assert_eq!(summary.ramps[0].peak_counts.quantile(0.8), Some(1.0));
+    }
+
+    /// PD commands `Kp e` and `Kd r'`: a joint that sticks lags by the friction over Kp, and one
+    /// that slides fast enough follows within the same. A bound for both is twice the friction.
+    #[test]
+    fn pd_lags_a_ramp_by_its_friction_and_no_more() {
+        let ensemble = Ensemble {
+            seed: 1,
+            cases: 2,
+            kind: DrawOptions { hard: false, rate_hz: 1000.0 },
+            approach: Approach::Profiled,
+            moves: 0,
+            families: vec![Family::Rigid],
+            rules: rules(&["pd".into()]).unwrap(),
+        };
+        let rows = follow(&ensemble).unwrap();
+        assert_eq!(rows.len(), 2 * RAMPS.len());
+        for row in &rows {
+            let joint = Case::draw(1, Family::Rigid, row.case, ensemble.kind);
+            let gains = &joint.each(|bounds| GainRule::gains(ensemble.rules[0], bounds))[0];
+            let lag =
+                joint.bounds.breakaway[1] / f64::from(gains.pd.kp) / joint.bounds.sampled.count;
+            let rms = row.rms_counts.unwrap();
+            assert!(rms > 0.05 * lag && rms < 2.0 * lag, "{row:?}: {lag} counts");
+            assert!(row.peak_counts.unwrap() >= rms && row.fault.is_none(), "{row:?}");
+        }
+    }
+
+    #[test]
+    fn a_family_of_two_joints_or_with_a_wall_is_refused() {
+        for family in [Family::Arm, Family::EndStop] {
+            let ensemble = Ensemble {
+                seed: 1,
+                cases: 1,
+                kind: DrawOptions { hard: false, rate_hz: 1000.0 },
+                approach: Approach::Profiled,
+                moves: 0,
+                families: vec![family],
+                rules: rules(&["pd".into()]).unwrap(),
+            };
+            let why = follow(&ensemble).unwrap_err().to_string();
+            assert!(why.contains(family.name()), "{why}");
+        }
+        assert_eq!(followed_families().count(), 9);
+    }
+}
