@@ -3,8 +3,9 @@
 //! A joint is armed, and the set point leaves it with a constant speed for 20 s. It is judged from
 //! 2 s on at the encoder, by the true error: root mean square, largest, and stops
 //! ([`TrackingJudge`](super::measures::TrackingJudge)). A joint *follows* a ramp if no monitor ends
-//! it and its error stays within 2.5 counts. The *slowest speed without steps* is the lowest of the
-//! ramps at which 9 of 10 joints follow, here and at each faster ramp.
+//! it and its error stays within 2.5 counts, or within what the set point travels in 20 ms if that
+//! is more. The *slowest speed without steps* is the lowest of the ramps at which 9 of 10 joints
+//! follow, here and at each faster ramp.
 //!
 //! Does badly: a ramp has one speed, so what a law does at a reversal is not seen; a true error of
 //! half a count is that of the encoder's resolution.
@@ -36,9 +37,11 @@ const HALF_BLEND_S: f64 = 0.05;
 const LASTS_S: f64 = 20.0;
 const JUDGED_FROM_S: f64 = 2.0;
 
-/// Error within which a joint follows, counts: the stop band of `robust` and the encoder's count,
-/// rounded up.
+/// Error within which a joint follows, counts: two counts and the half that an encoder hides.
 const BAND_COUNTS: f64 = 2.5;
+
+/// Time by which a joint may be off that moves evenly, s: a fiftieth is no step to the eye.
+const BAND_S: f64 = 0.02;
 
 /// Share of the joints that have to follow.
 const SHARE: f64 = 0.9;
@@ -94,8 +97,13 @@ pub struct FollowSummary {
 
 impl FollowedRamp {
     fn follows(&self) -> bool {
-        self.peak_counts.is_some_and(|peak| peak <= BAND_COUNTS)
+        self.peak_counts.is_some_and(|peak| peak <= band_counts(self.counts_per_s))
     }
+}
+
+/// Returns the error within which a joint follows a ramp, counts.
+fn band_counts(counts_per_s: f64) -> f64 {
+    BAND_COUNTS.max(BAND_S * counts_per_s)
 }
 
 impl FollowSummary {
@@ -269,6 +277,7 @@ pub fn follow_json(ensemble: &Ensemble, summaries: &[FollowSummary]) -> serde_js
         "lasts_s": LASTS_S,
         "judged_from_s": JUDGED_FROM_S,
         "band_counts": BAND_COUNTS,
+        "band_s": BAND_S,
         "laws": laws.collect::<Vec<_>>(),
     })
 }
@@ -340,7 +349,7 @@ pub fn slowest_table(summaries: &[FollowSummary], is_markdown: bool) -> String {
     }
     format!(
         "Slowest speed without steps, counts a second: there and above, 9 of 10 joints\nstay \
-         within {BAND_COUNTS} counts of the set point.\n\n{}\n",
+         within {BAND_COUNTS} counts of the set point, or its travel in {BAND_S} s.\n\n{}\n",
         table.trim_fmt()
     )
 }
@@ -369,7 +378,7 @@ mod tests {
         let rows: Vec<FollowedRamp> = (0..10)
             .flat_map(|case| {
                 RAMPS.into_iter().zip(follow).map(move |(speed, good)| {
-                    let peak = if case < good { BAND_COUNTS } else { BAND_COUNTS + 0.1 };
+                    let peak = band_counts(speed) + if case < good { 0.0 } else { 0.1 };
                     followed(case, speed, Some(peak))
                 })
             })
