@@ -282,6 +282,9 @@ pub fn follow_json(ensemble: &Ensemble, summaries: &[FollowSummary]) -> serde_js
     })
 }
 
+/// A statistic of a ramp over the joints.
+type Statistic = fn(&RampSummary) -> Option<f64>;
+
 /// Renders the summaries for people: for each family the errors by law and speed, then the slowest
 /// speeds.
 pub fn follow_table(summaries: &[FollowSummary]) -> String {
@@ -290,7 +293,7 @@ pub fn follow_table(summaries: &[FollowSummary]) -> String {
         std::iter::once("law").chain(titles.iter().map(String::as_str)).collect();
     let mut text = String::new();
     for of_family in summaries.chunk_by(|a, b| a.family == b.family) {
-        let tables: [(&str, fn(&RampSummary) -> Option<f64>); 3] = [
+        let tables: [(&str, Statistic); 3] = [
             ("rms of the error, counts, median of the joints", |ramp| {
                 ramp.rms_counts.quantile(0.5)
             }),
