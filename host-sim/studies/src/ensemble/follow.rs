@@ -23,7 +23,6 @@ use super::run::{Ensemble, each_joint};
 use super::statistics::SortedValues;
 use files::error::Error;
 use simulator::experiment::position;
-use simulator::output::grid::{self, number};
 use simulator::rules::{ControllerGains, GainRule};
 
 /// Speeds of the ramps, counts a second.
@@ -34,14 +33,14 @@ const LEAVES_S: f64 = 0.1;
 const HALF_BLEND_S: f64 = 0.05;
 
 /// Length of a ramp, and the time from which it is judged, s.
-const LASTS_S: f64 = 20.0;
-const JUDGED_FROM_S: f64 = 2.0;
+pub(super) const LASTS_S: f64 = 20.0;
+pub(super) const JUDGED_FROM_S: f64 = 2.0;
 
 /// Error within which a joint follows, counts: two counts and the half that an encoder hides.
-const BAND_COUNTS: f64 = 2.5;
+pub(super) const BAND_COUNTS: f64 = 2.5;
 
 /// Time by which a joint may be off that moves evenly, s: a fiftieth is no step to the eye.
-const BAND_S: f64 = 0.02;
+pub(super) const BAND_S: f64 = 0.02;
 
 /// Share of the joints that have to follow.
 const SHARE: f64 = 0.9;
@@ -232,131 +231,6 @@ pub fn follow_summaries(rows: &[FollowedRamp]) -> Vec<FollowSummary> {
         .collect()
 }
 
-/// Renders the rows as CSV.
-///
-/// # Errors
-/// If a row cannot be written.
-pub fn follow_csv(rows: &[FollowedRamp]) -> Result<Vec<u8>, Error> {
-    let cannot = |error: csv::Error| Error::Run(error.to_string());
-    let mut writer = csv::Writer::from_writer(Vec::new());
-    for row in rows {
-        writer.serialize(row).map_err(cannot)?;
-    }
-    writer.into_inner().map_err(|error| cannot(csv::Error::from(error.into_error())))
-}
-
-/// Returns the summaries as JSON.
-pub fn follow_json(ensemble: &Ensemble, summaries: &[FollowSummary]) -> serde_json::Value {
-    let quantile = |values: &SortedValues, p| values.quantile(p).filter(|value| value.is_finite());
-    let ramp = |ramp: &RampSummary| {
-        serde_json::json!({
-            "counts_per_s": ramp.counts_per_s,
-            "rms_counts_p50": quantile(&ramp.rms_counts, 0.5),
-            "rms_counts_p90": quantile(&ramp.rms_counts, 0.9),
-            "peak_counts_p90": quantile(&ramp.peak_counts, 0.9),
-            "peak_counts_max": quantile(&ramp.peak_counts, 1.0),
-            "stops_p50": quantile(&ramp.stops, 0.5),
-            "follow": ramp.follow,
-            "joints": ramp.joints,
-        })
-    };
-    let laws = summaries.iter().map(|summary| {
-        serde_json::json!({
-            "family": summary.family,
-            "law": summary.law,
-            "slowest_counts_per_s": summary.slowest(),
-            "ramps": summary.ramps.iter().map(ramp).collect::<Vec<_>>(),
-        })
-    });
-    serde_json::json!({
-        "version": env!("CARGO_PKG_VERSION"),
-        "seed": ensemble.seed,
-        "cases": ensemble.cases,
-        "hard": ensemble.kind.hard,
-        "rate_hz": ensemble.kind.rate_hz,
-        "lasts_s": LASTS_S,
-        "judged_from_s": JUDGED_FROM_S,
-        "band_counts": BAND_COUNTS,
-        "band_s": BAND_S,
-        "laws": laws.collect::<Vec<_>>(),
-    })
-}
-
-/// A statistic of a ramp over the joints.
-type Statistic = fn(&RampSummary) -> Option<f64>;
-
-/// Renders the summaries for people: for each family the errors by law and speed, then the slowest
-/// speeds.
-pub fn follow_table(summaries: &[FollowSummary]) -> String {
-    let titles: Vec<String> = RAMPS.iter().map(ToString::to_string).collect();
-    let header: Vec<&str> =
-        std::iter::once("law").chain(titles.iter().map(String::as_str)).collect();
-    let mut text = String::new();
-    for of_family in summaries.chunk_by(|a, b| a.family == b.family) {
-        let tables: [(&str, Statistic); 3] = [
-            ("rms of the error, counts, median of the joints", |ramp| {
-                ramp.rms_counts.quantile(0.5)
-            }),
-            ("rms of the error, counts, 9 of 10 joints", |ramp| ramp.rms_counts.quantile(0.9)),
-            ("largest error, counts, 9 of 10 joints", |ramp| ramp.peak_counts.quantile(0.9)),
-        ];
-        let joints = of_family.first().map_or(0, |law| law.ramps.first().map_or(0, |r| r.joints));
-        let family = of_family.first().map_or("", |law| &law.family);
-        for (what, value) in tables {
-            let mut table = grid::new(&header);
-            for law in of_family {
-                let finite = |ramp| value(ramp).filter(|value| value.is_finite());
-                let cells = law.ramps.iter().map(|ramp| number(finite(ramp), 2));
-                table.add_row(std::iter::once(law.law.clone()).chain(cells));
-            }
-            text += &format!("{family}, {joints} joints, by counts a second: {what}\n\n");
-            text += &format!("{}\n\n", table.trim_fmt());
-        }
-    }
-    text + &slowest_table(summaries, false)
-}
-
-/// Renders the slowest speed without steps, by law and family; in Markdown for a page.
-pub fn slowest_table(summaries: &[FollowSummary], is_markdown: bool) -> String {
-    let mut families: Vec<&str> = Vec::new();
-    let mut laws: Vec<&str> = Vec::new();
-    for FollowSummary { family, law, .. } in summaries {
-        if !families.contains(&&**family) {
-            families.push(family);
-        }
-        if !laws.contains(&&**law) {
-            laws.push(law);
-        }
-    }
-    let cell = |law: &str, family: &str| {
-        let found = summaries.iter().find(|found| found.law == law && found.family == family);
-        found.map_or_else(String::new, |found| {
-            found.slowest().map_or_else(|| "none".into(), |speed| speed.to_string())
-        })
-    };
-    let row = |law: &str| -> Vec<String> {
-        std::iter::once(law.to_owned())
-            .chain(families.iter().map(|family| cell(law, family)))
-            .collect()
-    };
-    let header: Vec<&str> = std::iter::once("law").chain(families.iter().copied()).collect();
-    if is_markdown {
-        let line = |cells: &[String]| format!("| {} |\n", cells.join(" | "));
-        let titles: Vec<String> = header.iter().map(ToString::to_string).collect();
-        let rows: String = laws.iter().map(|law| line(&row(law))).collect();
-        return line(&titles) + &format!("|{}\n", "---|".repeat(header.len())) + &rows;
-    }
-    let mut table = grid::new(&header);
-    for law in laws {
-        table.add_row(row(law));
-    }
-    format!(
-        "Slowest speed without steps, counts a second: there and above, 9 of 10 joints\nstay \
-         within {BAND_COUNTS} counts of the set point, or its travel in {BAND_S} s.\n\n{}\n",
-        table.trim_fmt()
-    )
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -409,19 +283,23 @@ mod tests {
         assert_eq!(summary.ramps[0].peak_counts.quantile(0.8), Some(1.0));
     }
 
+    fn of_pd(family: Family, cases: u64) -> Ensemble {
+        Ensemble {
+            seed: 1,
+            cases,
+            kind: DrawOptions { hard: false, rate_hz: 1000.0 },
+            approach: Approach::Profiled,
+            moves: 0,
+            families: vec![family],
+            rules: rules(&["pd".into()]).unwrap(),
+        }
+    }
+
     /// PD commands `Kp e` and `Kd r'`: a joint that sticks lags by the friction over Kp, and one
     /// that slides fast enough follows within the same. A bound for both is twice the friction.
     #[test]
     fn pd_lags_a_ramp_by_its_friction_and_no_more() {
-        let ensemble = Ensemble {
-            seed: 1,
-            cases: 2,
-            kind: DrawOptions { hard: false, rate_hz: 1000.0 },
-            approach: Approach::Profiled,
-            moves: 0,
-            families: vec![Family::Rigid],
-            rules: rules(&["pd".into()]).unwrap(),
-        };
+        let ensemble = of_pd(Family::Rigid, 2);
         let rows = follow(&ensemble).unwrap();
         assert_eq!(rows.len(), 2 * RAMPS.len());
         for row in &rows {
@@ -438,16 +316,7 @@ mod tests {
     #[test]
     fn a_family_of_two_joints_or_with_a_wall_is_refused() {
         for family in [Family::Arm, Family::EndStop] {
-            let ensemble = Ensemble {
-                seed: 1,
-                cases: 1,
-                kind: DrawOptions { hard: false, rate_hz: 1000.0 },
-                approach: Approach::Profiled,
-                moves: 0,
-                families: vec![family],
-                rules: rules(&["pd".into()]).unwrap(),
-            };
-            let why = follow(&ensemble).unwrap_err().to_string();
+            let why = follow(&of_pd(family, 1)).unwrap_err().to_string();
             assert!(why.contains(family.name()), "{why}");
         }
         assert_eq!(followed_families().count(), 9);

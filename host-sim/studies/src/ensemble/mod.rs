@@ -10,7 +10,7 @@
 //!                                                                          v
 //! case.rs: a CaseResult -> rows.rs (CSV, shards, resume) -> summary.rs, trips.rs -> table.rs,
 //!                                                                       json.rs, figures.rs
-//! follow.rs: ramps on the same joints, with rows and tables of their own
+//! follow.rs: ramps on the same joints -> follow_report.rs: rows and tables of their own
 //! ```
 //!
 //! Every law sees the same joints. A row depends on the seed, the family, the number of the case
@@ -31,6 +31,7 @@ mod family;
 mod family_tests;
 mod figures;
 mod follow;
+mod follow_report;
 mod group;
 #[cfg(test)]
 mod hostile_tests;
@@ -66,9 +67,9 @@ pub use drawn_case::{Case, DrawOptions};
 pub use family::{Family, FamilyUnits};
 pub use figures::{charts, traces};
 pub use follow::{
-    FollowSummary, FollowedRamp, RampSummary, follow, follow_csv, follow_json, follow_summaries,
-    follow_table, followed_families, slowest_table,
+    FollowSummary, FollowedRamp, RampSummary, follow, follow_summaries, followed_families,
 };
+pub use follow_report::{follow_csv, follow_json, follow_table, slowest_table};
 pub use group::Group;
 pub use identified::{
     IdentifiedCase, Rates, TrueJoint, UNEVEN, drawn, identified_names, identify, rates,

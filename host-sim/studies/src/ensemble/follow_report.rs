@@ -1,0 +1,136 @@
+//! Ramps as reports have them: CSV, JSON, and tables for people.
+
+use serde_json::{Value, json};
+
+use super::follow::{
+    BAND_COUNTS, BAND_S, FollowSummary, FollowedRamp, JUDGED_FROM_S, LASTS_S, RAMPS, RampSummary,
+};
+use super::run::Ensemble;
+use super::statistics::SortedValues;
+use files::error::Error;
+use simulator::output::grid::{self, number};
+
+/// Renders the rows as CSV.
+///
+/// # Errors
+/// If a row cannot be written.
+pub fn follow_csv(rows: &[FollowedRamp]) -> Result<Vec<u8>, Error> {
+    let cannot = |error: csv::Error| Error::Run(error.to_string());
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    for row in rows {
+        writer.serialize(row).map_err(cannot)?;
+    }
+    writer.into_inner().map_err(|error| cannot(csv::Error::from(error.into_error())))
+}
+
+/// Returns the summaries as JSON.
+pub fn follow_json(ensemble: &Ensemble, summaries: &[FollowSummary]) -> Value {
+    let quantile = |values: &SortedValues, p| values.quantile(p).filter(|value| value.is_finite());
+    let ramp = |ramp: &RampSummary| {
+        json!({
+            "counts_per_s": ramp.counts_per_s,
+            "rms_counts_p50": quantile(&ramp.rms_counts, 0.5),
+            "rms_counts_p90": quantile(&ramp.rms_counts, 0.9),
+            "peak_counts_p90": quantile(&ramp.peak_counts, 0.9),
+            "peak_counts_max": quantile(&ramp.peak_counts, 1.0),
+            "stops_p50": quantile(&ramp.stops, 0.5),
+            "follow": ramp.follow,
+            "joints": ramp.joints,
+        })
+    };
+    let laws = summaries.iter().map(|summary| {
+        json!({
+            "family": summary.family,
+            "law": summary.law,
+            "slowest_counts_per_s": summary.slowest(),
+            "ramps": summary.ramps.iter().map(ramp).collect::<Vec<_>>(),
+        })
+    });
+    json!({
+        "version": env!("CARGO_PKG_VERSION"),
+        "seed": ensemble.seed,
+        "cases": ensemble.cases,
+        "hard": ensemble.kind.hard,
+        "rate_hz": ensemble.kind.rate_hz,
+        "lasts_s": LASTS_S,
+        "judged_from_s": JUDGED_FROM_S,
+        "band_counts": BAND_COUNTS,
+        "band_s": BAND_S,
+        "laws": laws.collect::<Vec<_>>(),
+    })
+}
+
+/// A statistic of a ramp over the joints.
+type Statistic = fn(&RampSummary) -> Option<f64>;
+
+/// Renders the summaries for people: for each family the errors by law and speed, then the slowest
+/// speeds.
+pub fn follow_table(summaries: &[FollowSummary]) -> String {
+    let titles: Vec<String> = RAMPS.iter().map(ToString::to_string).collect();
+    let header: Vec<&str> =
+        std::iter::once("law").chain(titles.iter().map(String::as_str)).collect();
+    let mut text = String::new();
+    for of_family in summaries.chunk_by(|a, b| a.family == b.family) {
+        let tables: [(&str, Statistic); 3] = [
+            ("rms of the error, counts, median of the joints", |ramp| {
+                ramp.rms_counts.quantile(0.5)
+            }),
+            ("rms of the error, counts, 9 of 10 joints", |ramp| ramp.rms_counts.quantile(0.9)),
+            ("largest error, counts, 9 of 10 joints", |ramp| ramp.peak_counts.quantile(0.9)),
+        ];
+        let joints = of_family.first().map_or(0, |law| law.ramps.first().map_or(0, |r| r.joints));
+        let family = of_family.first().map_or("", |law| &law.family);
+        for (what, value) in tables {
+            let mut table = grid::new(&header);
+            for law in of_family {
+                let finite = |ramp| value(ramp).filter(|value| value.is_finite());
+                let cells = law.ramps.iter().map(|ramp| number(finite(ramp), 2));
+                table.add_row(std::iter::once(law.law.clone()).chain(cells));
+            }
+            text += &format!("{family}, {joints} joints, by counts a second: {what}\n\n");
+            text += &format!("{}\n\n", table.trim_fmt());
+        }
+    }
+    text + &slowest_table(summaries, false)
+}
+
+/// Renders the slowest speed without steps, by law and family; in Markdown for a page.
+pub fn slowest_table(summaries: &[FollowSummary], is_markdown: bool) -> String {
+    let mut families: Vec<&str> = Vec::new();
+    let mut laws: Vec<&str> = Vec::new();
+    for FollowSummary { family, law, .. } in summaries {
+        if !families.contains(&&**family) {
+            families.push(family);
+        }
+        if !laws.contains(&&**law) {
+            laws.push(law);
+        }
+    }
+    let cell = |law: &str, family: &str| {
+        let found = summaries.iter().find(|found| found.law == law && found.family == family);
+        found.map_or_else(String::new, |found| {
+            found.slowest().map_or_else(|| "none".into(), |speed| speed.to_string())
+        })
+    };
+    let row = |law: &str| -> Vec<String> {
+        std::iter::once(law.to_owned())
+            .chain(families.iter().map(|family| cell(law, family)))
+            .collect()
+    };
+    let header: Vec<&str> = std::iter::once("law").chain(families.iter().copied()).collect();
+    if is_markdown {
+        let line = |cells: &[String]| format!("| {} |\n", cells.join(" | "));
+        let titles: Vec<String> = header.iter().map(ToString::to_string).collect();
+        let rows: String = laws.iter().map(|law| line(&row(law))).collect();
+        return line(&titles) + &format!("|{}\n", "---|".repeat(header.len())) + &rows;
+    }
+    let mut table = grid::new(&header);
+    for law in laws {
+        table.add_row(row(law));
+    }
+    format!(
+        "Slowest speed without steps, counts a second: there and above, 9 of 10 joints\nstay \
+         within {BAND_COUNTS} counts of the set point, or its travel in {BAND_S} s.\n\n{}\n",
+        table.trim_fmt()
+    )
+}
