@@ -112,7 +112,7 @@ export const commissioning = ({ said, visit, command }) => {
       await page
         .locator('#tune-said', { hasText: 'better gains were found' })
         .waitFor({ timeout: 120_000 });
-      assert.match(await text(page, '#tune-result'), /The figures are of 18 joints/);
+      await page.locator('#tune-result', { hasText: 'The figures are of 18 joints' }).waitFor();
       assert.equal(await page.locator('#tune-result table').count(), 2);
       await page.locator('.pictures summary').click();
       // A function, and not its text: the page's policy lets no text be run as code, so a text is
