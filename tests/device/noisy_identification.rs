@@ -92,7 +92,7 @@ fn an_encoder_that_breaks_in_an_identification_ends_it_within_its_bound() {
             assert!(found.travel < TRAVEL + 45.0, "{name}");
             // All readings were taken before the last step.
             let is_done = found.outcome == Some(Outcome::Done);
-            assert!(!is_done || found.steps >= LAST, "{name}");
+            assert!(!is_done || found.steps == LAST, "{name}");
             assert!(found.outcome.is_some() != found.fault.is_some(), "{name}");
             travel = travel.max(found.travel);
             ended += u32::from(found.fault.is_none());

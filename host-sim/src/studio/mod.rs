@@ -16,9 +16,9 @@
 //! - One page at a time commands the device, and every page may stop it ([`control`]).
 //! - If another client has the motor driven, the studio is a guest: it shows the state, stops, and
 //!   takes over if a page says so.
-//! - While the output is on, the studio sends its own device no request of its own accord. A keep-alive
-//!   of the device follows a keep-alive of the page that commands (`worker.rs`). If that page is
-//!   gone, the device receives nothing, and its link timeout turns the output off.
+//! - While the output is on, the studio sends its own device no request of its own accord. A
+//!   keep-alive of the device follows a keep-alive of the page that commands (`worker.rs`). If that
+//!   page is gone, the device receives nothing, and its link timeout turns the output off.
 //! - A prediction or a tuning sends nothing to the device, does not delay it, and is no keep-alive.
 //! - A page that reads too slowly loses samples; their numbers show which. It then receives the
 //!   last event of each kind again. It never delays the device or another page.
