@@ -149,7 +149,9 @@ fn a_move_of_a_simulated_device_is_judged_on_both_sides() {
 
 #[test]
 fn a_self_test_measures_the_encoder_and_predicts_both_sides() {
-    let few = ["--moves", "4", "--joints", "4"];
+    // A joint rests with any effort within its friction, and keeps it: four joints around that of
+    // the file do not show how much that is, so they are as many as by default.
+    let few = ["--moves", "4"];
     let device = ["device", "--simulated", "--machine", GEAR, "selftest"];
     let object = object_of(&[&device[..], &few, &["--json"]].concat());
     assert_eq!(object["verdict"], "pass", "{object}");

@@ -88,7 +88,7 @@ fn every_parameter_of_the_controller_changes_the_output() {
 /// a speed that the first blend passes in its first tick, terms that are zero, a band within which
 /// it does not rest or between whole counts, a limit or a number of attempts that is not reached,
 /// and zeros that stand for a rule or for none.
-const COARSE: [(&str, &str, f32); 19] = [
+const COARSE: [(&str, &str, f32); 20] = [
     ("roi", "t_roi_s", 0.16),
     ("feedforward", "v_ff_deg_per_s", 0.2),
     ("feedforward", "viscous_v_per_deg_per_s", 0.02),
@@ -108,6 +108,7 @@ const COARSE: [(&str, &str, f32); 19] = [
     ("robust", "coast_s", 0.2),
     ("robust", "give_up_attempts", 1.0),
     ("robust", "friction_learned_to_deg_per_s", 1.0),
+    ("robust", "tracking_observer_rad_per_s", 20.0),
 ];
 
 /// Gains for which a joint has to answer the effort: that they do something is seen in

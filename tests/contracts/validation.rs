@@ -9,7 +9,7 @@ use super::fixture::*;
 /// What is meant to be allowed for every number: the law whose gain it is, its name, and its
 /// bounds. The bounds of the drive's LSB and of its PWM come from elsewhere, those of a breakaway
 /// range from each other, and have tests of their own.
-const BOUNDS: [(&str, &str, Allowed); 41] = [
+const BOUNDS: [(&str, &str, Allowed); 42] = [
     ("", "sample_time_s", Allowed::Above(0.0, 1.0)),
     ("", "resolution_deg", Allowed::Above(0.0, LARGEST)),
     ("", "full_scale_v", Allowed::Above(0.0, LARGEST)),
@@ -47,6 +47,7 @@ const BOUNDS: [(&str, &str, Allowed); 41] = [
     ("robust", "acceleration_deg_per_s2", Allowed::Between(0.0, LARGEST)),
     ("robust", "speed_deg_per_s", Allowed::Between(0.0, LARGEST)),
     ("robust", "friction_learned_to_deg_per_s", Allowed::Between(0.0, LARGEST)),
+    ("robust", "tracking_observer_rad_per_s", Allowed::Between(0.0, LARGEST)),
     ("robust", "stop_band_counts", Allowed::Between(0.0, LARGEST)),
     ("robust", "hold_step_v", Allowed::Between(0.0, LARGEST)),
     ("robust", "least_gain", Allowed::Between(0.0, 1.0)),

@@ -156,9 +156,12 @@ impl Trace {
 
 #[test]
 fn law_does_what_its_prototype_did_in_every_tick_of_every_trace() {
-    let traces = traces();
+    let mut traces = traces();
     assert_eq!(traces.len(), 26);
     assert_eq!(traces.iter().map(|trace| trace.rows.len()).sum::<usize>(), 26_000);
+    // Where the set point moves the law has changed since: robust/slow_traces.rs.
+    traces.retain(|trace| trace.rows.iter().all(|row| row.velocity == 0.0));
+    assert_eq!(traces.len(), 23);
     for trace in &traces {
         let name = &trace.header.name;
         let tolerance = 3e-4 * trace.header.number("Fhi") as f32;

@@ -101,15 +101,18 @@ fn a_load_that_no_gains_can_rest_is_refused_with_the_reason_and_no_file() {
 fn the_same_joint_is_tuned_once_its_goal_is_wider_than_its_slack() {
     let directory = tempfile::tempdir().unwrap();
     let joint = gear(&directory, "\n[goal]\ntolerance_deg = 0.7\n");
-    let (code, printed, words) = tuned(&joint, &["--controller", "robust"]);
+    // The balanced objective may give settling away for chatter, heat and tracking.
+    let (code, printed, words) = tuned(&joint, &["--controller", "robust", "--goal", "settle"]);
     assert_eq!(code, Some(0), "{words}");
     assert!(directory.path().join("gear.tuned.toml").exists());
     assert_eq!((printed["outcome"].as_str(), printed["reason"].as_str()), (Some("tuned"), None));
     let of = &printed["controllers"]["robust"];
     assert_eq!((of["better"].as_bool(), of["outcome"].as_str()), (Some(true), Some("tuned")));
     assert_eq!(number(&of["after"]["success_at_load"]), 1.0);
-    let settled = |what: &str| number(&of[what]["settled_at_encoder_s"]);
-    assert!(settled("after") < settled("before"), "{of}");
+    for side in ["settled_at_encoder_s", "settled_at_load_s"] {
+        let settled = |what: &str| number(&of[what][side]);
+        assert!(settled("after") < settled("before"), "{side}: {of}");
+    }
 }
 
 /// A thousandth of the gains is not enough for friction, nor sixteen thousandths.

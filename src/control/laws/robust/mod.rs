@@ -21,6 +21,8 @@
 //!   HOLD   u = what STUCK gave last
 //!
 //!   Kp = g^2 J w_n^2,   Kd = g max(0, 2 zeta J w_n - B),   while it moves g is 0.3 at least
+//!
+//!   p' = r', slower than the joint can slide:  MOVE --> STUCK, PULSE, COAST, STUCK, PULSE ...
 //! ```
 //!
 //! `q` is one count. With a configured load, the joint is lost (*) beyond `|e_b| + 64 q` already.
@@ -32,6 +34,11 @@
 //! ([`oscillation_guard`]). The rest is that of [`rest_detector`], the end that of [`give_up`]. `e
 //! = r - y`, of the mean of a rest. Several transitions may happen in a tick, in the order MOVE,
 //! HOLD, STUCK, then PULSE or COAST: a pulse of one tick shows as COAST.
+//!
+//! A set point that moves slowly is followed by attempts, too, where the joint cannot slide at its
+//! speed: it inches ([`inching`] says when). No attempt of that counts as one without success. The
+//! observer is faster while the set point moves (`w_m`), since friction changes its direction then;
+//! with jitter it is not, since jitter is motion to it.
 //!
 //! Why this form: a law that is a function of the error rests where its effort equals the friction,
 //! or swings about the target. An attempt decides only at rest, learns from what it did, and stops
@@ -56,6 +63,7 @@
 pub mod extended_state_observer;
 pub mod give_up;
 pub mod hold_effort;
+pub mod inching;
 pub mod load_rule;
 pub mod oscillation_guard;
 mod parameters;
@@ -63,6 +71,8 @@ pub mod pulse_planner;
 pub mod rest_detector;
 pub mod reverse_pulse;
 pub mod sliding_friction;
+#[cfg(test)]
+mod slow_traces;
 mod supervisor;
 
 pub use parameters::{EncoderSide, RobustGains};
@@ -107,6 +117,11 @@ impl RobustState {
     /// Returns which state the supervisor is in.
     pub const fn mode(&self) -> Mode {
         self.supervisor.mode
+    }
+
+    /// Returns whether the law follows a slow set point by attempts.
+    pub const fn is_inching(&self) -> bool {
+        self.supervisor.inching.active
     }
 
     /// Returns the gain g of the oscillation guard.

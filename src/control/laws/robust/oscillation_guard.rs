@@ -13,6 +13,8 @@
 //!                     One after |p' - x2| > v_m / 2 + 0.8 q / h adds N_g, if the joint was not
 //!                     pushed away (encoder on the motor, h <= 10 ms). With g <= 0.3 it halves Kd
 //!                     in motion until the next HOLD
+//!                     forgotten:  w, of a joint at rest
+//! slow:               (see `inching`) as with the reference at rest. Up to v_i no floor of 0.3
 //! lost:               the third time without a HOLD between: lower g
 //!
 //! lower:              g_c = max(0.85 g, g_min),  g = max(0.7 g, g_min)
@@ -145,10 +147,20 @@ impl OscillationGuard {
     }
 
     /// Takes a tick in which the reference moves with `wanted` and the joint with `velocity`,
-    /// deg/s.
+    /// deg/s. One that `sticks` does not swing: what follows is stick and slip.
     #[inline]
-    pub fn in_motion(&self, guarded: &mut SwingState, position: f32, wanted: f32, velocity: f32) {
+    pub fn in_motion(
+        &self,
+        guarded: &mut SwingState,
+        position: f32,
+        [wanted, velocity]: [f32; 2],
+        sticks: bool,
+    ) {
         self.clear(guarded, position);
+        if sticks {
+            (guarded.side, guarded.widely) = (0, false);
+            return;
+        }
         let error = wanted - velocity;
         let threshold = 0.3 * wanted.abs() + self.coarse;
         let side = if error > threshold {
@@ -263,7 +275,7 @@ mod tests {
         let mut guarded = GUARD.start();
         for tick in 0..20 * half_period {
             let velocity = if (tick / half_period).is_multiple_of(2) { swing } else { -swing };
-            GUARD.in_motion(&mut guarded, 0.0, 1000.0, 1000.0 + velocity);
+            GUARD.in_motion(&mut guarded, 0.0, [1000.0, 1000.0 + velocity], false);
         }
         guarded.gain
     }
@@ -276,11 +288,29 @@ mod tests {
         assert_eq!(gain_in_motion(140, 701.0), 1.0);
     }
 
+    /// A joint that sticks lags, and one that slips is ahead: the same swings, with rests between.
+    #[test]
+    fn stick_and_slip_is_no_swing() {
+        let gain = |rests: bool| {
+            let mut guarded = GUARD.start();
+            for _ in 0..20 {
+                for velocity in [299.0, 1701.0] {
+                    (0..20).for_each(|_| {
+                        GUARD.in_motion(&mut guarded, 0.0, [1000.0, velocity], false)
+                    });
+                    GUARD.in_motion(&mut guarded, 0.0, [1000.0, 0.0], rests);
+                }
+            }
+            guarded.gain
+        };
+        assert!(gain(true) == 1.0 && gain(false) < 1.0);
+    }
+
     /// Gain after a joint has swung to one side of the profile's speed by `error` for ten ticks,
     /// and then is on the other side.
     fn gain_after_a_swing(guarded: &mut SwingState, wanted: f32, error: f32) -> f32 {
         for velocity in [[wanted - error; 10], [2.0 * wanted; 10]].concat() {
-            GUARD.in_motion(guarded, 0.0, wanted, velocity);
+            GUARD.in_motion(guarded, 0.0, [wanted, velocity], false);
         }
         guarded.gain
     }
@@ -292,7 +322,7 @@ mod tests {
         assert_eq!([swing(4999.0), swing(5001.0)], [1.0, 0.7]);
         // A wide error that stays on its side is a joint that lags, not one that swings.
         let mut guarded = GUARD.start();
-        (0..1000).for_each(|_| GUARD.in_motion(&mut guarded, 0.0, 9000.0, 0.0));
+        (0..1000).for_each(|_| GUARD.in_motion(&mut guarded, 0.0, [9000.0, 0.0], false));
         assert_eq!(guarded.gain, 1.0);
         // A joint that was left behind by a step still swings; one that was pushed comes back at
         // any speed, until it has held again.
@@ -310,8 +340,8 @@ mod tests {
     fn wide_swing_with_the_least_gain_of_motion_halves_the_damping_until_the_next_hold() {
         let mut guarded = GUARD.start();
         let swing = |guarded: &mut SwingState, speed: f32| {
-            GUARD.in_motion(guarded, 0.0, 1000.0, 1000.0 + speed);
-            GUARD.in_motion(guarded, 0.0, 1000.0, 1000.0 - speed);
+            GUARD.in_motion(guarded, 0.0, [1000.0, 1000.0 + speed], false);
+            GUARD.in_motion(guarded, 0.0, [1000.0, 1000.0 - speed], false);
         };
         let mut gains = [0.0; 3];
         for gain in &mut gains {

@@ -89,6 +89,9 @@ table! {
         /// Speed of the inner profile up to which sliding friction is learned v_R, deg/s. 0: that
         /// of the rule.
         learned_to: f32 = 0x1713 "friction_learned_to_deg_per_s", Between(0.0, HUGE), Default(0.0);
+        /// Bandwidth of the observer while the set point moves w_m, rad/s, with the encoder on the
+        /// motor. 0: that of the rule.
+        tracking_observer: f32 = 0x1714 "tracking_observer_rad_per_s", Between(0.0, HUGE), Default(0.0);
     }
 }
 
@@ -118,6 +121,7 @@ pub(super) struct Rules {
     pub bandwidth: f32,
     pub observer: f32,
     pub observer_in_motion: f32,
+    pub observer_tracking: f32,
     pub acceleration: f32,
     pub speed: f32,
     pub learned_to: f32,
@@ -131,6 +135,8 @@ pub(super) struct Rules {
     pub first_wait: u16,
     pub longest_wait: u16,
     pub guard: u16,
+    /// To wait after a pulse of inching, and to rest before it is judged.
+    pub inching: [u16; 2],
 }
 
 impl Rules {
@@ -150,11 +156,16 @@ impl Rules {
         let least_learned = LEAST_LEARNED * gains.breakaway_low;
         let slowly = (least_learned / gains.viscous).max(3.0 * acceleration * h);
         let learned_to = if slow { slowly } else { f32::INFINITY };
+        let observer = or(gains.observer, (0.7 / h).min(110.0));
+        // Jitter is motion to a faster observer.
+        let tracking =
+            if gains.jitter > 0.0 { observer } else { observer.max((0.35 / h).min(300.0)) };
         Self {
             on_load,
             bandwidth: or(gains.bandwidth, (hertz * on(8.0, 2.0)).min(0.14 / h)),
-            observer: or(gains.observer, (0.7 / h).min(110.0)),
+            observer,
             observer_in_motion: or(gains.observer, (0.7 / h).min(on(110.0, 15.0))),
+            observer_tracking: or(gains.tracking_observer, tracking),
             acceleration,
             speed: or(gains.speed, speed.min(HUGE)),
             learned_to: or(gains.learned_to, learned_to),
@@ -167,6 +178,7 @@ impl Rules {
             first_wait: ticks(0.02, 3),
             longest_wait: ticks(0.1, 6),
             guard: ticks(on(0.1, 0.25), 10),
+            inching: if slow { [2, 3] } else { [3, 6] },
         }
     }
 }
@@ -220,5 +232,19 @@ mod tests {
         // 0.7 / h is 35 rad/s at 20 ms, and 7 at 0.1 s.
         assert_eq!([of(0.02, Motor, 0.0), of(0.02, Load, 0.0)], [[35.0, 35.0], [35.0, 15.0]]);
         assert_eq!(of(0.1, Load, 0.0), [7.0, 7.0]);
+    }
+
+    /// Jitter is motion to a fast observer.
+    #[test]
+    fn observer_of_a_moving_set_point_is_faster_unless_the_encoder_jitters() {
+        let of = |sample_time, jitter, tracking_observer| {
+            let gains = RobustGains { jitter, tracking_observer, ..RobustGains::EXAMPLE };
+            Rules::new(&gains, &Loop { sample_time, ..Loop::EXAMPLE }).observer_tracking
+        };
+        assert_eq!([of(0.001, 0.0, 0.0), of(0.001, 2.0, 0.0)], [300.0, 110.0]);
+        // 0.35 / h is 175 rad/s at 2 ms; at 20 ms it is less than 0.7 / h.
+        assert!((of(0.002, 0.0, 0.0) - 175.0).abs() < 1e-4);
+        assert_eq!(of(0.02, 0.0, 0.0), 35.0);
+        assert_eq!(of(0.001, 2.0, 200.0), 200.0);
     }
 }

@@ -8,6 +8,7 @@ mod attempt;
 use super::extended_state_observer::{ExtendedStateObserver, ObserverState};
 use super::give_up::{Attempts, GiveUp};
 use super::hold_effort::{Held, HoldEffort};
+use super::inching::{Change, Following, Inching, InchingState};
 use super::load_rule::LoadRule;
 use super::oscillation_guard::{LEAST_IN_MOTION, OscillationGuard, SwingState};
 use super::parameters::{RobustGains, Rules, SLOW};
@@ -60,6 +61,7 @@ pub(super) struct SupervisorState {
     direction: f32,
     /// Distance from the profile to the set point, deg.
     pub to_go: f32,
+    pub inching: InchingState,
     /// Ticks beyond the stop band in a HOLD.
     outside: u16,
     pub attempts: Attempts,
@@ -107,6 +109,9 @@ pub(super) struct Supervisor {
     observer: ExtendedStateObserver,
     /// The observer in motion, and while the joint swings out after an attempt.
     observer_in_motion: ExtendedStateObserver,
+    /// The observer while the set point moves; none with the encoder on the load.
+    observer_tracking: Option<ExtendedStateObserver>,
+    inching: Inching,
     friction: SlidingFriction,
     guard: OscillationGuard,
     planner: PulsePlanner,
@@ -122,6 +127,8 @@ pub(super) struct Supervisor {
     /// N_z, N_c, N_h and N_r, ticks.
     rest_ticks: u16,
     coast_ticks: u16,
+    /// The same of an attempt of inching: to wait, and of rest.
+    inching_ticks: [u16; 2],
     hold_ticks: u16,
     leave_ticks: u16,
 }
@@ -168,6 +175,8 @@ impl Supervisor {
             rest: RestDetector::new(gains.jitter, count),
             observer: observer(rules.observer),
             observer_in_motion: observer(rules.observer_in_motion),
+            observer_tracking: (!on_load).then(|| observer(rules.observer_tracking)),
+            inching: Inching::new(sample_time, count, sample_time > SLOW),
             friction,
             guard: OscillationGuard::new(
                 rules.guard,
@@ -193,6 +202,7 @@ impl Supervisor {
             configured_hold: gains.hold_effort,
             rest_ticks: rules.rest,
             coast_ticks: rules.coast,
+            inching_ticks: rules.inching,
             hold_ticks: rules.hold,
             leave_ticks: rules.leave,
         }
@@ -223,6 +233,7 @@ impl Supervisor {
         state.rest.mean -= by;
         state.estimate.position -= by;
         state.guarded.extreme -= by;
+        state.attempt.from -= by;
     }
 
     /// Runs a tick, and returns the effort, V.
@@ -230,7 +241,7 @@ impl Supervisor {
     pub fn update(&self, s: &mut SupervisorState, seen: &Seen) -> f32 {
         let Seen { position, reference, velocity, applied } = *seen;
         self.rest.update(&mut s.rest, position);
-        self.observer_of(s).update(&mut s.estimate, applied, position);
+        self.observer_of(s, velocity).update(&mut s.estimate, applied, position);
         let awaited = !matches!(s.mode, Mode::Move | Mode::Pulse);
         if awaited
             && (reference - position).abs() > self.lost * s.attempt.error.abs() + 64.0 * self.count
@@ -240,10 +251,13 @@ impl Supervisor {
         self.profile.update(&mut s.profile, reference, velocity);
         s.to_go = reference - s.profile.position;
 
-        let runs = s.profile.velocity != 0.0;
+        let moves = s.profile.velocity != 0.0;
         let rests = s.rest.ticks >= self.rest_ticks;
-        let error = reference - if rests { s.rest.mean } else { position };
-        let least = if runs { LEAST_IN_MOTION } else { 0.0 };
+        let slow = self.inch(s, seen, rests);
+        let runs = moves && !s.inching.active;
+        let mut error = reference - if rests { s.rest.mean } else { position };
+        let inches = slow && self.inching.is_speed(velocity);
+        let least = if runs && !inches { LEAST_IN_MOTION } else { 0.0 };
         let guard = if s.guarded.gain < least { least } else { s.guarded.gain };
         let gains = LoopGains {
             guard,
@@ -255,16 +269,21 @@ impl Supervisor {
             self.hold_effort.begin_move(&mut s.held);
         }
         let long = s.rest.ticks > 3 * self.rest_ticks;
-        if rests && (!runs || long) {
+        let stands = velocity == 0.0 || self.inching.is_count_overdue(&s.inching);
+        if rests && (!runs || long && stands) {
             s.estimate.position = s.rest.mean;
             s.estimate.velocity = 0.0;
             if !runs {
                 s.estimate.disturbance = self.disturbance_at_rest(s);
             }
         }
-        if runs {
+        if moves {
             s.attempts = Attempts::default();
-            self.guard.in_motion(&mut s.guarded, position, s.profile.velocity, s.estimate.velocity);
+        }
+        if runs && !slow {
+            let sticks = rests && velocity != 0.0;
+            let speeds = [s.profile.velocity, s.estimate.velocity];
+            self.guard.in_motion(&mut s.guarded, position, speeds, sticks);
         } else {
             self.guard.at_rest(&mut s.guarded, position, long || s.mode == Mode::Hold);
         }
@@ -282,12 +301,12 @@ impl Supervisor {
             effort = self.hold(s, error);
         }
         if s.mode == Mode::Stuck {
-            effort = self.decide(s, position, error, gains);
+            effort = self.decide(s, position, (&mut error, velocity), gains);
         }
         if s.mode == Mode::Pulse {
             effort = self.pulse(s);
         } else if s.mode == Mode::Coast {
-            effort = self.coast(s, error, gains);
+            effort = self.coast(s, position, error, gains);
         }
         if s.mode == Mode::GiveUp {
             effort = bounded(s.held.effort, self.hold_effort.most);
@@ -295,11 +314,46 @@ impl Supervisor {
         bounded(effort, self.limit)
     }
 
-    /// Returns the observer of this tick: the fast one sees a pulse and what comes of it at once.
+    /// Returns the observer of this tick: the fast one sees a pulse and what comes of it at once,
+    /// and that of a set point that moves is faster still.
     #[inline]
-    fn observer_of(&self, s: &SupervisorState) -> &ExtendedStateObserver {
+    fn observer_of(&self, s: &SupervisorState, velocity: f32) -> &ExtendedStateObserver {
+        if let Some(tracking) = &self.observer_tracking
+            && velocity != 0.0
+        {
+            return tracking;
+        }
         let swings = s.mode == Mode::Move || s.mode == Mode::Coast && s.attempt.wait == 0;
         if swings { &self.observer_in_motion } else { &self.observer }
+    }
+
+    /// Begins or ends inching, and returns whether the set point is slow.
+    #[inline]
+    fn inch(&self, s: &mut SupervisorState, seen: &Seen, rests: bool) -> bool {
+        let Seen { position, reference, velocity, .. } = *seen;
+        let slow = self.inching.is_slow(&s.profile, reference, velocity);
+        let following = Following {
+            velocity,
+            error: reference - position,
+            slow,
+            in_move: s.mode == Mode::Move,
+            counted: s.rest.ticks == 0,
+            rests,
+        };
+        match self.inching.update(&mut s.inching, &following) {
+            Some(Change::Begins) => {
+                s.mode = Mode::Stuck;
+                s.held.springs = false;
+                s.inside = false;
+                s.direction = 0.0;
+            }
+            Some(Change::Ends) if velocity != 0.0 => {
+                s.mode = Mode::Move;
+                s.direction = 0.0;
+            }
+            Some(Change::Ends) | None => {}
+        }
+        slow
     }
 
     /// The joint is elsewhere: the profile leads it back from where it is. It was pushed there
@@ -405,10 +459,25 @@ impl Supervisor {
 
     /// STUCK: `u = u_b + Kp e - Kd x2`. At rest the joint is held, or the next attempt begins.
     #[inline]
-    fn decide(&self, s: &mut SupervisorState, position: f32, error: f32, gains: LoopGains) -> f32 {
+    fn decide(
+        &self,
+        s: &mut SupervisorState,
+        position: f32,
+        (error, velocity): (&mut f32, f32),
+        gains: LoopGains,
+    ) -> f32 {
         let effort =
-            s.held.effort + gains.proportional * error - gains.derivative * s.estimate.velocity;
+            s.held.effort + gains.proportional * *error - gains.derivative * s.estimate.velocity;
         if s.rest.ticks < self.rest_ticks {
+            return effort;
+        }
+        if s.inching.active {
+            *error = self.inching.aim(*error, velocity);
+            if self.inching.is_due(*error, velocity) {
+                self.guard.clear(&mut s.guarded, position);
+                self.attempt(s, *error);
+            }
+            s.inside = false;
             return effort;
         }
         if error.abs() <= self.stop_band {
@@ -428,7 +497,7 @@ impl Supervisor {
         }
         s.inside = false;
         self.guard.clear(&mut s.guarded, position);
-        self.attempt(s, error);
+        self.attempt(s, *error);
         effort
     }
 }

@@ -20,6 +20,8 @@ pub(super) enum Kind {
 pub(super) struct Attempt {
     /// Error e_b from which it began, deg.
     pub error: f32,
+    /// Position from which it began y_f, deg.
+    pub from: f32,
     /// The farthest distance towards the target, deg.
     pub peak: f32,
     /// Effort of the whole pulse, u_b included, V.
@@ -40,7 +42,7 @@ impl Supervisor {
     #[inline]
     pub(super) fn attempt(&self, s: &mut SupervisorState, error: f32) {
         let sign = if error > 0.0 { 1.0 } else { -1.0 };
-        let started = Attempt { error, ..Attempt::default() };
+        let started = Attempt { error, from: s.rest.mean, ..Attempt::default() };
         if self.hold_effort.step(&mut s.held, sign) {
             s.attempt = Attempt { kind: Kind::Step, wait: s.held.wait, ..started };
             s.rest.ticks = 0;
@@ -77,18 +79,32 @@ impl Supervisor {
         s.attempt.left = s.attempt.left.saturating_sub(1);
         if s.attempt.left == 0 {
             s.mode = Mode::Coast;
-            s.attempt.wait = self.coast_ticks;
+            s.attempt.wait = self.patience(s)[0];
         }
         s.attempt.output
+    }
+
+    /// Returns the ticks to wait after a pulse, and those of rest after which it is judged.
+    #[inline]
+    const fn patience(&self, s: &SupervisorState) -> [u16; 2] {
+        if s.inching.active { self.inching_ticks } else { [self.coast_ticks; 2] }
     }
 
     /// COAST: `u = u_b - Kd x2`, and `+ Kp e` after a step, until the joint has rested and the
     /// attempt is judged.
     #[inline]
-    pub(super) fn coast(&self, s: &mut SupervisorState, error: f32, gains: LoopGains) -> f32 {
+    pub(super) fn coast(
+        &self,
+        s: &mut SupervisorState,
+        position: f32,
+        error: f32,
+        gains: LoopGains,
+    ) -> f32 {
         let sign = if s.attempt.error > 0.0 { 1.0 } else { -1.0 };
         let wanted = s.attempt.error.abs();
-        let moved = (s.attempt.error - error) * sign;
+        let closer =
+            if s.inching.active { position - s.attempt.from } else { s.attempt.error - error };
+        let moved = closer * sign;
         let mut effort = s.held.effort - gains.derivative * s.estimate.velocity;
         if s.attempt.kind == Kind::Step {
             effort += gains.proportional * error;
@@ -117,7 +133,7 @@ impl Supervisor {
         }
         if s.attempt.wait > 0 {
             s.attempt.wait -= 1;
-        } else if s.rest.ticks >= self.coast_ticks {
+        } else if s.rest.ticks >= self.patience(s)[1] {
             let gives_up = match s.attempt.kind {
                 Kind::Pulse => self.judge_pulse(s, sign, wanted, moved, sign * error),
                 Kind::Step => {
@@ -126,7 +142,7 @@ impl Supervisor {
                 }
                 Kind::Undone => false,
             };
-            s.mode = if gives_up { Mode::GiveUp } else { Mode::Stuck };
+            s.mode = if gives_up && !s.inching.active { Mode::GiveUp } else { Mode::Stuck };
             s.rest.ticks = self.rest_ticks;
         }
         effort

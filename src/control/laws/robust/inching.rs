@@ -1,0 +1,302 @@
+//! Inching: motion that is slower than the joint can slide, made of attempts at rest.
+//!
+//! ```text
+//! v = |r'|,  s = sgn r',  lag = s (r - y)
+//! slow     r' != 0,  p = r,  v <= v_g,  0.2 s |p''| <= v
+//! w        0 at a count, at r' = 0 and outside of MOVE;  otherwise  w += h v
+//! begins   slow, v <= v_i, in MOVE, and  at rest with  w > min(6 q, 1.5 q + 0.1 s v)
+//!                                    or  lag < -min(6 q, 3 q + 0.1 s v):  STUCK
+//! ends     r' = 0:  the rest goes on as any other
+//!          not slow,  v > 1.5 v_i  or  lag > 6 q:  MOVE
+//!
+//! E = e + 6 ms r' + s q / 2;  an attempt for E if  s E >= q  or  s E <= -1.5 q
+//! the attempt is judged by  (y - y_f) sgn E,  y_f the position before it
+//! v_g = 2 q / h,  v_i = 0.4 q / h (0.2 q / h in a slow loop)
+//! ```
+//!
+//! Source: a prototype of this law, whose figures these are. Stick and slip is what a loop of any
+//! gain does below the speed at which friction falls: it waits until its integral or its error
+//! exceeds the breakaway effort, and jumps. A pulse of the law moves the joint by a count or two,
+//! so a row of pulses follows the set point to within them. `w` is what the set point travels
+//! between two counts: a joint that slides makes a count for each count of it, and one that sticks
+//! does not. Half a count and 6 ms ahead of the set point is where a pulse leads on average to no
+//! error, since it is decided late and ends early.
+//!
+//! Why not at higher speed: an attempt takes some 15 ticks, which is a count at `v_i` / 6. Where
+//! the joint slides at a speed below that, it is not at rest, and nothing begins.
+//!
+//! Guarantees: nothing here acts while the set point rests. Does badly: at a constant speed it ends
+//! only by lagging, so a joint that could slide goes on with pulses; a motor that is light against
+//! the load behind a soft gear jumps by more than a pulse.
+
+use crate::control::profile::bounded_acceleration::LimitedReference;
+
+/// Time in which a slow profile may not change its speed by as much as it has, s.
+const STEADY: f32 = 0.2;
+
+/// Time by which an attempt aims ahead of the set point, s.
+const AHEAD: f32 = 0.006;
+
+/// Travel within which a joint that slides makes a count, counts and s.
+const COUNT_DUE: (f32, f32) = (1.5, 0.1);
+
+/// Lead of a joint over its set point beyond which it has slipped, counts and s.
+const SLIPPED: (f32, f32) = (3.0, 0.1);
+
+/// The most of either, and the lag that ends inching, counts.
+const MOST: f32 = 6.0;
+
+/// The rule, prepared for a loop.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Inching {
+    sample_time: f32,
+    count: f32,
+    /// v_i, deg/s.
+    speed: f32,
+    /// v_g, deg/s.
+    slow_speed: f32,
+}
+
+/// What the rule keeps from tick to tick.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct InchingState {
+    /// Travel of the set point since the last count w, deg.
+    pub travel: f32,
+    /// The law inches.
+    pub active: bool,
+}
+
+/// A tick of a set point that moves.
+#[derive(Clone, Copy, Debug)]
+pub struct Following {
+    /// Velocity of the set point r', deg/s.
+    pub velocity: f32,
+    /// r - y, deg.
+    pub error: f32,
+    /// The set point is [slow](Inching::is_slow).
+    pub slow: bool,
+    /// The law is in MOVE.
+    pub in_move: bool,
+    /// A count has come in this tick.
+    pub counted: bool,
+    /// The joint is at rest.
+    pub rests: bool,
+}
+
+/// What a tick begins or ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Change {
+    /// The law begins to inch.
+    Begins,
+    /// The law ends inching.
+    Ends,
+}
+
+impl Inching {
+    /// Prepares the rule for a sample time (s) and the angle of a count (deg); `slow` says that the
+    /// loop is a slow one.
+    pub fn new(sample_time: f32, count: f32, slow: bool) -> Self {
+        let count_a_tick = count / sample_time;
+        let speed = if slow { 0.2 } else { 0.4 } * count_a_tick;
+        Self { sample_time, count, speed, slow_speed: 2.0 * count_a_tick }
+    }
+
+    /// Returns whether a set point is slow: the profile is on it, and neither faster than `v_g` nor
+    /// setting out.
+    #[inline]
+    pub fn is_slow(&self, profile: &LimitedReference, reference: f32, velocity: f32) -> bool {
+        let speed = velocity.abs();
+        speed > 0.0
+            && profile.position == reference
+            && speed <= self.slow_speed
+            && STEADY * profile.acceleration.abs() <= speed
+    }
+
+    /// Returns whether a speed (deg/s) is one to inch with.
+    #[inline]
+    pub fn is_speed(&self, velocity: f32) -> bool {
+        velocity.abs() <= self.speed
+    }
+
+    /// Returns whether a joint that slides would have made a count.
+    #[inline]
+    pub fn is_count_overdue(&self, state: &InchingState) -> bool {
+        state.travel > COUNT_DUE.0 * self.count
+    }
+
+    /// Takes a tick.
+    #[inline]
+    pub fn update(&self, state: &mut InchingState, seen: &Following) -> Option<Change> {
+        let Following { velocity, error, slow, in_move, counted, rests } = *seen;
+        let speed = velocity.abs();
+        let lag = if velocity < 0.0 { -error } else { error };
+        if counted || speed == 0.0 || !in_move {
+            state.travel = 0.0;
+        } else {
+            state.travel += self.sample_time * speed;
+        }
+        if state.active {
+            let ends = !slow || speed > 1.5 * self.speed || lag > MOST * self.count;
+            if ends {
+                state.active = false;
+                return Some(Change::Ends);
+            }
+            return None;
+        }
+        if !slow || speed > self.speed || !in_move {
+            return None;
+        }
+        let sticks = rests && state.travel > self.within(COUNT_DUE, speed);
+        if sticks || lag < -self.within(SLIPPED, speed) {
+            state.active = true;
+            return Some(Change::Begins);
+        }
+        None
+    }
+
+    /// Returns counts and time of travel at a speed, but no more than [`MOST`], deg.
+    #[inline]
+    fn within(&self, (counts, time): (f32, f32), speed: f32) -> f32 {
+        let wanted = counts * self.count + time * speed;
+        let most = MOST * self.count;
+        if wanted < most { wanted } else { most }
+    }
+
+    /// Returns the error E that an attempt is for, from the error of a joint at rest, deg.
+    #[inline]
+    pub fn aim(&self, error: f32, velocity: f32) -> f32 {
+        let half = 0.5 * self.count;
+        error + (velocity * AHEAD + if velocity < 0.0 { -half } else { half })
+    }
+
+    /// Returns whether an error E wants an attempt: ahead of the joint from a count on, and behind
+    /// it from 1.5 counts on.
+    #[inline]
+    pub fn is_due(&self, aimed: f32, velocity: f32) -> bool {
+        let ahead = (aimed > 0.0) == (velocity > 0.0);
+        aimed.abs() >= if ahead { self.count } else { 1.5 * self.count }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 1 kHz, counts of 0.01 deg: v_i is 4 deg/s, and v_g 20.
+    const COUNT: f32 = 0.01;
+
+    fn rule() -> Inching {
+        Inching::new(0.001, COUNT, false)
+    }
+
+    /// A joint at rest on its set point, which moves with a velocity.
+    fn at_rest(velocity: f32) -> Following {
+        Following { velocity, error: 0.0, slow: true, in_move: true, counted: false, rests: true }
+    }
+
+    /// Returns the tick in which inching begins, of a thousand.
+    fn begins(seen: Following) -> Option<u32> {
+        let mut state = InchingState::default();
+        (1..=1000).find(|_| rule().update(&mut state, &seen) == Some(Change::Begins))
+    }
+
+    /// 2 deg/s makes a count in 5 ms, and `1.5 q + 0.1 s v` are 21.5 counts: six are the most. At
+    /// 0.1 deg/s they are 2.5, in ticks of a hundredth of a count.
+    #[test]
+    fn a_joint_at_rest_inches_after_the_travel_in_which_one_that_slides_counts() {
+        for velocity in [2.0, -2.0] {
+            assert!(matches!(begins(at_rest(velocity)), Some(30..=31)), "{velocity}");
+        }
+        assert!(matches!(begins(at_rest(0.1)), Some(250..=251)));
+        for elsewhere in [
+            Following { rests: false, ..at_rest(2.0) },
+            Following { counted: true, ..at_rest(2.0) },
+            Following { in_move: false, ..at_rest(2.0) },
+            Following { slow: false, ..at_rest(2.0) },
+            at_rest(0.0),
+            at_rest(4.01),
+        ] {
+            assert_eq!(begins(elsewhere), None, "{elsewhere:?}");
+        }
+        assert!(begins(at_rest(3.99)).is_some());
+    }
+
+    /// It may slide on then, and the set point comes after.
+    #[test]
+    fn a_joint_ahead_of_a_slow_set_point_inches_at_once() {
+        let ahead = |velocity: f32, counts: f32| {
+            let error = -counts * COUNT * velocity.signum();
+            begins(Following { error, rests: false, ..at_rest(velocity) })
+        };
+        for velocity in [0.1, -0.1] {
+            // 3 q + 0.1 s v = 4 q
+            assert_eq!([3.99, 4.01].map(|counts| ahead(velocity, counts)), [None, Some(1)]);
+            assert_eq!(ahead(velocity, -100.0), None);
+        }
+        assert_eq!([5.99, 6.01].map(|counts| ahead(2.0, counts)), [None, Some(1)]);
+    }
+
+    #[test]
+    fn inching_ends_at_speed_at_rest_and_six_counts_behind() {
+        let ends = |seen: Following| {
+            let mut state = InchingState { active: true, ..InchingState::default() };
+            let change = rule().update(&mut state, &Following { in_move: false, ..seen });
+            assert_eq!(state.active, change.is_none());
+            change
+        };
+        let lags = |velocity: f32, counts: f32| {
+            ends(Following { error: counts * COUNT * velocity.signum(), ..at_rest(velocity) })
+        };
+        for velocity in [1.0, -1.0] {
+            assert_eq!(
+                [5.99, 6.01].map(|counts| lags(velocity, counts)),
+                [None, Some(Change::Ends)]
+            );
+            assert_eq!(lags(velocity, -100.0), None);
+        }
+        assert_eq!(
+            [5.99, 6.01].map(|velocity| ends(at_rest(velocity))),
+            [None, Some(Change::Ends)]
+        );
+        let setting_out = Following { slow: false, ..at_rest(1.0) };
+        assert_eq!(ends(setting_out), Some(Change::Ends));
+    }
+
+    /// 0.2 s times the profile's acceleration is the change of speed that a slow one may have.
+    #[test]
+    fn a_set_point_is_slow_on_its_profile_and_once_it_has_set_out() {
+        let slow = |velocity: f32, acceleration: f32, behind: f32| {
+            let profile = LimitedReference { position: 1.0 - behind, velocity, acceleration };
+            rule().is_slow(&profile, 1.0, velocity)
+        };
+        for sign in [1.0, -1.0] {
+            assert!(slow(19.9 * sign, 0.0, 0.0) && !slow(20.1 * sign, 0.0, 0.0));
+            assert!(slow(2.0 * sign, -9.9, 0.0) && !slow(2.0 * sign, -10.1, 0.0));
+            assert!(!slow(2.0 * sign, 0.0, 0.001));
+        }
+        assert!(!slow(0.0, 0.0, 0.0));
+    }
+
+    /// 6 ms and half a count ahead; an error of a count is due on the way, of 1.5 behind.
+    #[test]
+    fn attempts_aim_ahead_and_go_back_only_from_one_and_a_half_counts() {
+        let due = |velocity: f32, counts: f32| {
+            let aimed = rule().aim(counts * COUNT * velocity.signum(), velocity);
+            let expected = (counts + 0.5) * COUNT + 0.006 * velocity.abs();
+            assert!((aimed * velocity.signum() - expected).abs() < 1e-6, "{aimed}");
+            rule().is_due(aimed, velocity)
+        };
+        for velocity in [1.0, -1.0] {
+            // 6 ms are 0.6 counts.
+            assert_eq!([-0.11, -0.09].map(|counts| due(velocity, counts)), [false, true]);
+            assert_eq!([-2.59, -2.61].map(|counts| due(velocity, counts)), [false, true]);
+        }
+    }
+
+    #[test]
+    fn a_slow_loop_inches_up_to_half_of_the_speed() {
+        let slow = Inching::new(0.02, COUNT, true);
+        assert_eq!([0.099, 0.101].map(|velocity| slow.is_speed(velocity)), [true, false]);
+        assert_eq!([-3.99, -4.01].map(|velocity| rule().is_speed(velocity)), [true, false]);
+    }
+}
