@@ -14,7 +14,7 @@ use studies::ensemble::{Case, DrawOptions, Family, Motions, run_and_show};
 const JOINTS: u64 = 8;
 
 fn ensemble(criterion: &mut Criterion) {
-    let kind = DrawOptions { hard: false, rate_hz: 1000.0 };
+    let kind = DrawOptions::ORDINARY;
     for family in Family::USUAL {
         let joints: Vec<Case> =
             (0..JOINTS).map(|number| Case::draw(1, family, number, kind)).collect();

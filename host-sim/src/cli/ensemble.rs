@@ -16,8 +16,8 @@ use files::typed_number;
 use simulator::output::{OutputDirectory, OutputFile, OverwriteGuard, grid};
 use simulator::rules::{TUNING_SEEDS, rules};
 use studies::ensemble::{
-    Approach, Case, CaseResult, ConstantTrial, DrawOptions, Ensemble, EnsembleHeader, Family,
-    MachineEnsemble, MachineOptions, Rates, ResumeFile, Shard, charts, follow, follow_csv,
+    Approach, Case, CaseResult, Condition, ConstantTrial, DrawOptions, Ensemble, EnsembleHeader,
+    Family, MachineEnsemble, MachineOptions, Rates, ResumeFile, Shard, charts, follow, follow_csv,
     follow_json, follow_summaries, follow_table, followed_families, identified_names, markdown,
     merge, object, rates_markdown, rates_table, rates_within, read_rows, render, render_rows, run,
     slowest_table, sort_rows, summaries, traces, tune, written_spreads,
@@ -57,6 +57,10 @@ pub struct EnsembleArguments {
     /// Samples per second, Hz; thesis-axis and a machine's own file have their own [default: 1000]
     #[arg(long, value_name = "HZ", value_parser = typed_number::parse)]
     rate: Option<f64>,
+    /// Condition that no law knows: drifting, uneven or growing friction, a slow or hot winding, a
+    /// supply that sags, ticks that jitter, an eccentric disc
+    #[arg(long, value_name = "CONDITION", default_value = "nominal", hide_default_value = true)]
+    condition: Condition,
     /// How the set point goes to the target: profiled, as `device move` does it, within the limits
     /// that `new` writes; or in one step. Of a machine's own file it steps [default: profiled]
     #[arg(long, value_name = "MOTION")]
@@ -124,6 +128,9 @@ pub struct EnsembleFollowArguments {
     /// Samples per second, Hz; thesis-axis has its own [default: 1000]
     #[arg(long, value_name = "HZ", value_parser = typed_number::parse)]
     rate: Option<f64>,
+    /// Condition that no law knows, as of `ensemble`
+    #[arg(long, value_name = "CONDITION", default_value = "nominal", hide_default_value = true)]
+    condition: Condition,
     /// One JSON object instead of tables
     #[arg(long)]
     json: bool,
@@ -297,6 +304,7 @@ impl EnsembleArguments {
             ("--moves", self.moves > 0),
             ("--motion profiled", self.motion == Some(Approach::Profiled)),
             ("--case", self.case.is_some()),
+            ("--condition", self.condition != Condition::Nominal),
             ("another family", self.plant.len() > 1),
         ];
         if let Some((option, _)) = foreign.iter().find(|(_, given)| *given) {
@@ -371,10 +379,10 @@ impl EnsembleArguments {
         Ok(Ensemble {
             seed: self.seed,
             cases: self.cases,
-            kind: DrawOptions { hard: self.hard, rate_hz },
+            kind: DrawOptions { hard: self.hard, rate_hz, condition: self.condition },
             approach: self.motion.unwrap_or_default(),
             moves: self.moves,
-            families: families(&self.plant)?,
+            families: families_under(&self.plant, self.condition)?,
             rules: rules(&self.controller)?,
         })
     }
@@ -436,12 +444,30 @@ fn families(names: &[String]) -> Result<Vec<Family>, Error> {
     Ok(families)
 }
 
+/// Returns the named families under a condition. Of `all` it leaves out those that do not have it.
+fn families_under(names: &[String], condition: Condition) -> Result<Vec<Family>, Error> {
+    let mut found = families(names)?;
+    if names.iter().any(|name| name == "all") {
+        found.retain(|family| condition.fits(*family));
+    }
+    match found.iter().find(|family| !condition.fits(**family)) {
+        Some(family) => {
+            let (name, of) = (condition.name(), family.name());
+            Err(Error::Input(format!(
+                "--condition {name} does not go with --plant {of}: a bristle has no such friction, \
+                 and arms have no conditions"
+            )))
+        }
+        None => Ok(found),
+    }
+}
+
 impl EnsembleTuneArguments {
     fn tune(&self) -> Result<(), Error> {
         let ensemble = Ensemble {
             seed: self.seed,
             cases: self.cases,
-            kind: DrawOptions { hard: false, rate_hz: RATE_HZ },
+            kind: DrawOptions::ORDINARY,
             approach: self.motion.unwrap_or_default(),
             moves: 0,
             families: families(&self.plant)?,
@@ -484,12 +510,17 @@ impl EnsembleIdentifyArguments {
 impl EnsembleFollowArguments {
     fn follow(&self) -> Result<(), Error> {
         let is_all = self.plant.iter().any(|name| name == "all");
-        let families = if is_all { followed_families().collect() } else { families(&self.plant)? };
+        let fits = |family: &Family| self.condition.fits(*family);
+        let families = if is_all {
+            followed_families().filter(fits).collect()
+        } else {
+            families_under(&self.plant, self.condition)?
+        };
         let rate_hz = allowed_rate(self.rate.unwrap_or(RATE_HZ))?;
         let ensemble = Ensemble {
             seed: self.seed,
             cases: self.cases,
-            kind: DrawOptions { hard: self.hard, rate_hz },
+            kind: DrawOptions { hard: self.hard, rate_hz, condition: self.condition },
             approach: Approach::default(),
             moves: 0,
             families,
@@ -506,7 +537,7 @@ impl EnsembleFollowArguments {
         let text = match (self.json, self.markdown) {
             (true, _) => format!("{:#}\n", follow_json(&ensemble, &summaries)),
             (_, true) => slowest_table(&summaries, true),
-            _ => follow_table(&summaries),
+            _ => follow_table(&ensemble, &summaries),
         };
         print_beside(csv.as_ref(), &text)
     }

@@ -165,7 +165,7 @@ fn faults_of(approach: Approach, families: &[Family]) -> Vec<(String, u64, Strin
     let ensemble = Ensemble {
         seed: 2026,
         cases: 8,
-        kind: DrawOptions { hard: false, rate_hz: 1000.0 },
+        kind: DrawOptions::ORDINARY,
         approach,
         moves: 0,
         families: families.to_vec(),

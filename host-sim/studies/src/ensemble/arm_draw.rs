@@ -13,6 +13,7 @@
 
 use std::f64::consts::{PI, TAU};
 
+use super::condition::Condition;
 use super::distribution::Draws;
 use super::drawn_case::{
     ArmCase, BREAKAWAY, Case, DrawOptions, EFFORT, HARD_BREAKAWAY, NOMINAL, Trapezoid, UnitScale,
@@ -96,6 +97,8 @@ pub(super) fn arm(draws: &mut Draws, family: Family, number: u64, kind: DrawOpti
         trapezoid: trapezoid(&first),
         is_braked: false,
         jump_counts: None,
+        condition: Condition::Nominal,
+        phase: 0.0,
         arm: Some(Box::new(ArmCase {
             arm,
             is_coupled: family == Family::Arm,
@@ -111,7 +114,7 @@ pub(super) fn arm(draws: &mut Draws, family: Family, number: u64, kind: DrawOpti
 mod tests {
     use super::*;
 
-    const EASY: DrawOptions = DrawOptions { hard: false, rate_hz: 1000.0 };
+    const EASY: DrawOptions = DrawOptions::ORDINARY;
 
     #[test]
     fn gravity_takes_no_more_than_half_of_either_joint_s_slip_friction() {

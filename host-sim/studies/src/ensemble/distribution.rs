@@ -22,6 +22,8 @@ pub enum Purpose {
     Joint,
     /// A row of moves.
     Moves,
+    /// The condition that a joint is run under.
+    Condition,
 }
 
 /// The draws of one case, in their order.

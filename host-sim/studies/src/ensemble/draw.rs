@@ -6,6 +6,7 @@
 use std::f64::consts::{LN_2, PI, TAU};
 
 use super::arm_draw;
+use super::condition::Condition;
 use super::distribution::{Draws, Purpose};
 use super::drawn_case::{
     BREAKAWAY, Case, DrawOptions, EFFORT, GEAR_BACKLASH_DEG, HARD_BREAKAWAY, NOMINAL, Trapezoid,
@@ -27,11 +28,13 @@ impl Case {
     /// Draws a case.
     pub fn draw(seed: u64, family: Family, number: u64, kind: DrawOptions) -> Self {
         let draws = &mut Draws::new(seed, family.number(), Purpose::Joint, number);
-        match family {
+        let mut case = match family {
             Family::ThesisAxis | Family::EndStopThesis => thesis_draw::axis(draws, family, number),
             Family::Arm | Family::ArmUncoupled => arm_draw::arm(draws, family, number, kind),
             _ => in_si(draws, family, number, kind),
-        }
+        };
+        kind.condition.apply(&mut case, seed);
+        case
     }
 }
 
@@ -160,6 +163,8 @@ fn in_si(draws: &mut Draws, family: Family, number: u64, kind: DrawOptions) -> C
         trapezoid: Trapezoid { distance, speed, dwell_s, half_blend_s },
         is_braked,
         jump_counts,
+        condition: Condition::Nominal,
+        phase: 0.0,
         arm: None,
     }
 }
@@ -207,7 +212,7 @@ mod tests {
     use super::super::thesis_draw::{BREAKAWAY as THESIS_BREAKAWAY, NOMINAL as THESIS};
     use super::*;
 
-    const EASY: DrawOptions = DrawOptions { hard: false, rate_hz: 1000.0 };
+    const EASY: DrawOptions = DrawOptions::ORDINARY;
     const CASES: u64 = 4000;
 
     fn drawn(family: Family, kind: DrawOptions) -> Vec<Case> {

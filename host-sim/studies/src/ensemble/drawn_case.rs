@@ -4,6 +4,7 @@ use dynamics::joint::{ArmDescription, Description, JointEncoder, Stops};
 use simulator::plant::Delay;
 use simulator::rules::{ControllerGains, GainRule, JointBounds, SampledLoop};
 
+use super::condition::Condition;
 use super::family::Family;
 
 /// Nominal inertia of the SI families, kg m^2, and viscous friction, N m s/rad.
@@ -31,6 +32,13 @@ pub struct DrawOptions {
     pub hard: bool,
     /// Samples per second of the SI families.
     pub rate_hz: f64,
+    /// Condition of the joint and its drive.
+    pub condition: Condition,
+}
+
+impl DrawOptions {
+    /// Ordinary joints at 1 kHz, as their family is drawn.
+    pub const ORDINARY: Self = Self { hard: false, rate_hz: 1000.0, condition: Condition::Nominal };
 }
 
 /// Factors from the core's units to those of the joint.
@@ -81,6 +89,10 @@ pub struct Case {
     /// How far a load slides when it breaks away behind a shaft, counts; of a load that the encoder
     /// sits on.
     pub jump_counts: Option<f64>,
+    /// Condition of the joint and its drive.
+    pub condition: Condition,
+    /// Angle at which an uneven friction or an eccentric disc begins, rad.
+    pub phase: f64,
     /// Of an arm both joints; `joint` is its first one without the links' motion then.
     pub arm: Option<Box<ArmCase>>,
 }

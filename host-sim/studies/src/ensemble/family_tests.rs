@@ -8,7 +8,7 @@ use super::motions::{Approach, Motions};
 use dynamics::joint::{SetValuedFriction, StribeckCurve, Train};
 use simulator::rules::rules;
 
-const EASY: DrawOptions = DrawOptions { hard: false, rate_hz: 1000.0 };
+const EASY: DrawOptions = DrawOptions::ORDINARY;
 
 const STEPPED: Motions = Motions { approach: Approach::Step, seed: 1, moves: 0 };
 

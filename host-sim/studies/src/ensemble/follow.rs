@@ -287,7 +287,7 @@ mod tests {
         Ensemble {
             seed: 1,
             cases,
-            kind: DrawOptions { hard: false, rate_hz: 1000.0 },
+            kind: DrawOptions::ORDINARY,
             approach: Approach::Profiled,
             moves: 0,
             families: vec![family],

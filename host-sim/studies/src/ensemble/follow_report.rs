@@ -52,6 +52,7 @@ pub fn follow_json(ensemble: &Ensemble, summaries: &[FollowSummary]) -> Value {
         "cases": ensemble.cases,
         "hard": ensemble.kind.hard,
         "rate_hz": ensemble.kind.rate_hz,
+        "condition": ensemble.kind.condition.name(),
         "lasts_s": LASTS_S,
         "judged_from_s": JUDGED_FROM_S,
         "band_counts": BAND_COUNTS,
@@ -65,7 +66,7 @@ type Statistic = fn(&RampSummary) -> Option<f64>;
 
 /// Renders the summaries for people: for each family the errors by law and speed, then the slowest
 /// speeds.
-pub fn follow_table(summaries: &[FollowSummary]) -> String {
+pub fn follow_table(ensemble: &Ensemble, summaries: &[FollowSummary]) -> String {
     let titles: Vec<String> = RAMPS.iter().map(ToString::to_string).collect();
     let header: Vec<&str> =
         std::iter::once("law").chain(titles.iter().map(String::as_str)).collect();
@@ -87,7 +88,10 @@ pub fn follow_table(summaries: &[FollowSummary]) -> String {
                 let cells = law.ramps.iter().map(|ramp| number(finite(ramp), 2));
                 table.add_row(std::iter::once(law.law.clone()).chain(cells));
             }
-            text += &format!("{family}, {joints} joints, by counts a second: {what}\n\n");
+            text += &format!(
+                "{family}{}, {joints} joints, by counts a second: {what}\n\n",
+                ensemble.kind.condition.suffix()
+            );
             text += &format!("{}\n\n", table.trim_fmt());
         }
     }

@@ -274,7 +274,7 @@ fn random_commands_to_drawn_joints_move_heat_and_drive_them_no_further_than_the_
         let (mut trips, mut armed_s) = (0, 0.0);
         let (mut most, mut noisy_deg) = ([0.0f64; 2], 0.0f64);
         for (number, rule) in (0..).zip(RULES) {
-            let case = Case::draw(9, family, number, DrawOptions { hard: false, rate_hz: 1000.0 });
+            let case = Case::draw(9, family, number, DrawOptions::ORDINARY);
             let mut hostile = Hostile::new(&case, rule, number);
             let tick_s = case.bounds.sampled.sample_time;
             for command in 0..COMMANDS {

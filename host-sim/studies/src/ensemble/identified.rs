@@ -150,7 +150,7 @@ pub fn identified_names(families: impl IntoIterator<Item = Family>) -> Vec<&'sta
 /// # Errors
 /// If there is no such family, or its joints are two.
 pub fn drawn(name: &str, seed: u64, number: u64) -> Result<Case, Error> {
-    let kind = DrawOptions { hard: false, rate_hz: 1000.0 };
+    let kind = DrawOptions::ORDINARY;
     if name != UNEVEN {
         let names = identified_names(Family::all());
         let family = Family::all().find(|family| family.name() == name);

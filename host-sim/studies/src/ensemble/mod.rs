@@ -23,6 +23,7 @@ mod arm_rig;
 mod assemble;
 mod case;
 mod case_result;
+mod condition;
 mod distribution;
 mod draw;
 mod drawn_case;
@@ -63,6 +64,7 @@ mod tune;
 
 pub use case::run_and_show;
 pub use case_result::{CaseResult, JudgedMotion};
+pub use condition::Condition;
 pub use drawn_case::{Case, DrawOptions};
 pub use family::{Family, FamilyUnits};
 pub use figures::{charts, traces};

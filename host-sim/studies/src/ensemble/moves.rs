@@ -138,7 +138,7 @@ mod tests {
 
     #[test]
     fn moves_are_of_both_kinds_follow_each_other_and_stay_in_range() {
-        let case = Case::draw(1, Family::Rigid, 0, DrawOptions { hard: false, rate_hz: 1000.0 });
+        let case = Case::draw(1, Family::Rigid, 0, DrawOptions::ORDINARY);
         let draws = &mut Draws::new(1, 1, Purpose::Moves, 0);
         let (mut from, mut steps) = (0.0, 0);
         for _ in 0..2000 {

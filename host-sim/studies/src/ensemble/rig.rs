@@ -12,6 +12,7 @@ use stiction::control::signal::MAX_LAW_SIGNALS;
 use stiction::safety::fault::Fault;
 
 use super::assemble::parameters;
+use super::condition::{Condition, EccentricDisc, JitteringTicks};
 use super::drawn_case::Case;
 use super::measures::CaseSample;
 use super::motions::Approach;
@@ -30,6 +31,11 @@ pub struct Rig {
     joint: AnyJoint,
     encoder: JointEncoder,
     noise: Option<CountNoise>,
+    condition: Condition,
+    jitter: Option<JitteringTicks>,
+    disc: Option<EccentricDisc>,
+    /// Time since arming, s.
+    time_s: f64,
     amplified: Amplified,
     bounds: JointBounds,
     /// Where the servo was armed, counts.
@@ -118,7 +124,8 @@ impl Rig {
     /// If gains are not allowed, or the servo refuses to be armed.
     pub fn armed(case: &Case, gains: &ControllerGains) -> Result<Self, Error> {
         let mut joint = case.joint.build()?;
-        let armed_at = case.encoder.read(&joint);
+        let disc = (case.condition == Condition::Eccentric).then(|| EccentricDisc::of(case));
+        let armed_at = read(&case.encoder, disc.as_ref(), &joint);
         let (servo, lead_in) = armed(case, &case.bounds, gains, armed_at)?;
         if case.is_braked {
             joint.set_brake(BRAKE * case.bounds.sampled.largest_effort * case.scale.effort);
@@ -128,6 +135,11 @@ impl Rig {
             joint,
             encoder: case.encoder,
             noise: case.family.has_noise().then(|| CountNoise::new(case.number)),
+            condition: case.condition,
+            jitter: (case.condition == Condition::SamplingJitter)
+                .then(|| JitteringTicks::new(case.number)),
+            disc,
+            time_s: 0.0,
             amplified: Amplified::new(servo, &case.bounds, case.delay, scale),
             bounds: case.bounds,
             armed_at,
@@ -183,16 +195,31 @@ impl Rig {
     #[inline]
     pub fn step(&mut self) -> CaseSample {
         let noise = self.noise.as_mut().map_or(0, CountNoise::next);
-        let counter = self.encoder.read(&self.joint).wrapping_add(noise) as u32;
+        let reading = read(&self.encoder, self.disc.as_ref(), &self.joint);
+        let counter = reading.wrapping_add(noise) as u32;
         let tick = self.amplified.servo.tick(counter).unwrap_or_default();
         let load = self.joint.load();
-        let turn = match self.encoder.side {
+        let mut turn = match self.encoder.side {
             DiscSide::Motor => self.joint.motor(),
             DiscSide::Load => load,
         };
+        if let Some(disc) = &self.disc {
+            turn.position = disc.shows(turn.position);
+        }
         let (count, sample_time_s) = (self.encoder.count, self.bounds.sampled.sample_time);
         let sample = self.amplified.sample(&tick, [turn, load], [count, sample_time_s]);
-        self.joint.hold(sample.effort, sample_time_s);
+        let lasts_s = sample_time_s * self.jitter.as_mut().map_or(1.0, JitteringTicks::next);
+        self.joint.hold(sample.effort * self.condition.share(self.time_s), lasts_s);
+        self.time_s += sample_time_s;
         sample
     }
+}
+
+/// Returns the count that the disc of a joint shows.
+#[inline]
+fn read(encoder: &JointEncoder, disc: Option<&EccentricDisc>, joint: &AnyJoint) -> i64 {
+    disc.map_or_else(
+        || encoder.read(joint),
+        |disc| encoder.count_at(disc.shows(encoder.position(joint))),
+    )
 }

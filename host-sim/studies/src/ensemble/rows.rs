@@ -20,6 +20,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::case_result::CaseResult;
+use super::condition::Condition;
 use super::group::Group;
 use super::machine_file::MachineEnsemble;
 use super::motions::Approach;
@@ -63,6 +64,9 @@ pub struct EnsembleHeader {
     /// How the set point goes to the target; a file of before has steps.
     #[serde(default = "step")]
     pub motion: Approach,
+    /// Condition of the joints; a file of before has none.
+    #[serde(default)]
+    pub condition: Condition,
 }
 
 const fn step() -> Approach {
@@ -87,6 +91,7 @@ impl EnsembleHeader {
             laws: ensemble.rules.iter().map(|rule| rule.law.into()).collect(),
             machine: Vec::new(),
             motion: ensemble.approach,
+            condition: ensemble.kind.condition,
         }
     }
 
@@ -104,6 +109,7 @@ impl EnsembleHeader {
             laws: machine.laws.clone(),
             machine: machine.written(),
             motion: Approach::Step,
+            condition: Condition::Nominal,
         }
     }
 

@@ -16,7 +16,7 @@ fn header(families: &[Family]) -> EnsembleHeader {
     EnsembleHeader::of(&Ensemble {
         seed: 5,
         cases: 1,
-        kind: DrawOptions { hard: false, rate_hz: 1000.0 },
+        kind: DrawOptions::ORDINARY,
         approach: Approach::Step,
         moves: 0,
         families: families.to_vec(),

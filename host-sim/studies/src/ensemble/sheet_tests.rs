@@ -71,7 +71,8 @@ fn first_file(bounds: &JointBounds) -> String {
 fn a_first_file_has_the_gains_of_the_ensemble_to_the_last_bit() {
     for (family, number) in Family::all().flat_map(|family| [0, 1].map(|number| (family, number))) {
         for rate_hz in [1000.0, 200.0] {
-            let case = Case::draw(1, family, number, DrawOptions { hard: false, rate_hz });
+            let case =
+                Case::draw(1, family, number, DrawOptions { rate_hz, ..DrawOptions::ORDINARY });
             for bounds in case.each(described) {
                 let text = first_file(&bounds);
                 let document = Document::parse("nominal", &text).unwrap();

@@ -14,7 +14,7 @@ use files::goal::PositionGoal;
 use simulator::experiment::Document;
 use simulator::rules::rules;
 
-const EASY: DrawOptions = DrawOptions { hard: false, rate_hz: 1000.0 };
+const EASY: DrawOptions = DrawOptions::ORDINARY;
 
 const STEPPED: Motions = Motions { approach: Approach::Step, seed: 1, moves: 0 };
 

@@ -19,7 +19,7 @@ use dynamics::joint::{Body, Description, Train};
 use simulator::output::{OutputFile, OverwriteGuard};
 use simulator::rules::{GainRule, rules};
 
-const EASY: DrawOptions = DrawOptions { hard: false, rate_hz: 1000.0 };
+const EASY: DrawOptions = DrawOptions::ORDINARY;
 
 const STEPPED: Motions = Motions { approach: Approach::Step, seed: 1, moves: 0 };
 

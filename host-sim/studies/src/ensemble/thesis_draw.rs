@@ -1,5 +1,6 @@
 //! The draw of the thesis's axis with other friction and inertia, in degrees and volts.
 
+use super::condition::Condition;
 use super::distribution::Draws;
 use super::drawn_case::{Case, Trapezoid, UnitScale, wall};
 use super::family::Family;
@@ -46,6 +47,8 @@ pub(super) fn axis(draws: &mut Draws, family: Family, number: u64) -> Case {
         trapezoid: Trapezoid { distance: 50.0, speed: 5.0, dwell_s: 2.0, half_blend_s: 0.25 },
         is_braked: false,
         jump_counts: None,
+        condition: Condition::Nominal,
+        phase: 0.0,
         arm: None,
     }
 }

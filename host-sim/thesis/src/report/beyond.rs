@@ -58,7 +58,7 @@ pub fn ranked() -> Result<UntunedChapter, Error> {
     let ensemble = Ensemble {
         seed: SEED,
         cases: CASES,
-        kind: DrawOptions { hard: false, rate_hz: 1000.0 },
+        kind: DrawOptions::ORDINARY,
         approach: Approach::Profiled,
         moves: 0,
         families: FAMILIES.to_vec(),
