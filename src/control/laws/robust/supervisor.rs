@@ -197,7 +197,12 @@ impl Supervisor {
             reverse: on_load
                 .then(|| ReversePulse::new(inertia, friction.first, sample_time, count)),
             load_rule: LoadRule::new(gains.load, friction.first, most_held, sample_time),
-            give_up: GiveUp::new(gains.attempts, most_disturbance.min(limit), on_load, count),
+            give_up: GiveUp::new(
+                gains.attempts,
+                most_disturbance.min(limit),
+                on_load,
+                [count, sample_time],
+            ),
             lost: if gains.load > 0.0 { 1.0 } else { 3.0 },
             configured_hold: gains.hold_effort,
             rest_ticks: rules.rest,

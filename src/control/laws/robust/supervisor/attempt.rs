@@ -30,6 +30,8 @@ pub(super) struct Attempt {
     pub effort: f32,
     /// Ticks to wait before it may be judged.
     pub wait: u16,
+    /// Ticks of its pulse towards the target.
+    pub ticks: u8,
     /// Ticks that are left of a pulse.
     pub left: u8,
     pub kind: Kind,
@@ -53,7 +55,7 @@ impl Supervisor {
         let PulseMemory { least, .. } = s.learned[usize::from(forward)];
         let pulse =
             self.planner.plan(s.friction[usize::from(forward)], self.distance(s, error), least);
-        s.attempt = Attempt { effort: pulse.effort, ..started };
+        s.attempt = Attempt { effort: pulse.effort, ticks: pulse.ticks, ..started };
         self.fire(s, sign, pulse);
     }
 
@@ -183,6 +185,6 @@ impl Supervisor {
                 }
             }
         }
-        self.give_up.pulse(&mut s.attempts, s.attempt.effort, peak)
+        self.give_up.pulse(&mut s.attempts, [s.attempt.effort, peak], s.attempt.ticks)
     }
 }
