@@ -192,13 +192,18 @@ impl ControlLoop {
         self.watch.range().check(self.zero.wrapping_add(position.counts))
     }
 
-    /// Returns whether a trajectory begins so far from `counts`, in the zero of an arming, that its
-    /// first tick would be a jump.
+    /// Returns whether a trajectory or a sine begins so far from `counts`, in the zero of an arming,
+    /// that its first tick would be a jump.
     pub(super) fn begins_far_from(&self, course: &Course, counts: i32) -> bool {
-        let Course::Follow(Reference::Trajectory(trajectory)) = course else { return false };
-        // It rests there before its first blend.
-        let first = trajectory.corners().next().unwrap_or_default().position.counts;
-        self.monitors.is_jump(first.wrapping_sub(counts))
+        let first = match course {
+            // It rests there before its first blend.
+            Course::Follow(Reference::Trajectory(trajectory)) => {
+                trajectory.corners().next().unwrap_or_default().position
+            }
+            Course::Follow(Reference::Sine(sine)) => sine.turns()[0],
+            _ => return false,
+        };
+        self.monitors.is_jump(first.counts.wrapping_sub(counts))
     }
 
     /// Runs one tick with the joint at `position`, counts since power-on.
@@ -233,6 +238,7 @@ fn any_target(course: &Course, condition: impl Fn(Position) -> bool) -> bool {
         Course::Follow(Reference::Trajectory(trajectory)) => {
             trajectory.corners().any(|corner| condition(corner.position))
         }
+        Course::Follow(Reference::Sine(sine)) => sine.turns().into_iter().any(condition),
         Course::Profile(profile) => condition(profile.target()),
         // It begins where the joint is, and no one but the servo asks for it.
         Course::Follow(Reference::Braking(_)) => false,

@@ -5,7 +5,7 @@ use crate::control::encoder::{CounterBits, Direction, Encoder};
 use crate::control::hardware::Hardware;
 use crate::control::pd::PdGains;
 use crate::control::profile::ProfileLimits;
-use crate::control::reference::{Corner, Reference, Step, Trajectory};
+use crate::control::reference::{Corner, Reference, Sine, Step, Trajectory};
 use crate::motion::Motion;
 use crate::motion::jog::JogBounds;
 use crate::parameters::{DecodeError, DeviceConfig, Parameters};
@@ -296,7 +296,7 @@ fn a_supply_too_low_for_the_effort_ends_a_ramp_without_levels() {
 }
 
 #[test]
-fn a_trajectory_begins_where_the_joint_is_or_is_refused() {
+fn a_trajectory_and_a_sine_begin_where_the_joint_is_or_are_refused() {
     let mut parameters = parameters(at_once());
     // 100 counts.
     parameters.limits.following_error = 1.0;
@@ -317,6 +317,9 @@ fn a_trajectory_begins_where_the_joint_is_or_is_refused() {
         [(-51, Err(Refusal::FarAway)), (-50, Ok(())), (150, Ok(())), (151, Err(Refusal::FarAway))]
     {
         assert_eq!(servo.follow(through(first)), expected, "{first}");
+        let from = Position::from_counts(first);
+        let sine = Reference::Sine(Sine::new(from, 20.0, 1.0, 0.01, 0.01).unwrap());
+        assert_eq!(servo.follow(sine), expected, "{first}");
     }
     // The motion of the parameters ends in a fault, since no client receives a refusal.
     let corner = |tick, counts| Corner { tick, position: Position::from_counts(counts) };
@@ -375,6 +378,24 @@ fn a_motion_of_the_parameters_that_leads_out_of_the_range_is_never_begun() {
                 assert_eq!(servo.arm().is_err(), leads_out, "{position_max}");
             }
         }
+    }
+}
+
+/// 1.2 deg of amplitude turn at 2.4 deg.
+#[test]
+fn a_sine_whose_far_turn_is_out_of_the_range_is_refused() {
+    let mut parameters = parameters(at_once());
+    parameters.motion = Motion::Hold;
+    for (position_max, expected) in [(2.5, Ok(())), (2.3, Err(Refusal::OutOfRange))] {
+        parameters.limits.position_max = position_max;
+        let mut servo = Servo::new(Ok(&parameters), Boot::default(), &HARDWARE);
+        for _ in 0..10 {
+            tick(&mut servo, 0);
+        }
+        servo.arm_for_link(None).unwrap();
+        tick(&mut servo, 0);
+        let sine = Sine::new(Position::default(), 120.0, 1.0, 0.01, 0.01).unwrap();
+        assert_eq!(servo.follow(Reference::Sine(sine)), expected, "{position_max}");
     }
 }
 

@@ -1,6 +1,7 @@
 //! Lockstep: every count and every duty of the image is that of the host.
 
 use emulator::first_difference;
+use simulator::closed_loop::LoopSample;
 use simulator::experiment::RunPlan;
 use simulator::run::{RunResult, RunTrace, run_all};
 
@@ -61,6 +62,22 @@ fn seven_controllers_two_trajectories() {
 fn laws_beyond_the_thesis() {
     same_on_both(&plans("untuned-joints", &["robust", "observer"], &[SLOW_PWM]));
     same_on_both(&plans("trajectory", &["robust", "observer"], &["run.duration_s=6"]));
+}
+
+/// Five counts a second: `robust` follows them by pulses, and rests at their end.
+#[test]
+fn a_slow_ramp_is_followed_by_the_same_pulses() {
+    let ramp = "reference.trajectories=[{corner_times_s=[0.5, 5.5], \
+                corner_positions_deg=[0.0, 0.0605], half_blend_s=0.1}]";
+    let plans = plans("trajectory", &["robust", "pd"], &[ramp, "run.duration_s=7", SLOW_PWM]);
+    same_on_both(&plans);
+    let pulses = |run: &RunResult| {
+        let RunTrace::Loop(samples) = &run.trace else { panic!("{} is a ramp", run.plan.label) };
+        let coasts = |sample: &&LoopSample| sample.time_s < 5.0 && sample.tick.law[0] == 3.0;
+        samples.iter().filter(coasts).count()
+    };
+    let [robust, pd] = &run_all(&plans).unwrap()[..] else { panic!("two laws") };
+    assert!(pulses(robust) > 20 && pulses(pd) == 0, "{} {}", pulses(robust), pulses(pd));
 }
 
 #[test]

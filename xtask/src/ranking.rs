@@ -5,7 +5,8 @@
 //! Each table is between two comments of its page, and is made of the output of `stiction ensemble
 //! --markdown`: success on each family at the encoder, that of a real gear at the load as well,
 //! then some rows of rest and of tracking. README.md has the instructions of tests/evidence/cost.md
-//! as well. So no figure of a table is older than the last run.
+//! as well, and the slowest ramps that the laws follow without steps, of `stiction ensemble follow`.
+//! So no figure of a table is older than the last run.
 
 use std::fs;
 use std::process::Stdio;
@@ -36,6 +37,20 @@ const RUN: [&str; 9] = [
     "pd,pid,srnf,feedforward+observer,two-reset-pid,impulsive,robust",
 ];
 
+/// Ramps of the first hundred of these joints under the same laws: nine of ten have to follow.
+const RAMPS: [&str; 10] = [
+    "ensemble",
+    "follow",
+    "--plant",
+    "rigid,lugre,flexible-backlash,thesis-axis",
+    "--cases",
+    "100",
+    "--seed",
+    "2028",
+    "--controller",
+    "pd,pid,srnf,feedforward+observer,two-reset-pid,impulsive,robust",
+];
+
 /// The side of success without a label: the page names it above the table.
 const AT_ENCODER: &str = ", at the encoder";
 
@@ -57,17 +72,10 @@ pub fn rank() -> Result<(), String> {
     job.announce();
     Simulator::Host.build()?;
     for (motion, page) in PAGES {
-        let output = Simulator::Host
-            .command(&RUN)
-            .args(["--motion", motion, "--markdown"])
-            .stderr(Stdio::inherit())
-            .output()
-            .map_err(|error| format!("cannot start cargo: {error}"))?;
-        if !output.status.success() {
-            return Err("the ensemble failed".into());
-        }
-        let mut table = table(&String::from_utf8_lossy(&output.stdout))?;
+        let mut table =
+            table(&printed(&[&RUN[..], &["--motion", motion, "--markdown"]].concat())?)?;
         if motion == "profiled" {
+            table += &slowest(&printed(&[&RAMPS[..], &["--markdown"]].concat())?)?;
             table += &costs(&read(COST)?)?;
         }
         let text = put(page, &read(page)?, &table)?;
@@ -76,6 +84,35 @@ pub fn rank() -> Result<(), String> {
         println!("{page}: the table is that of `stiction {} --motion {motion}`", RUN.join(" "));
     }
     Ok(())
+}
+
+/// Returns what the simulator prints.
+fn printed(arguments: &[&str]) -> Result<String, String> {
+    let output = Simulator::Host
+        .command(arguments)
+        .stderr(Stdio::inherit())
+        .output()
+        .map_err(|error| format!("cannot start cargo: {error}"))?;
+    if !output.status.success() {
+        return Err(format!("`stiction {}` failed", arguments.join(" ")));
+    }
+    Ok(String::from_utf8_lossy(&output.stdout).into_owned())
+}
+
+/// Returns a row for each family, from the table that has one for each law.
+fn slowest(by_law: &str) -> Result<String, String> {
+    let cells = |line: &str| -> Vec<String> {
+        line.trim_matches('|').split('|').map(|cell| cell.trim().to_owned()).collect()
+    };
+    let mut lines = by_law.lines();
+    let families = lines.next().map(cells).ok_or("the ramps have printed no table")?;
+    let laws: Vec<Vec<String>> = lines.skip(1).map(cells).collect();
+    let row = |(column, family): (usize, &String)| {
+        let of_laws: Vec<&str> =
+            laws.iter().filter_map(|law| law.get(column)).map(String::as_str).collect();
+        format!("| `{family}`: slowest without steps, counts/s | {} |\n", of_laws.join(" | "))
+    };
+    Ok(families.iter().enumerate().skip(1).map(row).collect())
 }
 
 fn read(name: &str) -> Result<String, String> {
@@ -163,6 +200,16 @@ mod tests {
             "| `gear-backlash`, at the load | 1.0 (0-2) |",
         ];
         assert_eq!(lines, expected);
+    }
+
+    #[test]
+    fn ramps_have_a_row_for_each_family() {
+        let by_law =
+            "| law | rigid | lugre |\n|---|---|---|\n| pd | none | none |\n| robust | 1 | 3 |\n";
+        let expected = "| `rigid`: slowest without steps, counts/s | none | 1 |\n\
+                        | `lugre`: slowest without steps, counts/s | none | 3 |\n";
+        assert_eq!(slowest(by_law).unwrap(), expected);
+        assert!(slowest("").is_err());
     }
 
     #[test]

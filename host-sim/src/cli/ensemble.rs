@@ -7,6 +7,8 @@ use std::sync::{Mutex, PoisonError};
 use clap::builder::TypedValueParser;
 use stiction::identification::IdentificationRequest;
 
+use super::ensemble_follow::EnsembleFollowArguments;
+use super::ensemble_options::{RATE_HZ, allowed_rate, cases, families, families_under};
 use super::outputs::{check_standard_output, print_beside};
 use super::{print, warn};
 use figure::{figure_directory, write_charts, write_figures};
@@ -17,14 +19,10 @@ use simulator::output::{OutputDirectory, OutputFile, OverwriteGuard, grid};
 use simulator::rules::{TUNING_SEEDS, rules};
 use studies::ensemble::{
     Approach, Case, CaseResult, Condition, ConstantTrial, DrawOptions, Ensemble, EnsembleHeader,
-    Family, MachineEnsemble, MachineOptions, Rates, ResumeFile, Shard, charts, follow, follow_csv,
-    follow_json, follow_summaries, follow_table, followed_families, identified_names, markdown,
-    merge, object, rates_markdown, rates_table, rates_within, read_rows, render, render_rows, run,
-    slowest_table, sort_rows, summaries, traces, tune, written_spreads,
+    Family, MachineEnsemble, MachineOptions, Rates, ResumeFile, Shard, charts, identified_names,
+    markdown, merge, object, rates_markdown, rates_table, rates_within, read_rows, render,
+    render_rows, run, sort_rows, summaries, traces, tune, written_spreads,
 };
-
-/// Default sample rate, Hz.
-const RATE_HZ: f64 = 1000.0;
 
 #[derive(Debug, clap::Args)]
 #[command(args_conflicts_with_subcommands = true)]
@@ -104,45 +102,9 @@ enum Action {
     /// Run the identification of `device identify` on joints with known parameters, and report how
     /// often it finds them
     Identify(EnsembleIdentifyArguments),
-    /// Follow ramps of 1 to 1000 counts a second, and report the slowest speed without steps
+    /// Follow ramps of 1 to 1000 counts a second, and report the slowest speed without steps; or
+    /// sines
     Follow(EnsembleFollowArguments),
-}
-
-#[derive(Debug, clap::Args)]
-pub struct EnsembleFollowArguments {
-    /// Families of joints; all: the ten of `ensemble` except arm, which has two joints
-    #[arg(long, value_name = "FAMILY", value_delimiter = ',', default_value = "all")]
-    plant: Vec<String>,
-    /// Number of joints of each family
-    #[arg(long, default_value_t = 20, value_parser = cases())]
-    cases: u64,
-    /// Seed of the joints
-    #[arg(long, default_value_t = 1)]
-    seed: u64,
-    /// Only these laws
-    #[arg(long, value_name = "NAME", value_delimiter = ',')]
-    controller: Vec<String>,
-    /// Stick friction of 2 to 4 times the slip friction, instead of 1.05 to 2 times
-    #[arg(long)]
-    hard: bool,
-    /// Samples per second, Hz; thesis-axis has its own [default: 1000]
-    #[arg(long, value_name = "HZ", value_parser = typed_number::parse)]
-    rate: Option<f64>,
-    /// Condition that no law knows, as of `ensemble`
-    #[arg(long, value_name = "CONDITION", default_value = "nominal", hide_default_value = true)]
-    condition: Condition,
-    /// One JSON object instead of tables
-    #[arg(long)]
-    json: bool,
-    /// The table of the slowest speeds alone, in Markdown, as in docs/
-    #[arg(long, conflicts_with = "json")]
-    markdown: bool,
-    /// Write a line for each joint, law and speed to this file; - for the standard output
-    #[arg(long, value_name = "FILE")]
-    csv: Option<PathBuf>,
-    /// Write over a file that this command reads, or over a machine's file
-    #[arg(long)]
-    force: bool,
 }
 
 #[derive(Debug, clap::Args)]
@@ -200,11 +162,6 @@ pub struct MergeArguments {
     /// Write over a file that this command reads, or over a machine's file
     #[arg(long)]
     force: bool,
-}
-
-/// Returns the parser of the number of joints of a family.
-fn cases() -> impl TypedValueParser<Value = u64> {
-    clap::value_parser!(u64).range(1..=1_000_000)
 }
 
 /// Returns the parser of seeds that do not score.
@@ -422,46 +379,6 @@ impl Part {
     }
 }
 
-/// Checks the sample rate, Hz, against the range of the core's ticks and the device's timer.
-fn allowed_rate(rate_hz: f64) -> Result<f64, Error> {
-    if (50.0..=10_000.0).contains(&rate_hz) {
-        return Ok(rate_hz);
-    }
-    Err(Error::Input(format!("--rate {rate_hz}: must be a number from 50 to 10000")))
-}
-
-/// Returns the named families, each once.
-fn families(names: &[String]) -> Result<Vec<Family>, Error> {
-    let mut families: Vec<Family> = Vec::new();
-    for name in names {
-        let named = if name == "all" { Family::USUAL.to_vec() } else { vec![Family::named(name)?] };
-        for family in named {
-            if !families.contains(&family) {
-                families.push(family);
-            }
-        }
-    }
-    Ok(families)
-}
-
-/// Returns the named families under a condition. Of `all` it leaves out those that do not have it.
-fn families_under(names: &[String], condition: Condition) -> Result<Vec<Family>, Error> {
-    let mut found = families(names)?;
-    if names.iter().any(|name| name == "all") {
-        found.retain(|family| condition.fits(*family));
-    }
-    match found.iter().find(|family| !condition.fits(**family)) {
-        Some(family) => {
-            let (name, of) = (condition.name(), family.name());
-            Err(Error::Input(format!(
-                "--condition {name} does not go with --plant {of}: a bristle has no such friction, \
-                 and arms have no conditions"
-            )))
-        }
-        None => Ok(found),
-    }
-}
-
 impl EnsembleTuneArguments {
     fn tune(&self) -> Result<(), Error> {
         let ensemble = Ensemble {
@@ -504,42 +421,6 @@ impl EnsembleIdentifyArguments {
         let of = |name: &&str| rates_within(&asked, name, self.seed, self.cases);
         let all: Vec<Rates> = names.iter().map(of).collect::<Result<_, Error>>()?;
         print(&if self.markdown { rates_markdown(&all) } else { rates_table(&all) })
-    }
-}
-
-impl EnsembleFollowArguments {
-    fn follow(&self) -> Result<(), Error> {
-        let is_all = self.plant.iter().any(|name| name == "all");
-        let fits = |family: &Family| self.condition.fits(*family);
-        let families = if is_all {
-            followed_families().filter(fits).collect()
-        } else {
-            families_under(&self.plant, self.condition)?
-        };
-        let rate_hz = allowed_rate(self.rate.unwrap_or(RATE_HZ))?;
-        let ensemble = Ensemble {
-            seed: self.seed,
-            cases: self.cases,
-            kind: DrawOptions { hard: self.hard, rate_hz, condition: self.condition },
-            approach: Approach::default(),
-            moves: 0,
-            families,
-            rules: rules(&self.controller)?,
-        };
-        let guard = OverwriteGuard::new(self.force);
-        let csv = self.csv.as_ref().map(|path| guard.results("--csv", path)).transpose()?;
-        check_standard_output(self.json, csv.as_ref())?;
-        let rows = follow(&ensemble)?;
-        if let Some(file) = &csv {
-            file.write(&follow_csv(&rows)?)?;
-        }
-        let summaries = follow_summaries(&rows);
-        let text = match (self.json, self.markdown) {
-            (true, _) => format!("{:#}\n", follow_json(&ensemble, &summaries)),
-            (_, true) => slowest_table(&summaries, true),
-            _ => follow_table(&ensemble, &summaries),
-        };
-        print_beside(csv.as_ref(), &text)
     }
 }
 

@@ -4,6 +4,8 @@ mod benchmark;
 mod completions;
 mod device;
 mod ensemble;
+mod ensemble_follow;
+mod ensemble_options;
 mod identify;
 mod interrupt;
 mod keys;

@@ -4,10 +4,12 @@
 //! motion began. The position is counts and a fraction, never rounded.
 
 mod braking;
+mod sine;
 mod step;
 mod trajectory;
 
 pub use braking::Braking;
+pub use sine::Sine;
 pub use step::Step;
 pub(crate) use trajectory::{CORNER_TIMES, HALF_BLEND};
 pub use trajectory::{Corner, MAX_CORNERS, Trajectory};
@@ -51,6 +53,8 @@ pub enum Reference {
     Trajectory(Trajectory),
     /// From a velocity to rest.
     Braking(Braking),
+    /// To and fro, from rest.
+    Sine(Sine),
 }
 
 impl Reference {
@@ -61,6 +65,7 @@ impl Reference {
             Self::Step(step) => step.at(tick),
             Self::Trajectory(trajectory) => trajectory.at(tick),
             Self::Braking(braking) => braking.at(tick),
+            Self::Sine(sine) => sine.at(tick),
         }
     }
 }

@@ -22,10 +22,9 @@ use std::f64::consts::TAU;
 use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
 
-use super::distribution::{Draws, Purpose};
-use super::drawn_case::Case;
+use super::distribution::Draws;
 use super::family::Family;
-use dynamics::joint::{CountNoise, Dwell, Ripple, SetValuedFriction, Thermal, Train};
+use dynamics::joint::{CountNoise, Description, Dwell, Ripple, SetValuedFriction, Thermal, Train};
 
 /// A condition of a joint and its drive.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
@@ -77,7 +76,7 @@ const HOT: f64 = 1.4;
 /// Effort while the supply sags, relative; its length and its period, s.
 const SAG: (f64, [f64; 2]) = (0.7, [0.1, 1.0]);
 /// Largest shift of a tick, in sample times.
-const SHIFT: f64 = 0.05;
+pub(super) const SHIFT: f64 = 0.05;
 /// Eccentricity of a disc over its radius.
 const ECCENTRICITY: f64 = 0.02 / 15.0;
 
@@ -105,17 +104,15 @@ impl Condition {
         }
     }
 
-    /// Puts a joint under the condition.
-    pub(super) fn apply(self, case: &mut Case, seed: u64) {
-        let draws = &mut Draws::new(seed, case.family.number(), Purpose::Condition, case.number);
+    /// Puts a joint whose degree is `degree` of its unit under the condition, by two draws. Returns
+    /// the angle at which what depends on the angle begins, rad.
+    pub(super) fn apply(self, joint: &mut Description, degree: f64, draws: &mut Draws) -> f64 {
         let rises = draws.coin();
         let phase = draws.uniform(0.0, TAU);
-        let per_turn = case.scale.angle.recip() * TAU / 360.0;
-        case.condition = self;
-        case.phase = phase;
-        let lag_s = case.joint.lag_s;
+        let per_turn = TAU / (360.0 * degree);
+        let lag_s = joint.lag_s;
         match self {
-            Self::Drift => each_friction(case, |friction| {
+            Self::Drift => each_friction(joint, |friction| {
                 let [from, to] = if rises { DRIFT } else { [DRIFT[1], DRIFT[0]] };
                 let curve = &mut friction.curve;
                 for level in [&mut curve.coulomb, &mut curve.stick, &mut curve.viscous] {
@@ -129,19 +126,20 @@ impl Condition {
                     viscous_per_k: 1.0,
                 });
             }),
-            Self::Uneven40 | Self::Uneven200 => each_friction(case, |friction| {
+            Self::Uneven40 | Self::Uneven200 => each_friction(joint, |friction| {
                 let periods = if self == Self::Uneven40 { 40.0 } else { 200.0 };
                 friction.ripple = Some(Ripple { depth: DEPTH, cycles: periods * per_turn, phase });
             }),
-            Self::Dwell => each_friction(case, |friction| friction.dwell = Some(GROWTH)),
-            Self::SlowWinding1 => case.joint.lag_s = lag_s.max(1e-3),
-            Self::SlowWinding5 => case.joint.lag_s = lag_s.max(5e-3),
+            Self::Dwell => each_friction(joint, |friction| friction.dwell = Some(GROWTH)),
+            Self::SlowWinding1 => joint.lag_s = lag_s.max(1e-3),
+            Self::SlowWinding5 => joint.lag_s = lag_s.max(5e-3),
             Self::Nominal
             | Self::HotWinding
             | Self::Sag
             | Self::SamplingJitter
             | Self::Eccentric => {}
         }
+        phase
     }
 
     /// Returns the share of the effort that reaches the joint at a time since arming, s.
@@ -155,8 +153,8 @@ impl Condition {
     }
 }
 
-fn each_friction(case: &mut Case, mut change: impl FnMut(&mut SetValuedFriction)) {
-    match &mut case.joint.train {
+fn each_friction(joint: &mut Description, mut change: impl FnMut(&mut SetValuedFriction)) {
+    match &mut joint.train {
         Train::Rigid(body) => change(&mut body.friction),
         Train::Flexible { motor, load, .. } => {
             change(&mut motor.friction);
@@ -199,116 +197,15 @@ pub(super) struct EccentricDisc {
 }
 
 impl EccentricDisc {
-    pub fn of(case: &Case) -> Self {
-        let per_unit = case.scale.angle.recip().to_radians();
-        Self { amplitude: ECCENTRICITY / per_unit, per_unit, phase: case.phase }
+    /// A disc on a joint whose degree is `degree` of its unit, which begins at an angle, rad.
+    pub fn new(degree: f64, phase: f64) -> Self {
+        let per_unit = degree.recip().to_radians();
+        Self { amplitude: ECCENTRICITY / per_unit, per_unit, phase }
     }
 
     /// Returns the position that the disc shows.
     #[inline]
     pub fn shows(&self, position: f64) -> f64 {
         position + self.amplitude * libm::sin(self.per_unit * position + self.phase)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::super::drawn_case::DrawOptions;
-    use super::*;
-
-    fn drawn(family: Family, condition: Condition) -> Case {
-        Case::draw(3, family, 4, DrawOptions { condition, ..DrawOptions::ORDINARY })
-    }
-
-    fn friction(case: &Case) -> SetValuedFriction {
-        let Train::Rigid(body) = case.joint.train else { panic!("{case:?}") };
-        body.friction
-    }
-
-    #[test]
-    fn a_condition_is_the_only_difference_to_the_joint_of_its_family() {
-        for family in [Family::Rigid, Family::FlexibleMotor, Family::ThesisAxis] {
-            let nominal = drawn(family, Condition::Nominal);
-            for condition in Condition::value_variants() {
-                let case = drawn(family, *condition);
-                assert!(case.joint.build().is_ok(), "{condition:?}");
-                let same = Case { joint: nominal.joint, condition: Condition::Nominal, ..case };
-                assert_eq!(Case { phase: 0.0, ..same }, Case { phase: 0.0, ..nominal.clone() });
-            }
-        }
-    }
-
-    /// exp(-T) times the levels at the end.
-    #[test]
-    fn friction_drifts_from_three_fifths_to_eight_fifths_of_its_levels_or_back() {
-        let (mut rising, cases) = (0, 200);
-        for number in 0..cases {
-            let of = |condition| {
-                let options = DrawOptions { condition, ..DrawOptions::ORDINARY };
-                friction(&Case::draw(3, Family::Rigid, number, options))
-            };
-            let (nominal, drifts) = (of(Condition::Nominal), of(Condition::Drift));
-            let end = drifts.curve.stick / nominal.curve.stick;
-            let start = end * (-drifts.thermal.unwrap().start_k).exp();
-            let is_rising = end > 1.0;
-            let [from, to] = if is_rising { [0.6, 1.6] } else { [1.6, 0.6] };
-            assert!((start - from).abs() < 1e-9 && (end - to).abs() < 1e-9, "{start} {end}");
-            rising += u64::from(is_rising);
-        }
-        // Five standard deviations of a fair coin.
-        assert!(rising.abs_diff(cases / 2) < 36, "{rising}");
-    }
-
-    /// A turn is 2 pi rad of one and 360 deg of the other.
-    #[test]
-    fn uneven_friction_has_its_periods_in_a_turn() {
-        for (family, turn) in [(Family::Rigid, TAU), (Family::ThesisAxis, 360.0)] {
-            for (condition, periods) in [(Condition::Uneven40, 40.0), (Condition::Uneven200, 200.0)]
-            {
-                let ripple = friction(&drawn(family, condition)).ripple.unwrap();
-                assert!((ripple.cycles * turn / TAU - periods).abs() < 1e-9, "{ripple:?}");
-            }
-        }
-    }
-
-    #[test]
-    fn the_supply_sags_for_a_tenth_of_the_time() {
-        let low = (0..10_000).filter(|k| Condition::Sag.share(f64::from(*k) * 1e-3) < 0.8).count();
-        assert!(low.abs_diff(1000) <= 10, "{low}");
-        assert!((Condition::HotWinding.share(0.0) * 1.4 - 1.0).abs() < 1e-12);
-    }
-
-    /// Jitter of a timer does not add up: after any number of ticks it is at most a shift off.
-    #[test]
-    fn ticks_that_jitter_stay_near_their_time() {
-        let (mut ticks, mut time, mut extremes) = (JitteringTicks::new(7), 0.0, [1.0f64; 2]);
-        for k in 1..=1000 {
-            let until = ticks.next();
-            extremes = [extremes[0].min(until), extremes[1].max(until)];
-            time += until;
-            assert!((time - f64::from(k)).abs() < SHIFT + 1e-9, "{k}: {time}");
-        }
-        assert!((extremes[0] - 0.9).abs() < 1e-9 && (extremes[1] - 1.1).abs() < 1e-9);
-    }
-
-    /// 1.33 mrad are 21 counts of 100 000 a turn.
-    #[test]
-    fn an_eccentric_disc_is_off_by_the_same_angle_in_every_unit() {
-        for family in [Family::Rigid, Family::ThesisAxis] {
-            let case = drawn(family, Condition::Eccentric);
-            let disc = EccentricDisc::of(&case);
-            let turn = 360.0 * case.scale.angle;
-            let worst = (0..1000)
-                .map(|k| f64::from(k) * turn / 1000.0)
-                .map(|position| (disc.shows(position) - position).abs())
-                .fold(0.0, f64::max);
-            assert!((worst / turn * 1e5 - 21.2).abs() < 0.1, "{worst}");
-        }
-    }
-
-    #[test]
-    fn a_bristle_and_an_arm_are_refused_where_they_have_no_such_friction() {
-        assert!(!Condition::Drift.fits(Family::LuGre) && Condition::Sag.fits(Family::LuGre));
-        assert!(!Condition::Sag.fits(Family::Arm) && Condition::Nominal.fits(Family::Arm));
     }
 }

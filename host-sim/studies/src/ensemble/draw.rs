@@ -33,7 +33,9 @@ impl Case {
             Family::Arm | Family::ArmUncoupled => arm_draw::arm(draws, family, number, kind),
             _ => in_si(draws, family, number, kind),
         };
-        kind.condition.apply(&mut case, seed);
+        let draws = &mut Draws::new(seed, family.number(), Purpose::Condition, number);
+        case.phase = kind.condition.apply(&mut case.joint, case.scale.angle, draws);
+        case.condition = kind.condition;
         case
     }
 }

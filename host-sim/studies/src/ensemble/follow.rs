@@ -119,41 +119,46 @@ impl FollowSummary {
 /// # Errors
 /// If a family has two joints or a wall, or the core refuses gains.
 pub fn follow(ensemble: &Ensemble) -> Result<Vec<FollowedRamp>, Error> {
+    over_joints(ensemble, |case, law, gains| {
+        RAMPS.into_iter().map(|speed| ramp(case, law, gains, speed)).collect()
+    })
+}
+
+/// Runs motions on every joint under every law, and returns their rows by family, law and joint.
+///
+/// # Errors
+/// If a family has two joints or a wall, or a motion fails.
+pub(super) fn over_joints<Row: Send>(
+    ensemble: &Ensemble,
+    motions: impl Fn(&Case, &str, &ControllerGains) -> Result<Vec<Row>, Error> + Sync,
+) -> Result<Vec<Row>, Error> {
     let unfit = ensemble.families.iter().find(|family| family.is_arm() || family.has_wall());
     if let Some(family) = unfit {
         return Err(Error::Input(format!(
-            "--plant {}: no ramp runs there, since it has two joints or a wall",
+            "--plant {}: no such motion runs there, since it has two joints or a wall",
             family.name()
         )));
     }
-    let rows = Mutex::new(Vec::new());
+    let all = Mutex::new(Vec::new());
     each_joint(
         ensemble,
         |_, _| true,
         |joint| {
-            for rule in &ensemble.rules {
+            let family = ensemble.families.iter().position(|family| *family == joint.family);
+            for (law, rule) in ensemble.rules.iter().enumerate() {
                 let [gains] = &joint.each(|bounds| GainRule::gains(rule, bounds))[..] else {
                     continue;
                 };
-                for speed in RAMPS {
-                    let row = ramp(joint, rule.law, gains, speed)?;
-                    rows.lock().unwrap_or_else(PoisonError::into_inner).push(row);
-                }
+                let rows = motions(joint, rule.law, gains)?;
+                let place = (family, law, joint.number);
+                all.lock().unwrap_or_else(PoisonError::into_inner).push((place, rows));
             }
             Ok(())
         },
     )?;
-    let mut rows = rows.into_inner().unwrap_or_else(PoisonError::into_inner);
-    let family = |row: &FollowedRamp| ensemble.families.iter().position(|f| f.name() == row.family);
-    let law = |row: &FollowedRamp| ensemble.rules.iter().position(|rule| rule.law == row.law);
-    rows.sort_by(|a, b| {
-        let order = |row| (family(row), law(row));
-        order(a)
-            .cmp(&order(b))
-            .then(a.case.cmp(&b.case))
-            .then(a.counts_per_s.total_cmp(&b.counts_per_s))
-    });
-    Ok(rows)
+    let mut all = all.into_inner().unwrap_or_else(PoisonError::into_inner);
+    all.sort_by_key(|(place, _)| *place);
+    Ok(all.into_iter().flat_map(|(_, rows)| rows).collect())
 }
 
 /// The families of `all`: the usual ones that have one joint.

@@ -1,10 +1,12 @@
-//! Ramps as reports have them: CSV, JSON, and tables for people.
+//! Ramps and sines as reports have them: CSV, JSON, and tables for people.
 
+use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::follow::{
-    BAND_COUNTS, BAND_S, FollowSummary, FollowedRamp, JUDGED_FROM_S, LASTS_S, RAMPS, RampSummary,
+    BAND_COUNTS, BAND_S, FollowSummary, JUDGED_FROM_S, LASTS_S, RAMPS, RampSummary,
 };
+use super::follow_sine::{SINES, SineSummary, SinesSummary};
 use super::run::Ensemble;
 use super::statistics::SortedValues;
 use files::error::Error;
@@ -14,7 +16,7 @@ use simulator::output::grid::{self, number};
 ///
 /// # Errors
 /// If a row cannot be written.
-pub fn follow_csv(rows: &[FollowedRamp]) -> Result<Vec<u8>, Error> {
+pub fn follow_csv(rows: &[impl Serialize]) -> Result<Vec<u8>, Error> {
     let cannot = |error: csv::Error| Error::Run(error.to_string());
     let mut writer = csv::Writer::from_writer(Vec::new());
     for row in rows {
@@ -137,4 +139,69 @@ pub fn slowest_table(summaries: &[FollowSummary], is_markdown: bool) -> String {
          within {BAND_COUNTS} counts of the set point, or its travel in {BAND_S} s.\n\n{}\n",
         table.trim_fmt()
     )
+}
+
+/// Returns the summaries of sines as JSON.
+pub fn sine_json(ensemble: &Ensemble, summaries: &[SinesSummary]) -> Value {
+    let quantile = |values: &SortedValues, p| values.quantile(p).filter(|value| value.is_finite());
+    let sine = |sine: &SineSummary| {
+        json!({
+            "hz": sine.hz,
+            "rms_mrad_p50": quantile(&sine.rms_mrad, 0.5),
+            "rms_mrad_p90": quantile(&sine.rms_mrad, 0.9),
+            "reversal_mrad_p90": quantile(&sine.reversal_mrad, 0.9),
+            "reversal_mrad_max": quantile(&sine.reversal_mrad, 1.0),
+            "joints": sine.joints,
+        })
+    };
+    let laws = summaries.iter().map(|summary| {
+        json!({
+            "family": summary.family,
+            "law": summary.law,
+            "sines": summary.sines.iter().map(sine).collect::<Vec<_>>(),
+        })
+    });
+    json!({
+        "version": env!("CARGO_PKG_VERSION"),
+        "seed": ensemble.seed,
+        "cases": ensemble.cases,
+        "hard": ensemble.kind.hard,
+        "rate_hz": ensemble.kind.rate_hz,
+        "condition": ensemble.kind.condition.name(),
+        "laws": laws.collect::<Vec<_>>(),
+    })
+}
+
+/// A statistic of a sine over the joints.
+type SineStatistic = fn(&SineSummary) -> Option<f64>;
+
+/// Renders the summaries of sines for people: for each family the errors by law and frequency.
+pub fn sine_table(ensemble: &Ensemble, summaries: &[SinesSummary]) -> String {
+    let titles: Vec<String> = SINES.iter().map(|hz| format!("{hz} Hz")).collect();
+    let header: Vec<&str> =
+        std::iter::once("law").chain(titles.iter().map(String::as_str)).collect();
+    let mut text = String::new();
+    for of_family in summaries.chunk_by(|a, b| a.family == b.family) {
+        let Some(first) = of_family.first() else { continue };
+        let joints = first.sines.first().map_or(0, |sine| sine.joints);
+        let tables: [(&str, SineStatistic); 3] = [
+            ("rms of the error, mrad, median of the joints", |sine| sine.rms_mrad.quantile(0.5)),
+            ("rms of the error, mrad, 9 of 10 joints", |sine| sine.rms_mrad.quantile(0.9)),
+            ("largest error at a reversal, mrad, 9 of 10 joints", |sine| {
+                sine.reversal_mrad.quantile(0.9)
+            }),
+        ];
+        for (what, value) in tables {
+            let mut table = grid::new(&header);
+            for law in of_family {
+                let finite = |sine| value(sine).filter(|value| value.is_finite());
+                let cells = law.sines.iter().map(|sine| number(finite(sine), 2));
+                table.add_row(std::iter::once(law.law.clone()).chain(cells));
+            }
+            let condition = ensemble.kind.condition.suffix();
+            text += &format!("{}{condition}, {joints} joints: {what}\n\n", first.family);
+            text += &format!("{}\n\n", table.trim_fmt());
+        }
+    }
+    text
 }

@@ -10,7 +10,8 @@
 //!                                                                          v
 //! case.rs: a CaseResult -> rows.rs (CSV, shards, resume) -> summary.rs, trips.rs -> table.rs,
 //!                                                                       json.rs, figures.rs
-//! follow.rs: ramps on the same joints -> follow_report.rs: rows and tables of their own
+//! follow.rs, follow_sine.rs: ramps and sines on the same joints -> follow_report.rs: rows and
+//!                                                                       tables of their own
 //! ```
 //!
 //! Every law sees the same joints. A row depends on the seed, the family, the number of the case
@@ -24,6 +25,8 @@ mod assemble;
 mod case;
 mod case_result;
 mod condition;
+#[cfg(test)]
+mod condition_tests;
 mod distribution;
 mod draw;
 mod drawn_case;
@@ -33,6 +36,7 @@ mod family_tests;
 mod figures;
 mod follow;
 mod follow_report;
+mod follow_sine;
 mod group;
 #[cfg(test)]
 mod hostile_tests;
@@ -71,7 +75,10 @@ pub use figures::{charts, traces};
 pub use follow::{
     FollowSummary, FollowedRamp, RampSummary, follow, follow_summaries, followed_families,
 };
-pub use follow_report::{follow_csv, follow_json, follow_table, slowest_table};
+pub use follow_report::{
+    follow_csv, follow_json, follow_table, sine_json, sine_table, slowest_table,
+};
+pub use follow_sine::{FollowedSine, SineSummary, SinesSummary, follow_sines, sine_summaries};
 pub use group::Group;
 pub use identified::{
     IdentifiedCase, Rates, TrueJoint, UNEVEN, drawn, identified_names, identify, rates,

@@ -124,7 +124,8 @@ impl Rig {
     /// If gains are not allowed, or the servo refuses to be armed.
     pub fn armed(case: &Case, gains: &ControllerGains) -> Result<Self, Error> {
         let mut joint = case.joint.build()?;
-        let disc = (case.condition == Condition::Eccentric).then(|| EccentricDisc::of(case));
+        let disc = (case.condition == Condition::Eccentric)
+            .then(|| EccentricDisc::new(case.scale.angle, case.phase));
         let armed_at = read(&case.encoder, disc.as_ref(), &joint);
         let (servo, lead_in) = armed(case, &case.bounds, gains, armed_at)?;
         if case.is_braked {
