@@ -192,8 +192,8 @@ impl ControlLoop {
         self.watch.range().check(self.zero.wrapping_add(position.counts))
     }
 
-    /// Returns whether a trajectory or a sine begins so far from `counts`, in the zero of an arming,
-    /// that its first tick would be a jump.
+    /// Returns whether a trajectory or a sine begins so far from `counts`, in the zero of an
+    /// arming, that its first tick would be a jump.
     pub(super) fn begins_far_from(&self, course: &Course, counts: i32) -> bool {
         let first = match course {
             // It rests there before its first blend.

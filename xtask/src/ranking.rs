@@ -5,8 +5,8 @@
 //! Each table is between two comments of its page, and is made of the output of `stiction ensemble
 //! --markdown`: success on each family at the encoder, that of a real gear at the load as well,
 //! then some rows of rest and of tracking. README.md has the instructions of tests/evidence/cost.md
-//! as well, and the slowest ramps that the laws follow without steps, of `stiction ensemble follow`.
-//! So no figure of a table is older than the last run.
+//! as well, and the slowest speed without steps, of `stiction ensemble follow`. So no figure of a
+//! table is older than the last run.
 
 use std::fs;
 use std::process::Stdio;

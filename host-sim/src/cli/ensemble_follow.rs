@@ -55,7 +55,8 @@ pub struct EnsembleFollowArguments {
     /// The table of the slowest speeds alone, in Markdown, as in docs/; of ramps
     #[arg(long, conflicts_with = "json")]
     markdown: bool,
-    /// Write a line for each joint, law and speed or frequency to this file; - for the standard output
+    /// Write a line for each joint, law and speed or frequency to this file; - for the standard
+    /// output
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
     /// Write over a file that this command reads, or over a machine's file

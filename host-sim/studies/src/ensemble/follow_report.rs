@@ -1,8 +1,9 @@
 //! Ramps and sines as reports have them: CSV, JSON, and tables for people.
 
 use serde::Serialize;
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 
+use super::drawn_case::DrawOptions;
 use super::follow::{
     BAND_COUNTS, BAND_S, FollowSummary, JUDGED_FROM_S, LASTS_S, RAMPS, RampSummary,
 };
@@ -27,7 +28,6 @@ pub fn follow_csv(rows: &[impl Serialize]) -> Result<Vec<u8>, Error> {
 
 /// Returns the summaries as JSON.
 pub fn follow_json(ensemble: &Ensemble, summaries: &[FollowSummary]) -> Value {
-    let quantile = |values: &SortedValues, p| values.quantile(p).filter(|value| value.is_finite());
     let ramp = |ramp: &RampSummary| {
         json!({
             "counts_per_s": ramp.counts_per_s,
@@ -48,19 +48,33 @@ pub fn follow_json(ensemble: &Ensemble, summaries: &[FollowSummary]) -> Value {
             "ramps": summary.ramps.iter().map(ramp).collect::<Vec<_>>(),
         })
     });
-    json!({
-        "version": env!("CARGO_PKG_VERSION"),
-        "seed": ensemble.seed,
-        "cases": ensemble.cases,
-        "hard": ensemble.kind.hard,
-        "rate_hz": ensemble.kind.rate_hz,
-        "condition": ensemble.kind.condition.name(),
-        "lasts_s": LASTS_S,
-        "judged_from_s": JUDGED_FROM_S,
-        "band_counts": BAND_COUNTS,
-        "band_s": BAND_S,
-        "laws": laws.collect::<Vec<_>>(),
-    })
+    let mut object = options(ensemble);
+    object.extend([
+        ("lasts_s".to_owned(), json!(LASTS_S)),
+        ("judged_from_s".into(), json!(JUDGED_FROM_S)),
+        ("band_counts".into(), json!(BAND_COUNTS)),
+        ("band_s".into(), json!(BAND_S)),
+        ("laws".into(), laws.collect()),
+    ]);
+    Value::Object(object)
+}
+
+/// Returns a quantile; none if it is infinite, which a fault has made it.
+fn quantile(values: &SortedValues, p: f64) -> Option<f64> {
+    values.quantile(p).filter(|value| value.is_finite())
+}
+
+/// Returns the options of the command, which each JSON begins with.
+fn options(ensemble: &Ensemble) -> Map<String, Value> {
+    let DrawOptions { hard, rate_hz, condition } = ensemble.kind;
+    Map::from_iter([
+        ("version".to_owned(), json!(env!("CARGO_PKG_VERSION"))),
+        ("seed".into(), json!(ensemble.seed)),
+        ("cases".into(), json!(ensemble.cases)),
+        ("hard".into(), json!(hard)),
+        ("rate_hz".into(), json!(rate_hz)),
+        ("condition".into(), json!(condition.name())),
+    ])
 }
 
 /// A statistic of a ramp over the joints.
@@ -143,7 +157,6 @@ pub fn slowest_table(summaries: &[FollowSummary], is_markdown: bool) -> String {
 
 /// Returns the summaries of sines as JSON.
 pub fn sine_json(ensemble: &Ensemble, summaries: &[SinesSummary]) -> Value {
-    let quantile = |values: &SortedValues, p| values.quantile(p).filter(|value| value.is_finite());
     let sine = |sine: &SineSummary| {
         json!({
             "hz": sine.hz,
@@ -161,15 +174,9 @@ pub fn sine_json(ensemble: &Ensemble, summaries: &[SinesSummary]) -> Value {
             "sines": summary.sines.iter().map(sine).collect::<Vec<_>>(),
         })
     });
-    json!({
-        "version": env!("CARGO_PKG_VERSION"),
-        "seed": ensemble.seed,
-        "cases": ensemble.cases,
-        "hard": ensemble.kind.hard,
-        "rate_hz": ensemble.kind.rate_hz,
-        "condition": ensemble.kind.condition.name(),
-        "laws": laws.collect::<Vec<_>>(),
-    })
+    let mut object = options(ensemble);
+    object.insert("laws".into(), laws.collect());
+    Value::Object(object)
 }
 
 /// A statistic of a sine over the joints.

@@ -56,7 +56,8 @@ table! {
         /// Lowest effort that starts the joint anywhere, F_lo, V.
         breakaway_low: f32 = 0x1703 "breakaway_low_v", Above(0.0, HUGE), Needed(0.19);
         /// Highest effort that the joint needs to start, F_hi, V.
-        breakaway_high: f32 = 0x1704 "breakaway_high_v", Between(law.breakaway_low, HUGE), Needed(1.03);
+        breakaway_high: f32 = 0x1704 "breakaway_high_v",
+            Between(law.breakaway_low, HUGE), Needed(1.03);
         /// Side of the transmission on which the encoder sits.
         encoder_side: EncoderSide = 0x1705 "encoder_side", Any, Default(EncoderSide::Motor);
         /// Counts n_j by which the encoder changes at rest; 2 for noise of a count to either side.
@@ -91,7 +92,8 @@ table! {
         learned_to: f32 = 0x1713 "friction_learned_to_deg_per_s", Between(0.0, HUGE), Default(0.0);
         /// Bandwidth of the observer while the set point moves w_m, rad/s, with the encoder on the
         /// motor. 0: that of the rule.
-        tracking_observer: f32 = 0x1714 "tracking_observer_rad_per_s", Between(0.0, HUGE), Default(0.0);
+        tracking_observer: f32 = 0x1714 "tracking_observer_rad_per_s",
+            Between(0.0, HUGE), Default(0.0);
     }
 }
 
