@@ -42,7 +42,7 @@ const RAMPS: [&str; 10] = [
     "ensemble",
     "follow",
     "--plant",
-    "rigid,lugre,flexible-backlash,thesis-axis",
+    "rigid,flexible-backlash",
     "--cases",
     "100",
     "--seed",
