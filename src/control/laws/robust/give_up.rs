@@ -17,8 +17,10 @@
 //! three pulses of any length gave up 18 of 100 simulated rigid joints, and this none. If short
 //! ones did not count, every second wall would be a stall of the monitors before the law gave up. A
 //! pulse with the encoder on the load may wind up the transmission without a count, so there only
-//! the number of attempts says anything. Joints that come to rest need fewer attempts than 100 with
-//! the encoder on the motor, and up to some 320 on the load.
+//! the number of attempts says anything. Joints that come to rest need fewer attempts than 50 with
+//! the encoder on the motor, and up to some 320 on the load. With a budget of 100, four families
+//! missed as many of 10 000 moves each as with 50, and 33 of 500 flexible joints fewer ended before
+//! a wall within 2 s.
 //!
 //! Guarantees: after `n` attempts at most, the motor has the hold effort and no pulses. Does badly:
 //! until then the pulses grow up to the full scale. A transmission that winds up against a stop

@@ -86,7 +86,7 @@ table! {
         coast_time: f32 = 0x1711 "coast_s", Between(0.0, 10.0), Default(0.0);
         /// Attempts without success after which it gives up; eight times as many with the encoder
         /// on the load. 0: it never does.
-        attempts: u32 = 0x1712 "give_up_attempts", Between(0.0, 60000.0), Default(100);
+        attempts: u32 = 0x1712 "give_up_attempts", Between(0.0, 60000.0), Default(50);
         /// Speed of the inner profile up to which sliding friction is learned v_R, deg/s. 0: that
         /// of the rule.
         learned_to: f32 = 0x1713 "friction_learned_to_deg_per_s", Between(0.0, HUGE), Default(0.0);
