@@ -107,6 +107,8 @@ impl Ramp {
     /// # Errors
     /// Names `ramp_rates_v_per_s` unless the full scale is reached in one tick or more, and in a
     /// third of [`MAX_TICKS`] or less; names `hold_s` unless it is from 0 to [`MAX_TICKS`].
+    // Once in the flash: it is called to check and to prepare.
+    #[cfg_attr(target_os = "none", inline(never))]
     pub fn new(
         rate: f32,
         hold: f32,

@@ -22,7 +22,8 @@ use serde::{Deserialize, Serialize};
 use crate::control::controller::ControllerConfig;
 use crate::control::profile::{Profile, ProfileLimits};
 use crate::control::reference::{
-    CORNER_TIMES, Corner, HALF_BLEND, MAX_CORNERS, Reference, Step, Trajectory,
+    AMPLITUDE, CORNER_TIMES, Corner, FREQUENCY, HALF_BLEND, MAX_CORNERS, Reference, Sine, Step,
+    Trajectory,
 };
 use crate::identification::{self, Ramp};
 use crate::units::error::{Allowed, InvalidValue, between};
@@ -54,6 +55,15 @@ pub enum Motion {
     },
     /// The set point goes to a position within the limits of a profile.
     Profiled(Position),
+    /// The set point goes to and fro, and has no end.
+    Sine {
+        /// Position from which it sets out.
+        from: Position,
+        /// Amplitude a, counts: it turns at `from` and at `from + 2 a`.
+        amplitude: f32,
+        /// Frequency, Hz.
+        frequency: f32,
+    },
 }
 
 const KIND: Key = Key(0x0600);
@@ -72,14 +82,14 @@ pub(crate) const ABOUT: &[About] = &[
         "reference",
         "motion",
         Kind::Whole,
-        "0 hold, 1 step, 2 trajectory, 3 ramp, 4 profiled.",
+        "0 hold, 1 step, 2 trajectory, 3 ramp, 4 profiled, 5 sine.",
     ),
     about(
         STEP_COUNTS,
         "reference",
         "steps_deg",
         Kind::Whole,
-        "Where the step or the profiled move leads, whole counts.",
+        "Where the step or the profiled move leads, or the sine sets out, whole counts.",
     ),
     about(
         STEP_FRACTION,
@@ -88,6 +98,14 @@ pub(crate) const ABOUT: &[About] = &[
         Kind::Number,
         "The rest of it in [0, 1) counts.",
     ),
+    about(
+        AMPLITUDE,
+        "reference.sines",
+        "amplitude_deg",
+        Kind::Number,
+        "Amplitude of a sine, counts.",
+    ),
+    about(FREQUENCY, "reference.sines", "frequency_hz", Kind::Number, "Frequency of a sine, Hz."),
     about(
         HALF_BLEND,
         "reference.trajectories",
@@ -196,6 +214,10 @@ impl Motion {
             Self::Ramp { rate, hold } => {
                 Ramp::new(*rate, *hold, *sample_time, drive.full_scale).map(|_| ())
             }
+            Self::Sine { from, amplitude, frequency } => {
+                Sine::new(*from, *amplitude, *frequency, *sample_time, encoder.resolution)
+                    .map(|_| ())
+            }
         }
     }
 
@@ -228,6 +250,11 @@ impl Motion {
                 let move_to = Profile::new(*to, profile, *sample_time, encoder.resolution)?;
                 *course = Course::Profile(move_to);
             }
+            Self::Sine { from, amplitude, frequency } => {
+                let sine =
+                    Sine::new(*from, *amplitude, *frequency, *sample_time, encoder.resolution)?;
+                *course = Course::Follow(Reference::Sine(sine));
+            }
         }
         Ok(())
     }
@@ -259,16 +286,17 @@ pub(crate) fn declared(key: Key) -> Key {
 
 impl Values for Motion {
     fn nth(&self, place: &mut usize) -> Option<(Key, Absent)> {
-        let (values, count) = match self {
-            Self::Hold => ([KIND; 3], 1),
-            Self::Step(_) | Self::Profiled(_) => ([KIND, STEP_COUNTS, STEP_FRACTION], 3),
-            Self::Trajectory { .. } => ([KIND, HALF_BLEND, KIND], 2),
-            Self::Ramp { .. } => ([KIND, RAMP_RATE, RAMP_HOLD], 3),
+        let values: &[Key] = match self {
+            Self::Hold => &[KIND],
+            Self::Step(_) | Self::Profiled(_) => &[KIND, STEP_COUNTS, STEP_FRACTION],
+            Self::Trajectory { .. } => &[KIND, HALF_BLEND],
+            Self::Ramp { .. } => &[KIND, RAMP_RATE, RAMP_HOLD],
+            Self::Sine { .. } => &[KIND, STEP_COUNTS, STEP_FRACTION, AMPLITUDE, FREQUENCY],
         };
-        if let Some(key) = values.get(*place).filter(|_| *place < count) {
+        if let Some(key) = values.get(*place) {
             return Some((*key, Absent::Needed));
         }
-        *place -= count;
+        *place -= values.len();
         let Self::Trajectory { corners, .. } = self else { return None };
         let (index, part) = (*place / 3, *place % 3);
         if index < corners.len() {
@@ -285,8 +313,15 @@ impl Values for Motion {
             (Self::Trajectory { .. }, KIND) => 2,
             (Self::Ramp { .. }, KIND) => 3,
             (Self::Profiled(_), KIND) => 4,
-            (Self::Step(to) | Self::Profiled(to), STEP_COUNTS) => to.counts as u32,
-            (Self::Step(to) | Self::Profiled(to), STEP_FRACTION) => to.fraction.to_bits(),
+            (Self::Sine { .. }, KIND) => 5,
+            (Self::Step(at) | Self::Profiled(at) | Self::Sine { from: at, .. }, STEP_COUNTS) => {
+                at.counts as u32
+            }
+            (Self::Step(at) | Self::Profiled(at) | Self::Sine { from: at, .. }, STEP_FRACTION) => {
+                at.fraction.to_bits()
+            }
+            (Self::Sine { amplitude, .. }, AMPLITUDE) => amplitude.to_bits(),
+            (Self::Sine { frequency, .. }, FREQUENCY) => frequency.to_bits(),
             (Self::Trajectory { half_blend, .. }, HALF_BLEND) => half_blend.to_bits(),
             (Self::Ramp { rate, .. }, RAMP_RATE) => rate.to_bits(),
             (Self::Ramp { hold, .. }, RAMP_HOLD) => hold.to_bits(),
@@ -328,11 +363,18 @@ impl Values for Motion {
                     2 => Self::Trajectory { corners: Vec::new(), half_blend: 0.0 },
                     3 => Self::Ramp { rate: 0.0, hold: 0.0 },
                     4 => Self::Profiled(Position::default()),
+                    5 => Self::Sine { from: Position::default(), amplitude: 0.0, frequency: 0.0 },
                     _ => return Err(InvalidBits),
                 }
             }
-            (Self::Step(to) | Self::Profiled(to), STEP_COUNTS) => to.counts = bits as i32,
-            (Self::Step(to) | Self::Profiled(to), STEP_FRACTION) => to.fraction = number,
+            (Self::Step(at) | Self::Profiled(at) | Self::Sine { from: at, .. }, STEP_COUNTS) => {
+                at.counts = bits as i32;
+            }
+            (Self::Step(at) | Self::Profiled(at) | Self::Sine { from: at, .. }, STEP_FRACTION) => {
+                at.fraction = number;
+            }
+            (Self::Sine { amplitude, .. }, AMPLITUDE) => *amplitude = number,
+            (Self::Sine { frequency, .. }, FREQUENCY) => *frequency = number,
             (Self::Trajectory { half_blend, .. }, HALF_BLEND) => *half_blend = number,
             (Self::Ramp { rate, .. }, RAMP_RATE) => *rate = number,
             (Self::Ramp { hold, .. }, RAMP_HOLD) => *hold = number,

@@ -149,7 +149,8 @@ fn gains() -> impl Strategy<Value = Vec<Gains>> {
     })
 }
 
-/// Makes corners of ticks and degrees, as a file has them; a single one is a step.
+/// Makes corners of ticks and degrees, as a file has them; a single one is a step, and of two the
+/// first is the amplitude of a sine.
 fn motion() -> impl Strategy<Value = (Vec<(u32, f64)>, u32)> {
     (vec((1u32..2000, -1e4..1e4f64), 1..6), 1u32..50)
 }
@@ -161,6 +162,11 @@ fn asked((lines, blend): (Vec<(u32, f64)>, u32), resolution: f32) -> Motion {
     let to = |deg: f64| position(deg / resolution_deg);
     if let [(_, deg)] = lines[..] {
         return Motion::Step(to(deg));
+    }
+    if let [(_, deg), _] = lines[..] {
+        let amplitude = (0.5 * deg / resolution_deg) as f32;
+        let frequency = (f64::from(blend) * 0.01) as f32;
+        return Motion::Sine { from: Position::default(), amplitude, frequency };
     }
     let mut tick = 0;
     let corners = lines.into_iter().map(|(ticks, deg)| {
@@ -178,6 +184,7 @@ fn moves(motion: &Motion) -> bool {
         Motion::Trajectory { corners, .. } => {
             corners.windows(2).any(|pair| pair[0].position != pair[1].position)
         }
+        Motion::Sine { amplitude, .. } => *amplitude != 0.0,
         Motion::Hold | Motion::Ramp { .. } | Motion::Profiled(_) => false,
     }
 }

@@ -81,6 +81,19 @@ fn a_slow_ramp_is_followed_by_the_same_pulses() {
 }
 
 #[test]
+fn a_sine_is_followed_by_the_same_bits() {
+    let sine = "reference.sines=[{amplitude_deg=2.0, frequency_hz=0.4}]";
+    let set = ["reference.trajectories=[]", sine, "run.duration_s=6", SLOW_PWM];
+    let plans = plans("trajectory", &["robust", "srnf"], &set);
+    same_on_both(&plans);
+    // Friction takes each law's error to the other side at a turn; a joint at rest would keep it.
+    for run in run_all(&plans).unwrap() {
+        let most = run.metrics.max_error_deg.unwrap();
+        assert!(most > 0.0 && most < 1.0, "{}: {most}", run.plan.label);
+    }
+}
+
+#[test]
 fn added_friction_and_wrong_gains() {
     for name in ["step-added-friction", "srnf-added-friction", "srnf-robustness"] {
         same_on_both(&plans(name, &[], &[SLOW_PWM]));

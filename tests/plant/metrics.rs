@@ -1,6 +1,6 @@
 //! The metrics against signals whose values are known.
 
-use files::machine::TrajectoryTable;
+use files::machine::{SineTable, TrajectoryTable};
 use simulator::closed_loop::LoopSample;
 use simulator::experiment::Task;
 use simulator::metrics::{RunMetrics, is_unstable};
@@ -110,6 +110,33 @@ fn a_trajectory_is_judged_while_it_moves_and_cruises() {
         (metrics.overshoot_deg, metrics.rise_time_s, metrics.settling_time_s),
         (None, None, None)
     );
+}
+
+/// Error 9 in the first period, then 2, and 5 for 0.05 s around a turn. The speed is below a fifth
+/// of its top for 0.064 of a half period on either side of a turn.
+#[test]
+fn a_sine_is_judged_after_its_first_period_and_at_its_turns() {
+    let sine = SineTable { amplitude_deg: 3.0, frequency_hz: 0.5 };
+    let mut moments = motion(8.0, 0.0, |t| match t {
+        t if t < 1.99 => 9.0,
+        t if (t - 5.0).abs() < 0.05 => -5.0,
+        _ => 2.0,
+    });
+    let speed = |time_s: f64| 3.0 * std::f64::consts::PI * (std::f64::consts::PI * time_s).sin();
+    for moment in &mut moments {
+        moment.tick.reference_velocity = speed(moment.time_s) as f32;
+    }
+    let metrics = RunMetrics::of(&moments, &Task::Sine(sine.clone()), COUNT);
+    assert_eq!((metrics.max_error_deg, metrics.reversal_error_deg), (Some(5.0), Some(5.0)));
+    let rms = ((5.0 * 25.0 + 296.0 * 4.0) / 301.0f64).sqrt();
+    assert!((metrics.rms_error_deg.unwrap() / rms - 1.0).abs() < 1e-12, "{metrics:?}");
+    assert_eq!((metrics.rest_error_counts, metrics.steady_state_error_deg), (None, None));
+    // Between two turns it is no error of a reversal.
+    for moment in &mut moments {
+        moment.tick.reference_velocity = speed(moment.time_s - 0.5) as f32;
+    }
+    let metrics = RunMetrics::of(&moments, &Task::Sine(sine), COUNT);
+    assert_eq!((metrics.max_error_deg, metrics.reversal_error_deg), (Some(5.0), Some(2.0)));
 }
 
 #[test]

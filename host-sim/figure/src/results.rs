@@ -34,13 +34,20 @@ pub fn figures(
     let mut figures = Vec::new();
     // So that the figures of several experiments can lie in one directory.
     let prefix = Path::new(experiment).file_stem().unwrap_or_default().to_string_lossy();
-    for group in groups(results, sources) {
+    for mut group in groups(results, sources) {
         let (ramps, loops): (Vec<_>, Vec<_>) =
             group.results.iter().partition(|result| matches!(result.plan.task, Task::Ramp(_)));
         figures.extend(ramps.into_iter().filter_map(|result| ramp_figure(result, &prefix)));
-        let (steps, trajectories): (Vec<_>, Vec<_>) =
+        let (steps, loops): (Vec<_>, Vec<_>) =
             loops.into_iter().partition(|result| matches!(result.plan.task, Task::Step(_)));
-        for (kind, results) in [("steps", steps), ("trajectories", trajectories)] {
+        let (sines, trajectories): (Vec<_>, Vec<_>) =
+            loops.into_iter().partition(|result| matches!(result.plan.task, Task::Sine(_)));
+        for (kind, results) in [("steps", steps), ("trajectories", trajectories), ("sines", sines)]
+        {
+            if kind == "sines" {
+                // The thesis has none to compare with.
+                group.thesis = None;
+            }
             for (i, some) in results.chunks(COMPARED.len()).enumerate() {
                 let part = if i == 0 { String::new() } else { format!("-{}", i + 1) };
                 let stem = format!("{prefix}-{}-{kind}{part}", group.name.replace('/', "-"));
@@ -335,6 +342,7 @@ fn task_name(result: &RunResult) -> String {
     match &result.plan.task {
         Task::Step(_) => format!("{} deg", slug.trim_start_matches("step-")),
         Task::Trajectory(_) => format!("{} deg/s", slug.trim_start_matches("trajectory-")),
+        Task::Sine(sine) => format!("{} deg, {} Hz", sine.amplitude_deg, sine.frequency_hz),
         Task::Ramp(_) => format!("{} V/s", slug.trim_start_matches("rate-")),
     }
 }

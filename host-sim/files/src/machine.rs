@@ -373,6 +373,9 @@ pub struct ReferenceTable {
     /// Motions through corners; each is a run.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub trajectories: Vec<TrajectoryTable>,
+    /// Motions to and fro; each is a run.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub sines: Vec<SineTable>,
 }
 
 /// `[[reference.trajectories]]`: straight lines between corners, with parabolic blends.
@@ -406,6 +409,17 @@ impl TrajectoryTable {
     }
 }
 
+/// `[[reference.sines]]`: `a (1 - cos 2 pi f t)`, from rest at zero to `2 a` and back.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(rename = "Sine")]
+pub struct SineTable {
+    /// Amplitude a, deg; below zero, the joint sets out backwards.
+    pub amplitude_deg: f64,
+    /// Frequency f, Hz.
+    pub frequency_hz: f64,
+}
+
 /// `[identification]`: ramps that find the two friction levels.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -424,7 +438,7 @@ pub struct RampTable {
 pub struct RunSettings {
     // One line of the schema.
     #[doc = "Time that a run lasts, s. Left out: 10 s for a step, 3 s past the last corner for a \
-             trajectory."]
+             trajectory, 3 periods but at least 10 s for a sine."]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub duration_s: Option<f64>,
     /// Samples by which the output is late, 0 or 1.

@@ -48,7 +48,8 @@ impl BothSides {
         let end_s = match task {
             Task::Step(_) => first.time_s,
             Task::Trajectory(trajectory) => trajectory.motion_s()[1],
-            Task::Ramp(_) => return Self::default(),
+            // Neither has a set point that comes to rest.
+            Task::Sine(_) | Task::Ramp(_) => return Self::default(),
         };
         let errors = |moment: &LoopSample| {
             let of = |position_deg: f64| (moment.reference_deg - position_deg) / count_deg;

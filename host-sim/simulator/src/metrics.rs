@@ -3,13 +3,15 @@
 //! Errors are the reference minus the *true* joint position, at the sampling instants. Keys are
 //! those of the JSON output; `None` is `null`.
 
+use std::f64::consts::TAU;
+
 use serde::Serialize;
 
 use crate::both_sides::BothSides;
 use crate::closed_loop::LoopSample;
 use crate::experiment::Task;
 use files::goal::PositionGoal;
-use files::machine::TrajectoryTable;
+use files::machine::{SineTable, TrajectoryTable};
 
 /// Largest error of a settled joint, deg.
 const SETTLED_DEG: f64 = 0.05;
@@ -17,6 +19,9 @@ const SETTLED_DEG: f64 = 0.05;
 /// Least way back of a reversal, counts. A stuck joint of the banded model moves by up to 8e-4
 /// counts in a sample of the thesis's axis; that does not count as motion.
 const REVERSAL_COUNTS: f64 = 0.01;
+
+/// Share of a sine's top speed below which its set point reverses.
+pub const REVERSES: f64 = 0.2;
 
 /// Least number of reversals of hunting; fewer are a transient.
 const HUNTING_REVERSALS: usize = 4;
@@ -35,13 +40,16 @@ pub struct RunMetrics {
     /// Time after which a step stays within +-0.05 deg, s; by the file's goal, if it has one.
     pub settling_time_s: Option<f64>,
     /// Root mean square of the error, deg: over the run of a step, or from the start of a
-    /// trajectory's first blend to the end of its last.
+    /// trajectory's first blend to the end of its last, or after the first period of a sine.
     pub rms_error_deg: Option<f64>,
     /// Largest error over the same time as `rms_error_deg`, deg.
     pub max_error_deg: Option<f64>,
     /// Mean error from 2 s after the first corner to 0.5 s before the second, deg.
     pub cruise_error_deg: Option<f64>,
-    /// Number of stops of the joint while a trajectory's set point moves at more than half of its
+    /// Largest error at a reversal of a sine, deg: where its set point has less than a fifth of its
+    /// top speed.
+    pub reversal_error_deg: Option<f64>,
+    /// Number of stops of the joint while the set point of a trajectory or a sine moves at more than half of its
     /// top speed: stair-like motion. Stops between two samples do not count.
     pub sticks_in_motion: Option<u32>,
     /// Peak-to-peak amplitude of hunting in the second half of the run of a step, deg.
@@ -98,6 +106,16 @@ impl RunMetrics {
                 metrics.sticks_in_motion = Some(sticks_in_motion(moments));
                 metrics.cruise_error_deg = mean(errors(within(moments, cruise_s(trajectory))));
                 within(moments, trajectory.motion_s())
+            }
+            Task::Sine(SineTable { amplitude_deg, frequency_hz }) => {
+                metrics.sticks_in_motion = Some(sticks_in_motion(moments));
+                // It does not rest.
+                (metrics.steady_state_error_deg, metrics.rest_error_counts) = (None, None);
+                let judged = within(moments, [1.0 / frequency_hz, last.time_s]);
+                let slow = (REVERSES * amplitude_deg * TAU * frequency_hz).abs() as f32;
+                let turns = judged.iter().filter(|m| m.tick.reference_velocity.abs() < slow);
+                metrics.reversal_error_deg = turns.map(|m| m.error_deg().abs()).reduce(f64::max);
+                judged
             }
             Task::Ramp(_) => return Self::default(),
         };

@@ -227,7 +227,7 @@ impl<'a> Recording<'a> {
         let evaluations = solver.derivative_evaluations();
         let levels = match plan.task {
             Task::Ramp(rate) => plan.ramp(rate)?.levels(found, &closed_loop.axis),
-            Task::Step(_) | Task::Trajectory(_) => RampFriction::default(),
+            Task::Step(_) | Task::Trajectory(_) | Task::Sine(_) => RampFriction::default(),
         };
         let unseen_slack = plan.unseen_slack()?;
         let result = match trace {

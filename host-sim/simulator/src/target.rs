@@ -174,7 +174,9 @@ pub fn from_start(motion: &mut Motion, start: i32) {
     let shift = |counts: &mut i32| *counts = counts.wrapping_sub(start);
     match motion {
         Motion::Hold | Motion::Ramp { .. } => {}
-        Motion::Step(to) | Motion::Profiled(to) => shift(&mut to.counts),
+        Motion::Step(at) | Motion::Profiled(at) | Motion::Sine { from: at, .. } => {
+            shift(&mut at.counts);
+        }
         Motion::Trajectory { corners, .. } => {
             corners.iter_mut().for_each(|corner| shift(&mut corner.position.counts));
         }

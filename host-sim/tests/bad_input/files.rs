@@ -9,6 +9,7 @@ use super::{shown, stiction};
 fn a_file_with_a_mistake_is_named_with_the_key() {
     const STEP: &str = "step-response";
     const PATH: &str = "trajectory";
+    const CORNERS: &str = "[[reference.trajectories]]";
     const TIMES: &str = "[1.0, 11.0, 13.0, 23.0]";
     const PLACES: &str = "[0.0, 25.0, 25.0, 0.0]";
     // Each case edits a built-in experiment: it names the text that is replaced, and what stands
@@ -132,7 +133,7 @@ fn a_file_with_a_mistake_is_named_with_the_key() {
             "controller = [\"mine\", ",
             &["`loop.controller` names `mine`"],
         ),
-        // Trajectories.
+        // Trajectories and sines.
         (
             PATH,
             TIMES,
@@ -179,6 +180,30 @@ fn a_file_with_a_mistake_is_named_with_the_key() {
             "half_blend_s = 0.25\n",
             "",
             &["`reference.trajectories[0].half_blend_s` is missing"],
+        ),
+        (
+            PATH,
+            CORNERS,
+            "[[reference.sines]]\namplitude_deg = 0.0\nfrequency_hz = 1.0\n[[reference.trajectories]]",
+            &["amplitude_deg` is 0", "other than 0"],
+        ),
+        (
+            PATH,
+            CORNERS,
+            "[[reference.sines]]\namplitude_deg = 1e12\nfrequency_hz = 1.0\n[[reference.trajectories]]",
+            &["amplitude_deg` is 1000000000000", "2^29"],
+        ),
+        (
+            PATH,
+            CORNERS,
+            "[[reference.sines]]\namplitude_deg = 1.0\nfrequency_hz = nan\n[[reference.trajectories]]",
+            &["frequency_hz` is NaN", "from 5e-6"],
+        ),
+        (
+            PATH,
+            CORNERS,
+            "[[reference.sines]]\namplitude_deg = 1.0\nfrequency_hz = 13\n[[reference.trajectories]]",
+            &["frequency_hz` is 13", "to 12.5 (a qu"],
         ),
     ];
     let directory = tempfile::tempdir().unwrap();

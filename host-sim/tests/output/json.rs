@@ -6,23 +6,24 @@ use serde_json::{Value, json};
 
 use super::{keys, number, run, runs};
 
-/// The documented metrics, and whether each applies to steps, trajectories and ramps.
-const METRICS: [(&str, [bool; 3]); 15] = [
-    ("steady_state_error_deg", [true, true, false]),
-    ("rest_error_counts", [true, true, false]),
-    ("overshoot_deg", [true, false, false]),
-    ("rise_time_s", [true, false, false]),
-    ("settling_time_s", [true, false, false]),
-    ("rms_error_deg", [true, true, false]),
-    ("max_error_deg", [true, true, false]),
-    ("cruise_error_deg", [false, true, false]),
-    ("sticks_in_motion", [false, true, false]),
-    ("hunting_peak_to_peak_deg", [true, false, false]),
-    ("hunting_period_s", [true, false, false]),
-    ("control_total_variation_v_per_s", [true, true, false]),
-    ("stick_v", [false, false, true]),
-    ("slip_v", [false, false, true]),
-    ("slip_corrected_v", [false, false, true]),
+/// The documented metrics, and whether each applies to steps, trajectories, ramps and sines.
+const METRICS: [(&str, [bool; 4]); 16] = [
+    ("steady_state_error_deg", [true, true, false, false]),
+    ("rest_error_counts", [true, true, false, false]),
+    ("overshoot_deg", [true, false, false, false]),
+    ("rise_time_s", [true, false, false, false]),
+    ("settling_time_s", [true, false, false, false]),
+    ("rms_error_deg", [true, true, false, true]),
+    ("max_error_deg", [true, true, false, true]),
+    ("cruise_error_deg", [false, true, false, false]),
+    ("reversal_error_deg", [false, false, false, true]),
+    ("sticks_in_motion", [false, true, false, true]),
+    ("hunting_peak_to_peak_deg", [true, false, false, false]),
+    ("hunting_period_s", [true, false, false, false]),
+    ("control_total_variation_v_per_s", [true, true, false, true]),
+    ("stick_v", [false, false, true, false]),
+    ("slip_v", [false, false, true, false]),
+    ("slip_corrected_v", [false, false, true, false]),
 ];
 
 /// Metrics of both sides of the gear. Settling is null where the file's goal is missed.
@@ -97,15 +98,22 @@ fn json_of_a_run_has_the_documented_keys_and_no_others() {
 #[test]
 fn a_metric_is_null_exactly_where_it_does_not_apply() {
     // The runs are of SRNF, which settles and rests, and of ramps; hunting has its own test.
-    let experiments = [
-        ("step-response", 3, 0),
-        ("trajectory", 2, 1),
-        ("srnf-added-friction", 4, 1),
-        ("friction-identification", 5, 2),
+    const SINE: &[&str] = &[
+        "--set",
+        "reference.trajectories=[]",
+        "--set",
+        "reference.sines=[{amplitude_deg=2, frequency_hz=0.5}]",
     ];
-    for (experiment, count, kind) in experiments {
+    let experiments: [(&str, &[&str], usize, usize); 5] = [
+        ("step-response", &[], 3, 0),
+        ("trajectory", &[], 2, 1),
+        ("srnf-added-friction", &[], 4, 1),
+        ("friction-identification", &[], 5, 2),
+        ("trajectory", SINE, 1, 3),
+    ];
+    for (experiment, set, count, kind) in experiments {
         let only = if kind == 2 { "pd" } else { "srnf" };
-        let report = run(&[experiment, "--controller", only]);
+        let report = run(&[&[experiment, "--controller", only], set].concat());
         let stable: Vec<&Value> =
             runs(&report).iter().filter(|run| run["unstable"] == false).collect();
         assert_eq!(stable.len(), count, "{experiment}");

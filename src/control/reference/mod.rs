@@ -10,6 +10,7 @@ mod trajectory;
 
 pub use braking::Braking;
 pub use sine::Sine;
+pub(crate) use sine::{AMPLITUDE, FREQUENCY};
 pub use step::Step;
 pub(crate) use trajectory::{CORNER_TIMES, HALF_BLEND};
 pub use trajectory::{Corner, MAX_CORNERS, Trajectory};

@@ -62,6 +62,8 @@ impl Sine {
     /// # Errors
     /// Names the amplitude unless it is within 2^29 counts, and the frequency unless it is above
     /// zero and a quarter of the sample rate at most.
+    // Once in the flash: it is called to check and to prepare.
+    #[cfg_attr(target_os = "none", inline(never))]
     pub fn new(
         from: Position,
         amplitude: f32,

@@ -193,6 +193,14 @@ fn motion_tables(
                 half_blend_s: single(*half_blend),
             });
         }
+        // A file's sines set out from zero.
+        Motion::Sine { amplitude, frequency, .. } => {
+            let exact = f64::from(*amplitude) * resolution_deg;
+            let amplitude_deg = shortest(exact, |deg| (deg / resolution_deg) as f32 == *amplitude);
+            reference
+                .sines
+                .push(machine::SineTable { amplitude_deg, frequency_hz: single(*frequency) });
+        }
         Motion::Ramp { rate, hold } => {
             let rates = vec![single(*rate)];
             return (

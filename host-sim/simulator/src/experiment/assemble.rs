@@ -115,7 +115,7 @@ impl RunPlan {
         self.sheet_axis()?;
         match self.task {
             Task::Ramp(rate) => self.ramp(rate).map(|_| ()),
-            Task::Step(_) | Task::Trajectory(_) => self.samples().map(|_| ()),
+            Task::Step(_) | Task::Trajectory(_) | Task::Sine(_) => self.samples().map(|_| ()),
         }
     }
 }

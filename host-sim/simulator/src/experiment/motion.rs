@@ -9,10 +9,13 @@ use super::plan::{MAX_RAMP_SAMPLES, MAX_SAMPLES, RunPlan};
 use super::task::Task;
 use crate::identification::RampTest;
 use files::error::{Error, rounded, shown};
-use files::machine::{MachineFile, TrajectoryTable};
+use files::machine::{MachineFile, SineTable, TrajectoryTable};
 
 /// Largest position, counts: the difference of two positions is below 2^31.
 const MAX_COUNTS: f64 = 1_073_741_823.0;
+
+/// Periods of a sine in a run whose duration the file does not set.
+const SINE_PERIODS: f64 = 3.0;
 
 /// Time after the last count until a ramp ends, s.
 const AFTER_A_RAMP_S: f64 = 1.0;
@@ -27,7 +30,7 @@ impl RunPlan {
                 // Up to the full scale, and down to its negative.
                 3.0 * drive.full_scale_v() / rate + hold_s + AFTER_A_RAMP_S
             }
-            Task::Step(_) | Task::Trajectory(_) => self.duration_s(),
+            Task::Step(_) | Task::Trajectory(_) | Task::Sine(_) => self.duration_s(),
         }
     }
 
@@ -71,6 +74,7 @@ impl RunPlan {
                 corners: self.corners(trajectory)?.into_iter().collect(),
                 half_blend: trajectory.half_blend_s as f32,
             },
+            Task::Sine(sine) => self.sine(sine)?,
             Task::Ramp(rate) => {
                 let ramp = self.ramp(*rate)?;
                 Motion::Ramp { rate: ramp.rate as f32, hold: ramp.hold_s as f32 }
@@ -89,7 +93,7 @@ impl RunPlan {
         course.map_err(|error| self.explain(&error))
     }
 
-    /// Returns the duration of a step or a trajectory, s: that of the file, or a default by its
+    /// Returns the duration of a closed loop's run, s: that of the file, or a default by its
     /// kind.
     pub fn duration_s(&self) -> f64 {
         let by_default = match &self.task {
@@ -97,6 +101,7 @@ impl RunPlan {
             Task::Trajectory(trajectory) => {
                 trajectory.corner_times_s.last().copied().unwrap_or(0.0) + 3.0
             }
+            Task::Sine(sine) => (SINE_PERIODS / sine.frequency_hz).max(10.0),
         };
         self.machine.run.duration_s.unwrap_or(by_default)
     }
@@ -108,6 +113,31 @@ impl RunPlan {
             return Err(self.refuse(&self.asked_by, "0", "a step other than 0"));
         }
         Ok(position)
+    }
+
+    /// Returns a sine from the zero of the run.
+    fn sine(&self, sine: &SineTable) -> Result<Motion, Error> {
+        let SineTable { amplitude_deg, frequency_hz } = *sine;
+        let key = |key: &str| format!("{}.{key}", self.asked_by);
+        if amplitude_deg == 0.0 {
+            return Err(self.refuse(&key("amplitude_deg"), "0", "an amplitude other than 0"));
+        }
+        // The far turn is a position, too.
+        let most = 0.5 * MAX_COUNTS * self.machine.encoder.resolution_deg();
+        self.check(&key("amplitude_deg"), amplitude_deg, amplitude_deg.abs() <= most, || {
+            let most = rounded(most);
+            format!("a number from -{most} to {most}, 2^29 counts")
+        })?;
+        let sample_time_s = self.machine.sampling.sample_time_s();
+        let (slowest, fastest) = (1.0 / (MAX_SAMPLES * sample_time_s), 0.25 / sample_time_s);
+        let is_allowed = (slowest..=fastest).contains(&frequency_hz);
+        self.check(&key("frequency_hz"), frequency_hz, is_allowed, || {
+            let fastest = rounded(fastest);
+            format!("a number from {} to {fastest} (a quarter of the sample rate)", shown(slowest))
+        })?;
+        let amplitude = (amplitude_deg / self.machine.encoder.resolution_deg()) as f32;
+        let frequency = frequency_hz as f32;
+        Ok(Motion::Sine { from: Position::default(), amplitude, frequency })
     }
 
     fn position(&self, key: &str, deg: f64) -> Result<Position, Error> {

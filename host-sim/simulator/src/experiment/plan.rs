@@ -108,7 +108,7 @@ impl Experiment {
         }
         if runs.is_empty() {
             let all = "none of `reference.steps_deg`, `reference.trajectories`, \
-                `identification.ramp_rates_v_per_s`";
+                `reference.sines`, `identification.ramp_rates_v_per_s`";
             let origin = document.origin.of("reference");
             return Err(Error::Input(format!(
                 "{origin}: there is nothing to run, because {all} has an entry"
@@ -118,7 +118,8 @@ impl Experiment {
             run.validate()?;
         }
         if let Some(label) = doubled(&runs) {
-            let why = "steps, trajectories and variants need different sizes, speeds and slugs";
+            let why =
+                "steps, trajectories, sines and variants need different sizes, speeds and slugs";
             return Err(Error::Input(format!(
                 "{}: two runs have the name `{label}`; {why}",
                 document.origin.of("reference")
@@ -147,8 +148,8 @@ impl Experiment {
         let origin = &document.origin;
         Err(Error::Input(if slugs.is_empty() {
             format!(
-                "{origin}: there is no motion: `reference.steps_deg` and `reference.trajectories` \
-                 are empty"
+                "{origin}: there is no motion: `reference.steps_deg`, `reference.trajectories` and \
+                 `reference.sines` are empty"
             )
         } else {
             format!(
@@ -254,11 +255,13 @@ fn runs_of(
     let machine = Arc::new(machine);
     let steps = machine.reference.steps_deg.iter().copied().map(Task::Step);
     let trajectories = machine.reference.trajectories.iter().cloned().map(Task::Trajectory);
+    let sines = machine.reference.sines.iter().cloned().map(Task::Sine);
     let asked = |key: &'static str| move |(i, task): (usize, Task)| (format!("{key}[{i}]"), task);
     let tasks: Vec<(String, Task)> = steps
         .enumerate()
         .map(asked("reference.steps_deg"))
         .chain(trajectories.enumerate().map(asked("reference.trajectories")))
+        .chain(sines.enumerate().map(asked("reference.sines")))
         .collect();
     let mut runs = Vec::new();
     let mut add = |controller: Option<&str>, asked_by: String, task: Task| {

@@ -35,7 +35,9 @@ impl RunPlan {
         let path = match (about.table, about.name) {
             ("controller", key) => format!("controller.{controller}.{key}"),
             ("reference", _) => self.asked_by.clone(),
-            ("reference.trajectories", key) => format!("{}.{key}", self.asked_by),
+            ("reference.trajectories" | "reference.sines", key) => {
+                format!("{}.{key}", self.asked_by)
+            }
             ("identification", "ramp_rates_v_per_s") => self.asked_by.clone(),
             (table, key) => format!("{table}.{key}"),
         };

@@ -5,7 +5,7 @@
 //! of all runs of a file           of one   in counts, f32      evaluated in each tick
 //! ```
 
-use files::machine::TrajectoryTable;
+use files::machine::{SineTable, TrajectoryTable};
 
 /// Task of a joint in one run: set points of a closed loop, or the effort of an open one.
 #[derive(Clone, Debug, PartialEq)]
@@ -14,24 +14,31 @@ pub enum Task {
     Step(f64),
     /// Motion through corners.
     Trajectory(TrajectoryTable),
+    /// Motion to and fro, without an end.
+    Sine(SineTable),
     /// Ramp of the effort, V/s: it rises until the joint moves, and falls until it rests.
     Ramp(f64),
 }
 
 impl Task {
-    /// Returns the slug: `step-5.0`, `trajectory-2.5` (its speed in deg/s), `rate-0.001`.
+    /// Returns the slug: `step-5.0`, `trajectory-2.5` (its speed in deg/s), `sine-2.0-0.5` (its
+    /// amplitude in deg, its frequency in Hz), `rate-0.001`.
     pub fn slug(&self) -> String {
         match self {
             Self::Step(step) => format!("step-{}", short(*step)),
             Self::Trajectory(trajectory) => format!("trajectory-{}", short(trajectory.speed())),
+            Self::Sine(sine) => {
+                format!("sine-{}-{}", short(sine.amplitude_deg), short(sine.frequency_hz))
+            }
             Self::Ramp(rate) => format!("rate-{rate}"),
         }
     }
 
-    /// Returns the largest distance of a step or a trajectory from its start (zero), deg.
+    /// Returns the largest distance of the set point from its start (zero), deg.
     pub fn span_deg(&self) -> f64 {
         match self {
             Self::Step(step) => step.abs(),
+            Self::Sine(sine) => 2.0 * sine.amplitude_deg.abs(),
             Self::Ramp(_) => 0.0,
             Self::Trajectory(trajectory) => {
                 let positions = trajectory.corner_positions_deg.iter();

@@ -127,6 +127,7 @@ fn parameters(plan: &RunPlan) -> Value {
     let reference = match &plan.task {
         Task::Step(step_deg) => json!({ "step_deg": step_deg }),
         Task::Trajectory(trajectory) => json!(trajectory),
+        Task::Sine(sine) => json!(sine),
         Task::Ramp(rate) => {
             let hold_s = machine.identification.as_ref().map(|ramps| ramps.hold_s);
             json!({ "ramp_rate_v_per_s": rate, "hold_s": hold_s })

@@ -10,9 +10,10 @@ use crate::run::{RunResult, ServoTrip};
 /// both sides of the gear.
 pub fn render(results: &[RunResult]) -> String {
     type Kind = (fn(&Task) -> bool, &'static [&'static str], fn(&RunResult) -> Vec<String>);
-    let kinds: [Kind; 3] = [
+    let kinds: [Kind; 4] = [
         (|task| matches!(task, Task::Step(_)), STEP_COLUMNS, step_cells),
         (|task| matches!(task, Task::Trajectory(_)), TRAJECTORY_COLUMNS, trajectory_cells),
+        (|task| matches!(task, Task::Sine(_)), SINE_COLUMNS, sine_cells),
         (|task| matches!(task, Task::Ramp(_)), RAMP_COLUMNS, ramp_cells),
     ];
     let slack = results.iter().find_map(|result| result.unseen_slack.as_ref());
@@ -41,7 +42,8 @@ pub fn render(results: &[RunResult]) -> String {
         }
         parts.push(table.trim_fmt() + "\n");
     }
-    let is_judged = |result: &&RunResult| !matches!(result.plan.task, Task::Ramp(_));
+    let is_judged =
+        |result: &&RunResult| !matches!(result.plan.task, Task::Ramp(_) | Task::Sine(_));
     if shown != ShownSides::Nothing && results.iter().any(|result| is_judged(&result)) {
         let judged = results.iter().filter(is_judged);
         let rows = judged.map(|one| (one.plan.label.clone(), &one.metrics.sides));
@@ -95,6 +97,18 @@ fn trajectory_cells(result: &RunResult) -> Vec<String> {
         number(m.cruise_error_deg, 4),
         number(m.rms_error_deg, 4),
         number(m.max_error_deg, 4),
+        number(m.control_total_variation_v_per_s, 2),
+    ]
+}
+
+const SINE_COLUMNS: &[&str] = &["sine", "rms\ndeg", "max\ndeg", "reversal\ndeg", "chatter\nV/s"];
+
+fn sine_cells(result: &RunResult) -> Vec<String> {
+    let m = &result.metrics;
+    vec![
+        number(m.rms_error_deg, 4),
+        number(m.max_error_deg, 4),
+        number(m.reversal_error_deg, 4),
         number(m.control_total_variation_v_per_s, 2),
     ]
 }

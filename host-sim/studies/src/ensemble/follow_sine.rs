@@ -22,6 +22,7 @@ use super::rig::Rig;
 use super::run::Ensemble;
 use super::statistics::SortedValues;
 use files::error::Error;
+use simulator::metrics::REVERSES;
 use simulator::rules::ControllerGains;
 
 /// Frequencies of the sines, Hz.
@@ -33,9 +34,6 @@ const MOST: [f64; 2] = [0.1, 0.5];
 /// Length of a sine, and the time from which it is judged, s.
 const LASTS_S: f64 = 20.0;
 const JUDGED_FROM_S: f64 = 10.0;
-
-/// Share of the largest speed below which the set point reverses.
-const REVERSES: f64 = 0.2;
 
 /// A joint that follows a sine under a law.
 #[derive(Clone, Debug, PartialEq, Serialize)]
