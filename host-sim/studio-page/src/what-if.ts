@@ -78,6 +78,19 @@ const OF_WORST: Look = { light: '#b3261e', dark: '#ff7a6e', width: 2 };
 
 const isOfJoint = (knob: Knob) => knob.of === 'joint';
 
+// A motion as the server reads it.
+type RequestedMotion = { how: string; deg?: number; trajectory?: object };
+
+// Returns a trajectory at one speed, deg/s, that is long enough for a row of steps to show.
+function ramp(speed: number): object {
+  const [LEAVES_S, LASTS_S, HALF_BLEND_S] = [0.1, 5, 0.05];
+  return {
+    corner_times_s: [LEAVES_S, LEAVES_S + LASTS_S],
+    corner_positions_deg: [0, LASTS_S * speed],
+    half_blend_s: HALF_BLEND_S,
+  };
+}
+
 export class WhatIf {
   // The last event: the file's joint, and the identified one, if any.
   private of: Event | null = null;
@@ -265,10 +278,12 @@ export class WhatIf {
   }
 
   // Returns the predicted move, and its start.
-  private way(): { way: object; from: number } | null {
+  private way(): { way: RequestedMotion; from: number } | null {
     const how = by<HTMLSelectElement>('what-if-way').value;
     const typed = parse(by<HTMLInputElement>('what-if-deg').value);
-    by('what-if-deg').hidden = how !== 'move' && how !== 'step';
+    const isTyped = how === 'move' || how === 'step' || how === 'ramp';
+    by('what-if-deg').hidden = !isTyped;
+    by('what-if-deg').ariaLabel = how === 'ramp' ? 'counts per second' : 'deg';
     if (how === 'last' && app.motion && app.hello) {
       const { way, from_counts } = app.motion;
       if (way.how === 'trajectory') return { way, from: 0 };
@@ -278,6 +293,13 @@ export class WhatIf {
     if (how === 'trajectory') {
       const trajectory = this.now?.trajectory;
       return trajectory ? { way: { how, trajectory }, from: 0 } : null;
+    }
+    if (how === 'ramp') {
+      if (!typed.value || !app.hello) return null;
+      return {
+        way: { how: 'trajectory', trajectory: ramp(typed.value * app.hello.resolution_deg) },
+        from: 0,
+      };
     }
     const deg = how === 'last' ? 5 : typed.value;
     return deg !== null ? { way: { how: how === 'step' ? how : 'move', deg }, from: 0 } : null;
@@ -344,7 +366,12 @@ export class WhatIf {
     const slack = this.now?.unseen_slack ?? null;
     const goal = this.now?.goal ?? 'within 2 counts until the end';
     // If the encoder cannot measure slack, both sides of the gear are shown.
+    // A trajectory is also judged on its way.
+    const follows = this.way()?.way.how === 'trajectory';
+    const largest = (errors: number[]) =>
+      errors.reduce((most, error) => Math.max(most, Math.abs(error)), 0);
     const cells = (one: Curve) => [
+      ...(follows ? [shown(largest(one.error_counts))] : []),
       after(one, one.settled_s),
       shown(one.rest_counts),
       ...(slack ? [after(one, one.settled_at_load_s), shown(one.rest_at_load_counts)] : []),
@@ -377,6 +404,7 @@ export class WhatIf {
           'Error at the end, counts',
         ]
       : [`${within[0].toUpperCase()}${within.slice(1)} after`, 'Error at the end, counts'];
+    if (follows) heads.unshift('Largest error, counts');
     by('what-if-table').replaceChildren(row(['Predicted', ...heads], 'th'), ...rows);
     by('what-if-slack').textContent = slack && this.curves.length ? `Note: ${slack}.` : '';
   }

@@ -62,6 +62,13 @@ export const views = ({ state, text, said, visit, command }) => ({
     await page.locator('#what-if-set:disabled').waitFor();
     await page.locator('#what-if-laws label', { hasText: /^ ?pd$/ }).click();
     await page.locator('#what-if-table td', { hasText: /^pd$/ }).waitFor();
+    // PD asks for less than the friction, so the joint sticks while the set point goes 50 counts.
+    await page.locator('#what-if-way').selectOption('ramp');
+    await page.locator('#what-if-deg').fill('10');
+    await page.locator('#what-if-table th', { hasText: 'Largest error, counts' }).waitFor();
+    const pd = page.locator('#what-if-table tr', { hasText: /^pd/ }).locator('td').nth(1);
+    await pd.filter({ hasText: /^50$/ }).waitFor();
+    await page.locator('#what-if-way').selectOption('last');
     await page.locator('#what-if-reset').click();
   },
 
