@@ -17,8 +17,9 @@ const MESSAGES: &str = "1000000";
 
 #[derive(Debug, clap::Args)]
 pub struct TestArguments {
-    /// Run the long tests too, which each run leaves out: identification of every family in the
-    /// image, gains before and after tuning, a million random messages
+    /// Run the long tests too, which each run leaves out: slow motion against its bars,
+    /// identification of every family in the image, gains before and after tuning, a million random
+    /// messages
     #[arg(long)]
     all: bool,
 }
@@ -94,6 +95,14 @@ fn long(image: &Path) -> Result<(), String> {
             .args(["--", "random_messages", "--nocapture"])
             .env("STICTION_FUZZ", MESSAGES),
     )?;
+    Job::new("Slow motion: ramps, sines and conditions against their bars").run(&mut cargo(&[
+        "test",
+        "--package",
+        "studies",
+        "--",
+        "--ignored",
+        "--nocapture",
+    ]))?;
     Job::new("Identification of every family in the image, and gains before and after tuning").run(
         cargo(&["test", "--package", "host-sim", "--test", "commissioned"])
             .args(EVERYTHING)

@@ -18,27 +18,44 @@ pub enum Delay {
     None,
     /// The output takes effect one sample later.
     OneSample,
+    /// The output takes effect two samples later.
+    TwoSamples,
 }
 
 /// Delay of the outputs by the computation time of a run.
 #[derive(Clone, Copy, Debug)]
 pub struct DelayLine {
     delay: Delay,
-    before: i16,
+    /// Last output, and the one before it.
+    before: [i16; 2],
 }
 
 impl DelayLine {
     /// Creates a line with zero as the previous output.
     pub const fn new(delay: Delay) -> Self {
-        Self { delay, before: 0 }
+        Self { delay, before: [0; 2] }
     }
 
     /// Stores the code of this sample, and returns the one that takes effect now.
+    ///
+    /// ```
+    /// use simulator::plant::{Delay, DelayLine};
+    /// let puts = |delay| {
+    ///     let mut line = DelayLine::new(delay);
+    ///     [1, 2, 3].map(|code| line.put(code))
+    /// };
+    /// assert_eq!(puts(Delay::None), [1, 2, 3]);
+    /// assert_eq!(puts(Delay::OneSample), [0, 1, 2]);
+    /// assert_eq!(puts(Delay::TwoSamples), [0, 0, 1]);
+    /// ```
     #[inline]
     pub const fn put(&mut self, code: i16) -> i16 {
+        let [last, oldest] = self.before;
+        self.before = [code, last];
         match self.delay {
             Delay::None => code,
-            Delay::OneSample => std::mem::replace(&mut self.before, code),
+            Delay::OneSample => last,
+            Delay::TwoSamples => oldest,
         }
     }
 }

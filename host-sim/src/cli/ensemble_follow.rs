@@ -4,14 +4,16 @@ use std::path::PathBuf;
 
 use super::ensemble_options::{RATE_HZ, allowed_rate, cases, families_under};
 use super::outputs::{check_standard_output, print_beside};
+use figure::chart::Chart;
+use figure::{figure_directory, write_charts};
 use files::error::Error;
 use files::typed_number;
 use simulator::output::{OutputFile, OverwriteGuard};
 use simulator::rules::rules;
 use studies::ensemble::{
-    Approach, Condition, DrawOptions, Ensemble, Family, follow, follow_csv, follow_json,
-    follow_sines, follow_summaries, follow_table, followed_families, sine_json, sine_summaries,
-    sine_table, slowest_table,
+    Approach, Condition, DrawOptions, Ensemble, Family, follow, follow_charts, follow_csv,
+    follow_json, follow_sines, follow_summaries, follow_table, followed_families, sine_charts,
+    sine_json, sine_summaries, sine_table, slowest_table,
 };
 
 /// Set points that a joint follows.
@@ -59,6 +61,9 @@ pub struct EnsembleFollowArguments {
     /// output
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
+    /// Draw the errors of every law into this directory, a chart for each family, as SVG and PNG
+    #[arg(long, value_name = "DIR")]
+    plot: Option<PathBuf>,
     /// Write over a file that this command reads, or over a machine's file
     #[arg(long)]
     force: bool,
@@ -86,27 +91,41 @@ impl EnsembleFollowArguments {
         let guard = OverwriteGuard::new(self.force);
         let csv = self.csv.as_ref().map(|path| guard.results("--csv", path)).transpose()?;
         check_standard_output(self.json, csv.as_ref())?;
-        let text = match self.motion {
+        let plot = self.plot.as_ref().map(|path| figure_directory(&guard, "--plot", path));
+        let plot = plot.transpose()?;
+        let (text, charts) = match self.motion {
             FollowedMotion::Ramps => self.ramps(&ensemble, csv.as_ref())?,
             FollowedMotion::Sines => self.sines(&ensemble, csv.as_ref())?,
         };
+        if let Some(directory) = &plot {
+            write_charts(directory, &charts)?;
+        }
         print_beside(csv.as_ref(), &text)
     }
 
-    fn ramps(&self, ensemble: &Ensemble, csv: Option<&OutputFile>) -> Result<String, Error> {
+    fn ramps(
+        &self,
+        ensemble: &Ensemble,
+        csv: Option<&OutputFile>,
+    ) -> Result<(String, Vec<Chart>), Error> {
         let rows = follow(ensemble)?;
         if let Some(file) = csv {
             file.write(&follow_csv(&rows)?)?;
         }
         let summaries = follow_summaries(&rows);
-        Ok(match (self.json, self.markdown) {
+        let text = match (self.json, self.markdown) {
             (true, _) => format!("{:#}\n", follow_json(ensemble, &summaries)),
             (_, true) => slowest_table(&summaries, true),
             _ => follow_table(ensemble, &summaries),
-        })
+        };
+        Ok((text, follow_charts(&summaries)))
     }
 
-    fn sines(&self, ensemble: &Ensemble, csv: Option<&OutputFile>) -> Result<String, Error> {
+    fn sines(
+        &self,
+        ensemble: &Ensemble,
+        csv: Option<&OutputFile>,
+    ) -> Result<(String, Vec<Chart>), Error> {
         if self.markdown {
             return Err(Error::Input("--markdown goes with --motion ramps only".into()));
         }
@@ -115,10 +134,11 @@ impl EnsembleFollowArguments {
             file.write(&follow_csv(&rows)?)?;
         }
         let summaries = sine_summaries(&rows);
-        Ok(if self.json {
+        let text = if self.json {
             format!("{:#}\n", sine_json(ensemble, &summaries))
         } else {
             sine_table(ensemble, &summaries)
-        })
+        };
+        Ok((text, sine_charts(&summaries)))
     }
 }

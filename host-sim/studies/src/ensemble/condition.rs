@@ -8,6 +8,7 @@
 //! slow-winding-1, -5    the effort lags by the winding's L/R = 1 ms and 5 ms
 //! hot-winding           R x 1.4: effort / 1.4
 //! sag                   the supply sags by 30 % for 0.1 s in each second: effort x 0.7
+//! late-output           the output is two samples late; usually half of the joints have one sample
 //! sampling-jitter       each tick comes up to 5 % of the sample time early or late
 //! eccentric             the disc is 20 um off its centre, at a radius of 15 mm: the reading is
 //!                       theta + 1.33 mrad sin(theta + phi)
@@ -25,6 +26,7 @@ use serde::{Deserialize, Serialize};
 use super::distribution::Draws;
 use super::family::Family;
 use dynamics::joint::{CountNoise, Description, Dwell, Ripple, SetValuedFriction, Thermal, Train};
+use simulator::plant::Delay;
 
 /// A condition of a joint and its drive.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
@@ -57,6 +59,8 @@ pub enum Condition {
     HotWinding,
     /// The supply sags by 30 % for 0.1 s in each second.
     Sag,
+    /// The output is two samples late.
+    LateOutput,
     /// Ticks come up to 5 % of the sample time early or late.
     SamplingJitter,
     /// The encoder's disc is off its centre.
@@ -136,10 +140,16 @@ impl Condition {
             Self::Nominal
             | Self::HotWinding
             | Self::Sag
+            | Self::LateOutput
             | Self::SamplingJitter
             | Self::Eccentric => {}
         }
         phase
+    }
+
+    /// Returns the delay of the output, for a joint that is drawn with `drawn`.
+    pub(super) fn delay(self, drawn: Delay) -> Delay {
+        if self == Self::LateOutput { Delay::TwoSamples } else { drawn }
     }
 
     /// Returns the share of the effort that reaches the joint at a time since arming, s.

@@ -8,6 +8,7 @@ use super::condition::{Condition, EccentricDisc, JitteringTicks, SHIFT};
 use super::drawn_case::{Case, DrawOptions};
 use super::family::Family;
 use dynamics::joint::{SetValuedFriction, Train};
+use simulator::plant::Delay;
 
 fn drawn(family: Family, condition: Condition) -> Case {
     Case::draw(3, family, 4, DrawOptions { condition, ..DrawOptions::ORDINARY })
@@ -25,7 +26,10 @@ fn a_condition_is_the_only_difference_to_the_joint_of_its_family() {
         for condition in Condition::value_variants() {
             let case = drawn(family, *condition);
             assert!(case.joint.build().is_ok(), "{condition:?}");
-            let same = Case { joint: nominal.joint, condition: Condition::Nominal, ..case };
+            let is_late = *condition == Condition::LateOutput;
+            assert_eq!(case.delay == Delay::TwoSamples, is_late, "{condition:?}");
+            let (joint, delay) = (nominal.joint, nominal.delay);
+            let same = Case { joint, delay, condition: Condition::Nominal, ..case };
             assert_eq!(Case { phase: 0.0, ..same }, Case { phase: 0.0, ..nominal.clone() });
         }
     }

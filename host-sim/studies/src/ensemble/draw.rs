@@ -35,6 +35,7 @@ impl Case {
         };
         let draws = &mut Draws::new(seed, family.number(), Purpose::Condition, number);
         case.phase = kind.condition.apply(&mut case.joint, case.scale.angle, draws);
+        case.delay = kind.condition.delay(case.delay);
         case.condition = kind.condition;
         case
     }

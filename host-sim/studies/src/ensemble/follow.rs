@@ -318,6 +318,20 @@ mod tests {
         }
     }
 
+    /// Pulses throw a load to and fro behind its gear: of 40 joints, they tripped six.
+    #[test]
+    fn a_load_behind_a_soft_gear_trips_no_monitor_on_a_slow_ramp() {
+        let rules = rules(&["robust".into()]).unwrap();
+        let ensemble = Ensemble { rules, ..of_pd(Family::FlexibleLoad, 40) };
+        let slow = |case: &Case, law: &str, gains: &ControllerGains| {
+            Ok(vec![ramp(case, law, gains, 10.0)?])
+        };
+        let rows = over_joints(&ensemble, slow).unwrap();
+        assert_eq!(rows.len(), 40);
+        let tripped: Vec<_> = rows.iter().filter(|row| row.fault.is_some()).collect();
+        assert!(tripped.is_empty(), "{tripped:?}");
+    }
+
     #[test]
     fn a_family_of_two_joints_or_with_a_wall_is_refused() {
         for family in [Family::Arm, Family::EndStop] {

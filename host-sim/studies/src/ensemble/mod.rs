@@ -11,7 +11,7 @@
 //! case.rs: a CaseResult -> rows.rs (CSV, shards, resume) -> summary.rs, trips.rs -> table.rs,
 //!                                                                       json.rs, figures.rs
 //! follow.rs, follow_sine.rs: ramps and sines on the same joints -> follow_report.rs: rows and
-//!                                                                       tables of their own
+//!                                                       tables of their own; follow_chart.rs
 //! ```
 //!
 //! Every law sees the same joints. A row depends on the seed, the family, the number of the case
@@ -35,6 +35,7 @@ mod family;
 mod family_tests;
 mod figures;
 mod follow;
+mod follow_chart;
 mod follow_report;
 mod follow_sine;
 mod group;
@@ -57,6 +58,8 @@ mod run;
 mod sheet_tests;
 #[cfg(test)]
 mod sides_tests;
+#[cfg(test)]
+mod slow_bars_tests;
 mod statistics;
 mod summary;
 mod table;
@@ -75,6 +78,7 @@ pub use figures::{charts, traces};
 pub use follow::{
     FollowSummary, FollowedRamp, RampSummary, follow, follow_summaries, followed_families,
 };
+pub use follow_chart::{follow_charts, sine_charts};
 pub use follow_report::{
     follow_csv, follow_json, follow_table, sine_json, sine_table, slowest_table,
 };

@@ -14,6 +14,11 @@
 //! v_g = 2 q / h,  v_i = 0.4 q / h (0.2 q / h in a slow loop)
 //! ```
 //!
+//! With the encoder on the load nothing is slow, and nothing begins: the load breaks away behind its
+//! wound-up gear and jumps farther than a count, so a row of pulses throws it to and fro. With
+//! pulses, monitors tripped 43 to 60 of 300 simulated joints on ramps up to 300 counts a second, and
+//! none without.
+//!
 //! Source: a prototype of this law, whose figures these are. Stick and slip is what a loop of any
 //! gain does below the speed at which friction falls: it waits until its integral or its error
 //! exceeds the breakaway effort, and jumps. A pulse of the law moves the joint by a count or two,
@@ -99,6 +104,11 @@ impl Inching {
         let count_a_tick = count / sample_time;
         let speed = if slow { 0.2 } else { 0.4 } * count_a_tick;
         Self { sample_time, count, speed, slow_speed: 2.0 * count_a_tick }
+    }
+
+    /// Returns a rule that finds no set point slow: for an encoder on the load.
+    pub const fn none() -> Self {
+        Self { sample_time: 0.0, count: 0.0, speed: 0.0, slow_speed: 0.0 }
     }
 
     /// Returns whether a set point is slow: the profile is on it, and neither faster than `v_g` nor
