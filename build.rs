@@ -1,5 +1,5 @@
-//! Link arguments and the commit, for the microcontroller only: builds for the host stay as they
-//! are.
+//! Link arguments and the commit, for the firmware only: builds for the host, and for the programs
+//! of others on a microcontroller, stay as they are.
 
 use std::path::Path;
 use std::process::Command;
@@ -9,7 +9,8 @@ const SOURCES: [&str; 5] = ["src", "Cargo.toml", "Cargo.lock", "memory.x", "buil
 
 fn main() {
     println!("cargo:rerun-if-changed=build.rs");
-    if std::env::var("CARGO_CFG_TARGET_OS").as_deref() != Ok("none") {
+    let is_board = std::env::var_os("CARGO_FEATURE_BOARD").is_some();
+    if !is_board || std::env::var("CARGO_CFG_TARGET_OS").as_deref() != Ok("none") {
         return;
     }
     println!("cargo:rerun-if-changed=memory.x");

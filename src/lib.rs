@@ -31,17 +31,26 @@
 //! Manitoba); gains carry its symbols.
 #![no_std]
 #![forbid(unsafe_code)]
+// Some of what `device` uses is private to the crate, and unused without it.
+#![cfg_attr(not(feature = "device"), allow(dead_code, unused_imports))]
 
 #[cfg(all(feature = "rivals", target_os = "none"))]
 compile_error!("the laws of `rivals` live on the host: build the image without that feature");
 
 pub mod control;
+#[cfg(feature = "device")]
 pub mod device;
+#[cfg(feature = "device")]
 pub mod identification;
+#[cfg(feature = "device")]
 pub mod link;
+#[cfg(feature = "device")]
 pub mod motion;
+#[cfg(feature = "device")]
 pub mod parameters;
+pub mod positioner;
 pub mod safety;
+#[cfg(feature = "device")]
 pub mod servo;
 pub mod units;
 
@@ -49,11 +58,15 @@ pub use control::controller::{Controller, ControllerConfig, ControllerState, Rea
 pub use control::hardware::Hardware;
 pub use control::profile::ProfileLimits;
 pub use control::signal::Tick;
+#[cfg(feature = "device")]
 pub use device::Device;
+#[cfg(feature = "device")]
 pub use motion::{Course, CourseState, Motion};
+#[cfg(feature = "device")]
 pub use parameters::Parameters;
 pub use safety::fault::Fault;
 pub use safety::monitor::Limits;
+#[cfg(feature = "device")]
 pub use servo::Servo;
 pub use units::error::{Allowed, InvalidValue};
 

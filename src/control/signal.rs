@@ -7,8 +7,6 @@
 //! A law publishes up to [`MAX_LAW_SIGNALS`] signals of its own, which follow those of the list.
 //! They are declared in the law's own file ([`Law::SIGNALS`](crate::control::laws::Law::SIGNALS)).
 
-use serde::{Deserialize, Serialize};
-
 use crate::control::drive::Duty;
 use crate::control::reference::Setpoint;
 use crate::units::position::Position;
@@ -17,7 +15,8 @@ use crate::units::position::Position;
 pub const MAX_LAW_SIGNALS: usize = 8;
 
 /// The form of a signal's value: how its 32 bits are read.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "device", derive(serde::Serialize, serde::Deserialize))]
 pub enum Form {
     /// The bits are an `f32`.
     Number,

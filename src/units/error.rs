@@ -2,8 +2,6 @@
 
 use core::fmt;
 
-use serde::{Deserialize, Serialize};
-
 use crate::units::key::Key;
 
 /// A configured value that is not allowed.
@@ -28,7 +26,8 @@ pub struct InvalidValue {
 }
 
 /// The set of values that are allowed.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "device", derive(serde::Serialize, serde::Deserialize))]
 pub enum Allowed {
     /// The numbers from the first to the second; both belong to the set.
     Between(f32, f32),

@@ -5,10 +5,9 @@
 //! becomes a float: the error of a joint ten thousand turns from its origin is as exact as near
 //! zero, and the counter may wrap.
 
-use serde::{Deserialize, Serialize};
-
 /// The position of the joint: `counts + fraction`, in encoder counts.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "device", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 pub struct Position {
     /// Whole counts of the position. They wrap.

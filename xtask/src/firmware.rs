@@ -30,8 +30,11 @@ pub struct ParamsJobArguments {
 
 /// The arguments that cargo gets for the image. Without the package's name, the features of the
 /// host's programs would be unified with those of the image.
-pub fn arguments(command: &str) -> [&str; 9] {
-    [command, "--profile", PROFILE, "--package", "stiction", "--bin", IMAGE, "--target", TARGET]
+pub fn arguments(command: &str) -> [&str; 11] {
+    let [profile, package, bin, features, target] =
+        ["--profile", "--package", "--bin", "--features", "--target"];
+    let board = "board";
+    [command, profile, PROFILE, package, "stiction", bin, IMAGE, features, board, target, TARGET]
 }
 
 /// The path at which cargo puts a program for the microcontroller.

@@ -40,6 +40,32 @@ pub const MICROCONTROLLER: BuildTarget = BuildTarget {
     c_library: None,
 };
 
+/// Cores of other boards, for which the library is built: Cortex-M0 and M0+, Cortex-M33 with a
+/// single-precision unit, and RISC-V without one.
+pub const LIBRARY_TARGETS: [BuildTarget; 3] = [
+    BuildTarget {
+        name: "thumbv6m-none-eabi",
+        library: "core,compiler_builtins",
+        builds: "Building the core library for thumbv6m-none-eabi (once, less than a minute)",
+        adds: "Adding the target thumbv6m-none-eabi by rustup",
+        c_library: None,
+    },
+    BuildTarget {
+        name: "thumbv8m.main-none-eabihf",
+        library: "core,compiler_builtins",
+        builds: "Building the core library for thumbv8m.main-none-eabihf (once, half a minute)",
+        adds: "Adding the target thumbv8m.main-none-eabihf by rustup",
+        c_library: None,
+    },
+    BuildTarget {
+        name: "riscv32imc-unknown-none-elf",
+        library: "core,compiler_builtins",
+        builds: "Building the core library for riscv32imc-unknown-none-elf (once, half a minute)",
+        adds: "Adding the target riscv32imc-unknown-none-elf by rustup",
+        c_library: None,
+    },
+];
+
 /// A page in a browser: WebAssembly with files and a clock.
 pub const PAGE: BuildTarget = BuildTarget {
     name: "wasm32-wasip1",

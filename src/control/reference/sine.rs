@@ -123,6 +123,8 @@ const QUARTER: u32 = 1 << 30;
 
 /// Returns the sine of a phase in 2^-32 of a period: its Taylor series up to `x^11` within a
 /// quarter of a period, of which the rest is below `(pi/2)^13 / 13! = 5.7e-8`.
+// Once in the flash, for sine and cosine.
+#[cfg_attr(target_os = "none", inline(never))]
 fn sine(phase: u32) -> f32 {
     let mut phase = phase as i32;
     if phase.unsigned_abs() > QUARTER {

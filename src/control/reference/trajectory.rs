@@ -20,7 +20,6 @@
 //! Does badly: the acceleration jumps at both ends of a blend, which excites a flexible joint.
 
 use heapless::Vec;
-use serde::{Deserialize, Serialize};
 
 use super::Setpoint;
 use crate::control::controller::SAMPLE_TIME;
@@ -39,7 +38,8 @@ pub(crate) const HALF_BLEND: Key = Key(0x0603);
 pub(crate) const CORNER_TIMES: Key = Key(0x0700);
 
 /// A corner of a trajectory, in which two straight lines would meet.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "device", derive(serde::Serialize, serde::Deserialize))]
 pub struct Corner {
     /// Time of the corner, ticks.
     pub tick: u32,

@@ -176,11 +176,7 @@ impl Supervisor {
             observer: observer(rules.observer),
             observer_in_motion: observer(rules.observer_in_motion),
             observer_tracking: (!on_load).then(|| observer(rules.observer_tracking)),
-            inching: if on_load {
-                Inching::none()
-            } else {
-                Inching::new(sample_time, count, sample_time > SLOW)
-            },
+            inching: Inching::new([sample_time, count], sample_time > SLOW, on_load),
             friction,
             guard: OscillationGuard::new(
                 rules.guard,
