@@ -19,8 +19,8 @@
 //!
 //! What they do not see: an encoder that dies while the joint rests (until the law pushes hard), a
 //! supply out of range, a current, a stuck output, a tick that comes late or not at all. So a
-//! watchdog and a limit of the current stay yours. A runaway is ended after it began: the simulated
-//! thesis's joint went up to 14 deg beyond its target with open encoder lines.
+//! watchdog and a limit of the current stay yours. A runaway is ended after it began. How far it
+//! goes until then was measured for a device, which also probes its encoder, and not for these.
 
 use super::config::check;
 use super::{PositionerConfig, Refused, Target};

@@ -184,25 +184,29 @@ fn a_file_with_a_mistake_is_named_with_the_key() {
         (
             PATH,
             CORNERS,
-            "[[reference.sines]]\namplitude_deg = 0.0\nfrequency_hz = 1.0\n[[reference.trajectories]]",
+            "[[reference.sines]]\namplitude_deg = 0.0\nfrequency_hz = 1.0\n\
+             [[reference.trajectories]]",
             &["amplitude_deg` is 0", "other than 0"],
         ),
         (
             PATH,
             CORNERS,
-            "[[reference.sines]]\namplitude_deg = 1e12\nfrequency_hz = 1.0\n[[reference.trajectories]]",
+            "[[reference.sines]]\namplitude_deg = 1e12\nfrequency_hz = 1.0\n\
+             [[reference.trajectories]]",
             &["amplitude_deg` is 1000000000000", "2^29"],
         ),
         (
             PATH,
             CORNERS,
-            "[[reference.sines]]\namplitude_deg = 1.0\nfrequency_hz = nan\n[[reference.trajectories]]",
+            "[[reference.sines]]\namplitude_deg = 1.0\nfrequency_hz = nan\n\
+             [[reference.trajectories]]",
             &["frequency_hz` is NaN", "from 5e-6"],
         ),
         (
             PATH,
             CORNERS,
-            "[[reference.sines]]\namplitude_deg = 1.0\nfrequency_hz = 13\n[[reference.trajectories]]",
+            "[[reference.sines]]\namplitude_deg = 1.0\nfrequency_hz = 13\n\
+             [[reference.trajectories]]",
             &["frequency_hz` is 13", "to 12.5 (a qu"],
         ),
     ];

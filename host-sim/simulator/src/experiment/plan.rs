@@ -368,8 +368,8 @@ fn affordable(origin: &Origin, runs: &[RunPlan]) -> Result<(), Error> {
     if total > MAX_RAMP_SAMPLES {
         let key = "identification.ramp_rates_v_per_s";
         return Err(Error::Input(format!(
-            "{}: the ramps of `{key}` may take {} samples; the limit is {MAX_RAMP_SAMPLES:e}: raise \
-             the rates",
+            "{}: the ramps of `{key}` may take {} samples; the limit is {MAX_RAMP_SAMPLES:e}: \
+             raise the rates",
             origin.of(key),
             rounded(total),
         )));

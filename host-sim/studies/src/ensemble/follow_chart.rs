@@ -14,32 +14,24 @@ struct Curve<'a> {
 
 /// Returns a chart of the largest errors of ramps for each family.
 pub fn follow_charts(summaries: &[FollowSummary]) -> Vec<Chart> {
-    let curves: Vec<Curve> = summaries
-        .iter()
-        .map(|of| Curve {
-            family: &of.family,
-            law: &of.law,
-            motions: of.ramps.iter().map(|one| (one.counts_per_s, &one.peak_counts)).collect(),
-        })
-        .collect();
+    let curves = summaries.iter().map(|FollowSummary { family, law, ramps }| {
+        let motions = ramps.iter().map(|ramp| (ramp.counts_per_s, &ramp.peak_counts)).collect();
+        Curve { family, law, motions }
+    });
     let speed = axis("speed of the set point (counts/s)", [0, 3], 0.0, "");
     let error = axis("largest error (counts)", [-1, 4], BAND_COUNTS, "trips");
-    charts(&curves, "ramps", &[speed, error], "no steps below")
+    charts(&curves.collect::<Vec<_>>(), "ramps", &[speed, error], "no steps below")
 }
 
 /// Returns a chart of the rms errors of sines for each family.
 pub fn sine_charts(summaries: &[SinesSummary]) -> Vec<Chart> {
-    let curves: Vec<Curve> = summaries
-        .iter()
-        .map(|of| Curve {
-            family: &of.family,
-            law: &of.law,
-            motions: of.sines.iter().map(|one| (one.hz, &one.rms_mrad)).collect(),
-        })
-        .collect();
+    let curves = summaries.iter().map(|SinesSummary { family, law, sines }| {
+        let motions = sines.iter().map(|sine| (sine.hz, &sine.rms_mrad)).collect();
+        Curve { family, law, motions }
+    });
     let frequency = axis("frequency of the set point (Hz)", [-1, 1], 0.0, "");
     let error = axis("rms error (mrad)", [-2, 3], 0.0, "trips");
-    charts(&curves, "sines", &[frequency, error], "")
+    charts(&curves.collect::<Vec<_>>(), "sines", &[frequency, error], "")
 }
 
 fn axis(label: &str, decades: [i32; 2], bound: f64, beyond: &str) -> LogAxis {

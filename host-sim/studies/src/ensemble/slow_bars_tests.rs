@@ -85,7 +85,7 @@ fn p(values: &SortedValues, share: f64) -> f64 {
 /// To 100 counts a second a stiff joint stays within 0.7 counts rms and 2.5 counts, and nowhere is
 /// the better of PID and SRNF better by more than 0.2 counts rms.
 #[test]
-#[ignore = "minutes: cargo xtask test --all"]
+#[ignore = "eight minutes for the three of this file: cargo xtask test --all"]
 fn ramps_are_followed_within_their_bars() {
     let families = [&STIFF[..], &[Family::FlexibleMotor, Family::ThesisAxis]].concat();
     let rows = follow(&ensemble(&families, &["pid", "srnf", "robust"])).unwrap();
@@ -122,7 +122,7 @@ fn ramps_are_followed_within_their_bars() {
 /// On stiff joints `robust` is no worse than SRNF in any cell, and within 0.4 mrad rms up to 2 Hz
 /// and 1.1 at 5 Hz. With a soft gear its median is half of SRNF's.
 #[test]
-#[ignore = "minutes: cargo xtask test --all"]
+#[ignore = "eight minutes for the three of this file: cargo xtask test --all"]
 fn sines_are_followed_within_their_bars() {
     let families = [&STIFF[..], &[Family::FlexibleMotor]].concat();
     let rows = follow_sines(&ensemble(&families, &["srnf", "robust"])).unwrap();
@@ -157,7 +157,7 @@ fn sines_are_followed_within_their_bars() {
 
 /// 100 joints of each family make 18 moves in a row; at most 10 of 1800 end outside two counts.
 #[test]
-#[ignore = "minutes: cargo xtask test --all"]
+#[ignore = "eight minutes for the three of this file: cargo xtask test --all"]
 fn few_moves_are_missed_under_each_condition() {
     let mut cells = Vec::new();
     for family in [Family::Rigid, Family::LuGre, Family::FlexibleMotor] {
