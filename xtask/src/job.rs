@@ -29,7 +29,8 @@ impl Job {
         self.finish(command.stdout(Stdio::null()))
     }
 
-    fn finish(&self, command: &mut Command) -> Result<(), String> {
+    /// Runs one of several commands of an announced step.
+    pub fn finish(&self, command: &mut Command) -> Result<(), String> {
         match command.status() {
             Ok(status) if status.success() => Ok(()),
             Ok(status) => Err(format!("\"{}\" failed ({status})", self.what)),

@@ -6,6 +6,7 @@ mod elf;
 mod firmware;
 mod gates;
 mod job;
+mod library;
 mod mutation_list;
 mod mutations;
 mod packages;
@@ -59,6 +60,8 @@ enum Work {
     /// Prove that the control path cannot panic, the stack fits, and no floating point is computed
     /// in software
     Gates,
+    /// Build the library for C for four cores, and pack it: target/library/stiction-CORE.tar.gz
+    Library(library::LibraryJobArguments),
     /// Rank untuned laws on random joints, and write README.md's first table
     Ranking,
     /// Measure the figures of tests/evidence/reliability.md, and write the page
@@ -93,6 +96,7 @@ fn main() -> ExitCode {
         Work::Flash => firmware::flash(),
         Work::Cost(arguments) => cost::measure(&arguments, EMULATOR),
         Work::Gates => gates::pass(EMULATOR),
+        Work::Library(arguments) => library::run(&arguments),
         Work::Ranking => ranking::rank(),
         Work::Reliability(arguments) => reliability::measure(&arguments),
         Work::Mutations(arguments) => mutations::run(&arguments),

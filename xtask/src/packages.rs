@@ -2,14 +2,15 @@
 
 use std::fmt;
 use std::io::{self, BufRead, IsTerminal, Write};
+use std::path::Path;
 use std::process::Command;
-use std::sync::OnceLock;
+use std::sync::{Mutex, OnceLock, PoisonError};
 
 use crate::job::Job;
 
-/// Set once the user has agreed to the plan of this process. A job that installs late asks at its
-/// start, and the installation does not ask again.
-static AGREED: OnceLock<()> = OnceLock::new();
+/// Packages to which the user has agreed. A job that installs late asks at its start, and the
+/// installation does not ask again.
+static AGREED: Mutex<Vec<String>> = Mutex::new(Vec::new());
 
 /// Set by `--yes`.
 static YES: OnceLock<()> = OnceLock::new();
@@ -30,6 +31,12 @@ struct Plan {
     disk: Option<String>,
 }
 
+/// Returns whether this machine can install packages: Debian or its like, as root.
+pub fn can_install() -> bool {
+    let id = Command::new("id").arg("-u").output();
+    Path::new("/etc/debian_version").exists() && id.is_ok_and(|id| id.stdout == b"0\n")
+}
+
 /// Prints packages, asks the user, and installs them.
 ///
 /// # Errors
@@ -48,7 +55,8 @@ pub fn install(packages: &[&str]) -> Result<(), String> {
 /// # Errors
 /// Returns an error if apt does not know a package.
 pub fn agreed(packages: &[&str]) -> Result<bool, String> {
-    if AGREED.get().is_some() || packages.is_empty() {
+    let mut known = AGREED.lock().unwrap_or_else(PoisonError::into_inner);
+    if packages.iter().all(|package| known.iter().any(|known| known == package)) {
         return Ok(true);
     }
     Job::new("Reading Debian's list of packages").run(&mut apt(&["update", "--quiet"]))?;
@@ -60,7 +68,7 @@ pub fn agreed(packages: &[&str]) -> Result<bool, String> {
     if is_question && !is_yes(&mut io::stdin().lock()) {
         return Ok(false);
     }
-    let _ = AGREED.set(());
+    known.extend(packages.iter().map(|package| (*package).to_owned()));
     Ok(true)
 }
 

@@ -5,7 +5,7 @@ use std::path::Path;
 use crate::job::{Job, cargo};
 use crate::simulator::{EMULATOR, EVERYTHING};
 use crate::toolchain::{MICROCONTROLLER, Toolchain};
-use crate::{cost, firmware, gates, studio_page, words};
+use crate::{cost, firmware, gates, library, studio_page, words};
 
 const STRICT: [&str; 3] = ["--", "--deny", "warnings"];
 
@@ -19,7 +19,7 @@ const MESSAGES: &str = "1000000";
 pub struct TestArguments {
     /// Run the long tests too, which each run leaves out: slow motion against its bars,
     /// identification of every family in the image, gains before and after tuning, a million random
-    /// messages
+    /// messages, the program in C on three more cores
     #[arg(long)]
     all: bool,
 }
@@ -47,6 +47,7 @@ pub fn image(arguments: &ImageTestArguments) -> Result<(), String> {
 
 pub fn test(arguments: &TestArguments) -> Result<(), String> {
     Toolchain::agree(&MICROCONTROLLER)?;
+    library::agree(arguments.all)?;
     Job::new("Format").run(&mut cargo(&["fmt", "--all", "--check"]))?;
     words::check(&words::WordsJobArguments::default())?;
     // The page must exist before the program that includes it.
@@ -78,6 +79,7 @@ pub fn test(arguments: &TestArguments) -> Result<(), String> {
     )?;
     studio_page::test(browser)?;
     gates::pass(EVERYTHING)?;
+    library::test(arguments.all)?;
     cost::measure(&cost::CostJobArguments::default(), EVERYTHING)?;
     Job::new("Documentation").run(
         cargo(&["doc", "--workspace", "--no-deps"])

@@ -260,7 +260,7 @@ fn link() -> Result<(), String> {
 
 /// Returns an error that names a remedy, unless packages can be installed here.
 fn can_install(target: &BuildTarget) -> Result<(), String> {
-    if Path::new("/etc/debian_version").exists() && is_root() {
+    if packages::can_install() {
         return Ok(());
     }
     Err(format!(
@@ -283,10 +283,6 @@ fn install_debian(target: &BuildTarget) -> Result<(), String> {
     name_linker(&version)?;
     // The stamp comes last, so that an interrupted run starts again.
     write(&target.stamp_file(), &version)
-}
-
-fn is_root() -> bool {
-    output(Command::new("id").arg("-u")).is_some_and(|id| id.trim() == "0")
 }
 
 fn missing_packages(target: &BuildTarget) -> Vec<&'static str> {
