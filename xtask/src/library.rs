@@ -108,7 +108,7 @@ pub fn run(arguments: &LibraryJobArguments) -> Result<(), String> {
         agree(true)?;
         test(true)
     } else {
-        pack()
+        pack().map(|_| ())
     }
 }
 
@@ -270,8 +270,8 @@ fn directory() -> Result<PathBuf, String> {
     Ok(directory)
 }
 
-/// Builds and packs the archives of all cores: target/library/stiction-CORE.tar.gz and SHA256SUMS.
-fn pack() -> Result<(), String> {
+/// Builds and packs the archives of all cores, and returns their paths: target/library/stiction-CORE.tar.gz and SHA256SUMS.
+pub fn pack() -> Result<Vec<PathBuf>, String> {
     let directory = directory()?;
     let mut packed = Vec::new();
     for (core, target) in cores(true) {
@@ -303,5 +303,5 @@ fn pack() -> Result<(), String> {
     fs::write(&file, sums.stdout)
         .map_err(|error| format!("cannot write {}: {error}", file.display()))?;
     println!("{}", file.display());
-    Ok(())
+    Ok(packed.iter().map(|name| directory.join(name)).collect())
 }

@@ -2,6 +2,7 @@
 
 mod cost;
 mod demo;
+mod dist;
 mod elf;
 mod firmware;
 mod gates;
@@ -11,6 +12,7 @@ mod mutation_list;
 mod mutations;
 mod packages;
 mod playground;
+mod python;
 mod ranking;
 mod reliability;
 mod simulator;
@@ -62,6 +64,10 @@ enum Work {
     Gates,
     /// Build the library for C for four cores, and pack it: target/library/stiction-CORE.tar.gz
     Library(library::LibraryJobArguments),
+    /// Build the wheel of the package for Python: target/wheels
+    Python(python::PythonJobArguments),
+    /// Pack what a release has, for people without a compiler: target/dist/stiction-VERSION.tar.gz
+    Dist(dist::DistJobArguments),
     /// Rank untuned laws on random joints, and write README.md's first table
     Ranking,
     /// Measure the figures of tests/evidence/reliability.md, and write the page
@@ -97,6 +103,8 @@ fn main() -> ExitCode {
         Work::Cost(arguments) => cost::measure(&arguments, EMULATOR),
         Work::Gates => gates::pass(EMULATOR),
         Work::Library(arguments) => library::run(&arguments),
+        Work::Python(arguments) => python::run(&arguments),
+        Work::Dist(arguments) => dist::run(&arguments),
         Work::Ranking => ranking::rank(),
         Work::Reliability(arguments) => reliability::measure(&arguments),
         Work::Mutations(arguments) => mutations::run(&arguments),

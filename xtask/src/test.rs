@@ -5,7 +5,7 @@ use std::path::Path;
 use crate::job::{Job, cargo};
 use crate::simulator::{EMULATOR, EVERYTHING};
 use crate::toolchain::{MICROCONTROLLER, Toolchain};
-use crate::{cost, firmware, gates, library, studio_page, words};
+use crate::{cost, firmware, gates, library, python, studio_page, words};
 
 const STRICT: [&str; 3] = ["--", "--deny", "warnings"];
 
@@ -19,7 +19,7 @@ const MESSAGES: &str = "1000000";
 pub struct TestArguments {
     /// Run the long tests too, which each run leaves out: slow motion against its bars,
     /// identification of every family in the image, gains before and after tuning, a million random
-    /// messages, the program in C on three more cores
+    /// messages, the program in C on three more cores, the wheel and the notebook of Python
     #[arg(long)]
     all: bool,
 }
@@ -80,6 +80,7 @@ pub fn test(arguments: &TestArguments) -> Result<(), String> {
     studio_page::test(browser)?;
     gates::pass(EVERYTHING)?;
     library::test(arguments.all)?;
+    python::test(arguments.all, &EVERYTHING)?;
     cost::measure(&cost::CostJobArguments::default(), EVERYTHING)?;
     Job::new("Documentation").run(
         cargo(&["doc", "--workspace", "--no-deps"])

@@ -14,7 +14,7 @@ use crate::job::root;
 const LIST: &str = "xtask/words-to-avoid.txt";
 
 /// The files that are searched.
-const SEARCHED: [&str; 3] = ["*.rs", "*.md", "*.ts"];
+const SEARCHED: [&str; 4] = ["*.rs", "*.md", "*.ts", "*.py"];
 
 #[derive(Debug, Default, clap::Args)]
 pub struct WordsJobArguments {

@@ -17,6 +17,7 @@ pub mod identification;
 pub mod metrics;
 pub mod output;
 pub mod plant;
+pub mod progress;
 pub mod properties;
 pub mod rules;
 pub mod run;

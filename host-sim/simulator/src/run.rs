@@ -2,7 +2,6 @@
 
 use std::time::{Duration, Instant};
 
-use indicatif::{ParallelProgressIterator, ProgressBar, ProgressStyle};
 use rayon::prelude::*;
 use stiction::Course;
 use stiction::identification::RampFindings;
@@ -13,6 +12,7 @@ use crate::experiment::{RunPlan, Task, parameters};
 use crate::identification::RampFriction;
 use crate::metrics::{RunMetrics, is_unstable};
 use crate::plant::{Delay, Plant};
+use crate::progress::{Progress, Silent};
 use crate::target::{BareLoop, Target, WatchedServo};
 use dynamics::solver::{AxisSolver, Event, Rk4Axis};
 use files::data_sheet::UnseenSlack;
@@ -77,29 +77,32 @@ pub enum RunTrace {
     Ramp(Vec<LoopSample>),
 }
 
-/// Runs all plans with the bare loop, as [`run_all_driven`].
+/// Runs all plans with the bare loop, as [`run_all_driven`], and reports no progress.
 ///
 /// # Errors
 /// Returns the first invalid configuration; nothing has been run then.
 pub fn run_all(plans: &[RunPlan]) -> Result<Vec<RunResult>, Error> {
-    run_all_driven(plans, RunDriver::ByLoop)
+    run_all_driven(plans, RunDriver::ByLoop, &Silent)
 }
 
-/// Runs all plans in parallel, with a progress bar on a terminal if they take longer than a moment.
+/// Runs all plans on all cores; each is a step of `progress`.
 ///
 /// # Errors
-/// Returns the first invalid configuration; nothing has been run then.
-pub fn run_all_driven(plans: &[RunPlan], driven: RunDriver) -> Result<Vec<RunResult>, Error> {
+/// Returns the first invalid configuration, before anything is run; or the error of `progress`.
+pub fn run_all_driven(
+    plans: &[RunPlan],
+    driven: RunDriver,
+    progress: &impl Progress,
+) -> Result<Vec<RunResult>, Error> {
     for plan in plans {
         plan.validate()?;
     }
-    let style = ProgressStyle::with_template("{bar:40} {pos}/{len} runs, {eta} left");
-    let bar = ProgressBar::new(plans.len() as u64);
-    let bar = style.map_or_else(|_| ProgressBar::hidden(), |style| bar.with_style(style));
-    let results =
-        plans.par_iter().progress_with(bar.clone()).map(|plan| run_driven(plan, driven)).collect();
-    bar.finish_and_clear();
-    results
+    progress.start(plans.len() as u64, "runs");
+    let one = |plan| {
+        let result = run_driven(plan, driven)?;
+        progress.step().map(|()| result)
+    };
+    plans.par_iter().map(one).collect()
 }
 
 /// Runs one plan with the bare loop.

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
+use super::bar::Bar;
 use super::outputs::drew;
 use super::tune::tune_each;
 use super::{print, warn};
@@ -131,7 +132,7 @@ pub fn rank(arguments: &BenchmarkArguments) -> Result<(), Error> {
         warn(&Experiment::plan(document, &[], &[])?.left_out);
     }
     let tuned = arguments.tuning.applied(&mut documents)?;
-    let ranked = benchmark(&documents, &weights)?;
+    let ranked = benchmark(&documents, &weights, &Bar::new())?;
     if let Some(directory) = &plot {
         let mut count = 0;
         for (document, results) in documents.iter().zip(&ranked.results) {

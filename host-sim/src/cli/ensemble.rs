@@ -7,8 +7,9 @@ use std::sync::{Mutex, PoisonError};
 use clap::builder::TypedValueParser;
 use stiction::identification::IdentificationRequest;
 
+use super::bar::Bar;
 use super::ensemble_follow::EnsembleFollowArguments;
-use super::ensemble_options::{RATE_HZ, allowed_rate, cases, families, families_under};
+use super::ensemble_options::cases;
 use super::outputs::{check_standard_output, print_beside};
 use super::{print, warn};
 use figure::{figure_directory, write_charts, write_figures};
@@ -19,9 +20,10 @@ use simulator::output::{OutputDirectory, OutputFile, OverwriteGuard, grid};
 use simulator::rules::{TUNING_SEEDS, rules};
 use studies::ensemble::{
     Approach, Case, CaseResult, Condition, ConstantTrial, DrawOptions, Ensemble, EnsembleHeader,
-    Family, MachineEnsemble, MachineOptions, Rates, ResumeFile, Shard, charts, identified_names,
-    markdown, merge, object, rates_markdown, rates_table, rates_within, read_rows, render,
-    render_rows, run, sort_rows, summaries, traces, tune, written_spreads,
+    Family, MachineEnsemble, MachineOptions, RATE_HZ, Rates, ResumeFile, Shard, allowed_rate,
+    charts, families, families_under, identified_names, markdown, merge, object, rates_markdown,
+    rates_table, rates_within, read_rows, render, render_rows, run, sort_rows, summaries, traces,
+    tune, written_spreads,
 };
 
 #[derive(Debug, clap::Args)]
@@ -195,7 +197,7 @@ impl EnsembleArguments {
         let rows = self.collect(&header, &outputs, |part| {
             let wanted =
                 |family: Family, case: u64, law: &str| part.wants(family.name(), case, law);
-            run(&ensemble, wanted, |row| part.take(row))
+            run(&ensemble, &Bar::new(), wanted, |row| part.take(row))
         })?;
         report(&header, &rows, self.form(), outputs.csv.as_ref())?;
         match &outputs.plot {
@@ -392,7 +394,7 @@ impl EnsembleTuneArguments {
         };
         let mut table =
             grid::new(&["law", "c", "family", "success\n%", "settled\np95, s", "rest p90\ncounts"]);
-        for ConstantTrial { law, constant, families } in tune(&ensemble)? {
+        for ConstantTrial { law, constant, families } in tune(&ensemble, &Bar::new())? {
             for (family, summary) in families {
                 let share = 100.0 * summary.success as f64 / summary.cases as f64;
                 let finite = |value: Option<f64>| value.filter(|value| value.is_finite());

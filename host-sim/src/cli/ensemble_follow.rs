@@ -2,7 +2,8 @@
 
 use std::path::PathBuf;
 
-use super::ensemble_options::{RATE_HZ, allowed_rate, cases, families_under};
+use super::bar::Bar;
+use super::ensemble_options::cases;
 use super::outputs::{check_standard_output, print_beside};
 use figure::chart::Chart;
 use figure::{figure_directory, write_charts};
@@ -11,9 +12,9 @@ use files::typed_number;
 use simulator::output::{OutputFile, OverwriteGuard};
 use simulator::rules::rules;
 use studies::ensemble::{
-    Approach, Condition, DrawOptions, Ensemble, Family, follow, follow_charts, follow_csv,
-    follow_json, follow_sines, follow_summaries, follow_table, followed_families, sine_charts,
-    sine_json, sine_summaries, sine_table, slowest_table,
+    Approach, Condition, DrawOptions, Ensemble, Family, RATE_HZ, allowed_rate, families_under,
+    follow, follow_charts, follow_csv, follow_json, follow_sines, follow_summaries, follow_table,
+    followed_families, sine_charts, sine_json, sine_summaries, sine_table, slowest_table,
 };
 
 /// Set points that a joint follows.
@@ -108,7 +109,7 @@ impl EnsembleFollowArguments {
         ensemble: &Ensemble,
         csv: Option<&OutputFile>,
     ) -> Result<(String, Vec<Chart>), Error> {
-        let rows = follow(ensemble)?;
+        let rows = follow(ensemble, &Bar::new())?;
         if let Some(file) = csv {
             file.write(&follow_csv(&rows)?)?;
         }
@@ -129,7 +130,7 @@ impl EnsembleFollowArguments {
         if self.markdown {
             return Err(Error::Input("--markdown goes with --motion ramps only".into()));
         }
-        let rows = follow_sines(ensemble)?;
+        let rows = follow_sines(ensemble, &Bar::new())?;
         if let Some(file) = csv {
             file.write(&follow_csv(&rows)?)?;
         }

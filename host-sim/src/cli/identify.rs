@@ -172,7 +172,6 @@ pub fn identify_log(arguments: &IdentifyLogArguments) -> Result<(), Error> {
 
 impl IdentifyLogArguments {
     fn request(&self, gain: Option<f64>, warnings: &mut Vec<String>) -> Result<FitSettings, Error> {
-        let refuse = |why: String| Err(Error::Input(why));
         let time_s = self.seconds(warnings)?;
         let named = PositionUnit::of_name(&self.position);
         let unit = self.position_unit.or(named);
@@ -194,52 +193,24 @@ impl IdentifyLogArguments {
             ));
         }
         let unit = unit.unwrap_or(PositionUnit::Rad);
-        let counts = self.counts_per_turn;
-        match (unit, counts) {
-            (PositionUnit::Count, None) => {
-                return refuse(
-                    "--position-unit count needs --counts-per-turn, the counts in a turn of the \
-                     joint"
-                        .into(),
-                );
-            }
-            (PositionUnit::Count, Some(counts)) if !(counts > 0.0 && counts.is_finite()) => {
-                return refuse(format!("--counts-per-turn {counts}: must be a number above 0"));
-            }
-            (PositionUnit::Count, _) | (_, None) => {}
-            (_, Some(_)) => {
-                return refuse("--counts-per-turn belongs to --position-unit count".into());
-            }
-        }
-        if let Some(gain) = gain.filter(|gain| !gain.is_finite() || *gain == 0.0) {
-            return refuse(format!("--effort-gain {gain}: must be a number other than 0"));
-        }
-        if let Some(delay) = self.effort_delay.filter(|delay| !delay.is_finite()) {
-            return refuse(format!("--effort-delay {delay}: must be a number of seconds"));
-        }
-        let scale = LogUnits::new(time_s, unit, counts.unwrap_or(1.0), gain);
+        let scale = LogUnits::checked(time_s, unit, self.counts_per_turn, gain);
+        let scale = scale.map_err(Error::Input)?;
         if scale.is_linear && self.machine.is_some() {
-            return refuse(
+            return Err(Error::Input(
                 "--machine is the file of a joint that turns, and the position is along a line; \
                  leave --machine out, or set --position-unit to a unit of an angle"
                     .into(),
-            );
+            ));
         }
-        if scale.is_linear && self.gravity {
-            return refuse(
-                "--gravity needs a load that turns; on a machine along a line gravity is a \
-                 constant load, which `offset` includes"
-                    .into(),
-            );
-        }
-        Ok(FitSettings {
+        let settings = FitSettings {
             scale,
             is_asymmetric: self.model.map(|model| model == Friction::Asymmetric),
             has_stribeck: self.stribeck,
             has_gravity: self.gravity,
             cut_off_hz: self.cut_off,
             effort_delay_s: self.effort_delay,
-        })
+        };
+        settings.checked().map_err(Error::Input)
     }
 
     /// Returns the unit of the time, s.

@@ -1,5 +1,6 @@
 //! The command line of `stiction`.
 
+mod bar;
 mod benchmark;
 mod completions;
 mod device;
@@ -24,6 +25,7 @@ mod studio;
 mod studio;
 mod target;
 mod tune;
+mod version;
 
 use std::io::{self, Write};
 use std::process::ExitCode;
@@ -35,7 +37,8 @@ use files::error::Error;
 /// Position a joint in spite of stick-slip friction: simulate controllers around the firmware's own
 /// control core. Nothing here has been run on a motor yet.
 #[derive(Debug, Parser)]
-#[command(name = "stiction", version, max_term_width = 80)]
+#[command(name = "stiction", version, long_version = version::LONG.as_str())]
+#[command(max_term_width = 80)]
 struct Arguments {
     #[command(subcommand)]
     command: Command,

@@ -18,8 +18,8 @@ use super::warn;
 use files::data_sheet::tables::{DrivenBy, EncoderPlace};
 use files::error::Error;
 use files::setup::name_of;
-use simulator::draft::{Answers, QUESTIONS, Question, TYPICAL, Typical, text, trial};
-use simulator::experiment::{Document, Experiment, parameters};
+use simulator::draft::{Answers, QUESTIONS, Question, Typical, Written, complete, written};
+use simulator::experiment::parameters;
 use simulator::output::{OutputFile, OverwriteGuard};
 
 #[derive(Debug, clap::Args)]
@@ -180,36 +180,8 @@ pub fn new(arguments: &NewArguments) -> Result<(), Error> {
     if answers.get("title").is_none() {
         answers.put("title", Value::String(title.into_owned()), "");
     }
-    let missing: Vec<String> = answers.open().iter().map(Question::option).collect();
-    if !missing.is_empty() {
-        let names = TYPICAL.map(|typical| typical.name).join(", ");
-        return Err(Error::Input(format!(
-            "new {name}: missing: {} (or use --typical NAME: {names})",
-            missing.join(", ")
-        )));
-    }
-    trial::check(&answers.with_assumptions(), QUESTIONS.len())
-        .map_err(|why| Error::Input(format!("new {name}: {why}")))?;
+    complete(&answers).map_err(|why| Error::Input(format!("new {name}: {why}")))?;
     write(&output, &name, &answers, like.as_ref())
-}
-
-/// Makes the text of the file, and checks that it runs: with its own numbers, and with those at
-/// both ends of its ranges.
-fn written(
-    name: &str,
-    answers: &Answers,
-    like: Option<&Typical>,
-) -> Result<(String, Document, Experiment), Error> {
-    let text = text(name, answers, like)?;
-    let document = Document::parse(name, &text)?;
-    let experiment = Experiment::plan(&document, &[], &[])?;
-    let spread = document.machine()?.spread;
-    for end in [0, 1] {
-        let drawn: Vec<String> =
-            spread.iter().map(|(key, range)| format!("{key}={:?}", range[end])).collect();
-        document.clone().draw(&drawn)?;
-    }
-    Ok((text, document, experiment))
 }
 
 fn write(
@@ -218,7 +190,7 @@ fn write(
     answers: &Answers,
     like: Option<&Typical>,
 ) -> Result<(), Error> {
-    let (text, document, experiment) = written(name, answers, like)?;
+    let Written { text, document, experiment } = written(name, answers, like)?;
     warn(&document.doubts()?);
     // A loop that no board can run can still be simulated.
     if let Some(Err(why)) = experiment.runs.first().map(parameters) {

@@ -56,7 +56,8 @@ fn of_a_joint(file: &str, arguments: &ReportArguments) -> Result<(), Error> {
     let [document] = documents;
     let (cases, seed) = arguments.tuning.joints();
     let options = arguments.tuning.options();
-    let page = make(&JointPageRequest { document, tuned, options, cases, seed }, &out)?;
+    let request = JointPageRequest { document, tuned, options, cases, seed };
+    let page = make(&request, &out, &super::bar::Bar::new())?;
     super::print(&format!("{}\nAll simulated: nothing has run on a motor.\n", page.display()))
 }
 

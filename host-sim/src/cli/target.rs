@@ -2,9 +2,10 @@
 
 use std::path::PathBuf;
 
+use super::bar::Bar;
 use files::error::Error;
 use simulator::experiment::RunPlan;
-use simulator::run::{RunDriver, RunResult, run_all, run_all_driven};
+use simulator::run::{RunDriver, RunResult, run_all_driven};
 
 /// Target of the control core.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
@@ -67,9 +68,9 @@ impl TargetArguments {
                         Err(Error::Input(format!("{option} needs --target emulator; {why}")))
                     }
                     None if self.target == Target::Servo => {
-                        run_all_driven(plans, RunDriver::ByServo)
+                        run_all_driven(plans, RunDriver::ByServo, &Bar::new())
                     }
-                    None => run_all(plans),
+                    None => run_all_driven(plans, RunDriver::ByLoop, &Bar::new()),
                 }
             }
         }

@@ -21,6 +21,7 @@ use files::error::Error;
 use simulator::device::{self, machine_file};
 use simulator::experiment::{Experiment, RunPlan};
 use simulator::output::OutputDirectory;
+use simulator::progress::Progress;
 use simulator::run::RunResult;
 use studies::benchmark::{Benchmark, Score, Weights, benchmark};
 use studies::ensemble::goal_of_steps;
@@ -52,8 +53,12 @@ pub struct JointPageRequest {
 ///
 /// # Errors
 /// Reports what is wrong with the file, or what could not be written.
-pub fn make(asked: &JointPageRequest, directory: &OutputDirectory) -> Result<PathBuf, Error> {
-    directory.write(&page_name(&asked.document.origin.name), rendered(asked)?.as_bytes())
+pub fn make(
+    asked: &JointPageRequest,
+    directory: &OutputDirectory,
+    progress: &impl Progress,
+) -> Result<PathBuf, Error> {
+    directory.write(&page_name(&asked.document.origin.name), rendered(asked, progress)?.as_bytes())
 }
 
 /// Returns the file name of the page on a machine's file.
@@ -62,11 +67,11 @@ pub fn page_name(machine: &str) -> String {
     format!("{}.html", stem.to_string_lossy())
 }
 
-fn rendered(asked: &JointPageRequest) -> Result<String, Error> {
+fn rendered(asked: &JointPageRequest, progress: &impl Progress) -> Result<String, Error> {
     let JointPageRequest { document, tuned, options, cases, seed } = asked;
     let file = &document.origin.name;
     let machine = document.machine()?;
-    let ranked = benchmark(std::slice::from_ref(document), &Weights::default())?;
+    let ranked = benchmark(std::slice::from_ref(document), &Weights::default(), progress)?;
     let chosen = ranked
         .scores
         .iter()

@@ -171,7 +171,7 @@ impl Tuner {
         Ok(Task { request, text, laws, joint })
     }
 
-    /// Cancels the running tuning, within the time of one set of joints. If it has just let the
+    /// Cancels the running tuning, within the time of one joint. If it has just let the
     /// prediction of a self-test run, that ends before.
     ///
     /// # Errors

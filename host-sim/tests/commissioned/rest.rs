@@ -8,6 +8,7 @@ use simulator::device::client::Client;
 use simulator::device::simulated::SimulatedDevice;
 use simulator::device::wire::SimulatedWire;
 use simulator::experiment::{Document, Experiment, RunPlan};
+use simulator::progress::Silent;
 use simulator::rules::{GainRule, JointBounds, JointEstimate, RULES, SampledLoop};
 use stiction::control::laws::Gains;
 use stiction::control::reference::{Reference, Step};
@@ -176,7 +177,7 @@ fn faults_of(approach: Approach, families: &[Family]) -> Vec<(String, u64, Strin
         rows.lock().unwrap().push(row);
         Ok(())
     };
-    run(&ensemble, |_, _, _| true, keep).unwrap();
+    run(&ensemble, &Silent, |_, _, _| true, keep).unwrap();
     let rows = rows.into_inner().unwrap();
     assert_eq!(rows.len(), 8 * families.len() * RULES.len());
     let of = |row: &CaseResult| {

@@ -7,7 +7,7 @@
 //! [`questions`] lists the questions, [`answers`] holds the answers, [`trial`] checks each of them,
 //! [`typical`] answers all for three joints, [`range`] reads ranges, [`text`](text()) writes the
 //! file with the gains of the [rule book](crate::rules), and [`spread`] is how far its joint may be
-//! off.
+//! off. [`written`](written()) checks that the file runs.
 
 pub mod answers;
 pub mod questions;
@@ -16,8 +16,10 @@ pub mod spread;
 mod text;
 pub mod trial;
 pub mod typical;
+mod written;
 
 pub use answers::{Answer, Answers};
 pub use questions::{QUESTIONS, Question};
 pub use text::{DraftStyle, Sources, text, text_with};
 pub use typical::{TYPICAL, Typical};
+pub use written::{Written, complete, written};

@@ -71,6 +71,15 @@ impl RunPlan {
         Ok(self.sheet()?.and_then(|(sheet, _)| UnseenSlack::of(&sheet, count_deg)))
     }
 
+    /// Returns the torque at the joint per volt of the controller's output, N m/V; `None` without a
+    /// data sheet.
+    ///
+    /// # Errors
+    /// Returns an error that names the invalid value.
+    pub fn nm_per_v(&self) -> Result<Option<f64>, Error> {
+        Ok(self.sheet()?.map(|(_, mapping)| mapping.units.effort_gain))
+    }
+
     /// Returns the data sheet of this run's machine, and its mapping to the core's units.
     pub(super) fn sheet(&self) -> Result<Option<(DataSheet, Mapping)>, Error> {
         let machine = &*self.machine;

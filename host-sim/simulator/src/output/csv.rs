@@ -27,10 +27,7 @@ pub fn render(results: &[RunResult]) -> Result<Vec<u8>, csv::Error> {
     writer.write_record(label.into_iter().chain(names).chain(of_laws.iter().copied()))?;
     for result in results {
         let own = signals_of(result);
-        let (moments, is_ramp) = match &result.trace {
-            RunTrace::Loop(moments) => (moments, false),
-            RunTrace::Ramp(moments) => (moments, true),
-        };
+        let (moments, is_ramp) = moments(result);
         for moment in moments {
             let label = labelled.then(|| Cell::from(result.plan.label.as_str()));
             let row = columns.iter().map(|column| cell(*column, moment, is_ramp));
@@ -46,15 +43,23 @@ pub fn render(results: &[RunResult]) -> Result<Vec<u8>, csv::Error> {
     writer.into_inner().map_err(|error| csv::Error::from(error.into_error()))
 }
 
+/// Returns the samples of a run, and whether they are of a ramp.
+pub(super) fn moments(result: &RunResult) -> (&[LoopSample], bool) {
+    match &result.trace {
+        RunTrace::Loop(moments) => (moments, false),
+        RunTrace::Ramp(moments) => (moments, true),
+    }
+}
+
 /// Returns the signals of the law of a run.
-fn signals_of(result: &RunResult) -> Vec<&'static str> {
+pub(super) fn signals_of(result: &RunResult) -> Vec<&'static str> {
     let laws = result.plan.laws_in_use();
     let publishing = laws.iter().map(|law| law.signals()).find(|signals| !signals.is_empty());
     publishing.unwrap_or_default().iter().map(|signal| signal.name).collect()
 }
 
 /// Returns the cell of a column. A ramp has no reference and no controller: those cells are empty.
-fn cell(column: SeriesColumn, moment: &LoopSample, is_ramp: bool) -> Cell {
+pub(super) fn cell(column: SeriesColumn, moment: &LoopSample, is_ramp: bool) -> Cell {
     match column {
         SeriesColumn::Reference | SeriesColumn::Error if is_ramp => Cell::None,
         SeriesColumn::Signal(place) if is_ramp && OF_A_CLOSED_LOOP.contains(&place) => Cell::None,

@@ -5,9 +5,9 @@ use std::collections::VecDeque;
 use std::rc::Rc;
 
 use super::dialogue::{AnswerCheck, Dialogue, Prompt, PromptReply};
-use super::written;
+
 use files::error::Error;
-use simulator::draft::{Answers, QUESTIONS, Question, Typical};
+use simulator::draft::{Answers, QUESTIONS, Question, Typical, Written, written};
 use simulator::experiment::Document;
 
 /// Action of the user at a question.
@@ -99,7 +99,7 @@ fn asked(script: &mut Script, options: &Answers) -> Found {
 
 fn file(found: Found) -> (String, Document) {
     let (answers, like) = found.unwrap();
-    let (text, document, _) = written("joint.toml", &answers, like.as_ref()).unwrap();
+    let Written { text, document, .. } = written("joint.toml", &answers, like.as_ref()).unwrap();
     (text, document)
 }
 

@@ -15,7 +15,8 @@ use files::error::Error;
 use files::goal::PositionGoal;
 use simulator::both_sides::BothSides;
 use simulator::experiment::{Document, Experiment, RunPlan, Task};
-use simulator::run::{RunResult, RunTrace, run_all};
+use simulator::progress::Progress;
+use simulator::run::{RunDriver, RunResult, RunTrace, run_all_driven};
 
 /// How long a step is watched for hunting.
 const HUNTING_DURATION: &str = "run.duration_s=120";
@@ -76,8 +77,13 @@ pub struct Benchmark {
 /// one are left out.
 ///
 /// # Errors
-/// Says what is wrong with a document.
-pub fn benchmark(documents: &[Document], weights: &Weights) -> Result<Benchmark, Error> {
+/// Returns an error with the file and the key that is wrong, or that of `progress`.
+pub fn benchmark(
+    documents: &[Document],
+    weights: &Weights,
+    progress: &impl Progress,
+) -> Result<Benchmark, Error> {
+    let run_all = |plans: &[RunPlan]| run_all_driven(plans, RunDriver::ByLoop, progress);
     let mut results = Vec::new();
     let mut watched = Vec::new();
     for document in documents {
@@ -188,11 +194,13 @@ fn moves(result: &RunResult) -> bool {
 mod tests {
     use super::*;
     use dynamics::solver::{Event, EventKind};
+    use simulator::progress::Silent;
 
     #[test]
     fn variants_and_runs_with_a_delay_are_left_out() {
         let benchmark =
-            benchmark(&[Document::open("high-gain").unwrap()], &Weights::default()).unwrap();
+            benchmark(&[Document::open("high-gain").unwrap()], &Weights::default(), &Silent)
+                .unwrap();
         let labels = benchmark.results.iter().flatten().map(|result| result.plan.label.as_str());
         assert_eq!(labels.filter(|label| label.contains("delay-1")).count(), 0);
         assert_eq!(benchmark.scores.len(), 5);
@@ -201,7 +209,7 @@ mod tests {
     #[test]
     fn srnf_is_ahead_of_pd_on_the_thesis_s_robot_and_every_row_is_the_worst_of_its_runs() {
         let documents = ["step-response", "trajectory"].map(|name| Document::open(name).unwrap());
-        let benchmark = benchmark(&documents, &Weights::default()).unwrap();
+        let benchmark = benchmark(&documents, &Weights::default(), &Silent).unwrap();
         assert_eq!(benchmark.results.iter().flatten().count(), 7 * 5);
         assert_eq!(benchmark.scores.first().unwrap().controller, "srnf");
         let pd = benchmark.scores.iter().find(|score| score.controller == "pd").unwrap();
@@ -222,7 +230,7 @@ mod tests {
         let judged = |experiment: &str, set: &[&str]| {
             let mut document = Document::open(experiment).unwrap();
             document.set(&set.iter().map(|text| (*text).to_owned()).collect::<Vec<_>>()).unwrap();
-            let mut benchmark = benchmark(&[document], &Weights::default()).unwrap();
+            let mut benchmark = benchmark(&[document], &Weights::default(), &Silent).unwrap();
             (benchmark.scores.remove(0), benchmark.results.remove(0))
         };
         let heavy = ["loop.controller=srnf", "joint.friction.stick_v=6", "joint.friction.slip_v=6"];

@@ -20,17 +20,18 @@
 
 use std::f64::consts::TAU;
 
-use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
 
 use super::distribution::Draws;
 use super::family::Family;
 use dynamics::joint::{CountNoise, Description, Dwell, Ripple, SetValuedFriction, Thermal, Train};
+use files::setup::name_of;
 use simulator::plant::Delay;
 
 /// A condition of a joint and its drive.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
+#[cfg_attr(feature = "command-line", derive(clap::ValueEnum))]
 pub enum Condition {
     /// As the family is drawn.
     #[default]
@@ -38,21 +39,21 @@ pub enum Condition {
     /// Friction drifts from 0.6 to 1.6 times its levels, or back.
     Drift,
     /// Friction varies by 30 % with the angle, 40 periods a turn.
-    #[value(name = "uneven-40")]
+    #[cfg_attr(feature = "command-line", value(name = "uneven-40"))]
     #[serde(rename = "uneven-40")]
     Uneven40,
     /// Friction varies by 30 % with the angle, 200 periods a turn.
-    #[value(name = "uneven-200")]
+    #[cfg_attr(feature = "command-line", value(name = "uneven-200"))]
     #[serde(rename = "uneven-200")]
     Uneven200,
     /// Stick friction grows by half while the joint rests.
     Dwell,
     /// The winding's L/R is 1 ms.
-    #[value(name = "slow-winding-1")]
+    #[cfg_attr(feature = "command-line", value(name = "slow-winding-1"))]
     #[serde(rename = "slow-winding-1")]
     SlowWinding1,
     /// The winding's L/R is 5 ms.
-    #[value(name = "slow-winding-5")]
+    #[cfg_attr(feature = "command-line", value(name = "slow-winding-5"))]
     #[serde(rename = "slow-winding-5")]
     SlowWinding5,
     /// The winding's resistance is 1.4 times the configured one.
@@ -85,9 +86,25 @@ pub(super) const SHIFT: f64 = 0.05;
 const ECCENTRICITY: f64 = 0.02 / 15.0;
 
 impl Condition {
+    /// Every condition.
+    pub const ALL: [Self; 12] = [
+        Self::Nominal,
+        Self::Drift,
+        Self::Uneven40,
+        Self::Uneven200,
+        Self::Dwell,
+        Self::SlowWinding1,
+        Self::SlowWinding5,
+        Self::HotWinding,
+        Self::Sag,
+        Self::LateOutput,
+        Self::SamplingJitter,
+        Self::Eccentric,
+    ];
+
     /// Returns the name in options and reports.
     pub fn name(self) -> String {
-        self.to_possible_value().map_or_else(String::new, |value| value.get_name().into())
+        name_of(&self)
     }
 
     /// Returns the condition after the name of a family, as tables have it.

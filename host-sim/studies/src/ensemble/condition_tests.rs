@@ -2,8 +2,6 @@
 
 use std::f64::consts::TAU;
 
-use clap::ValueEnum as _;
-
 use super::condition::{Condition, EccentricDisc, JitteringTicks, SHIFT};
 use super::drawn_case::{Case, DrawOptions};
 use super::family::Family;
@@ -23,10 +21,10 @@ fn friction(case: &Case) -> SetValuedFriction {
 fn a_condition_is_the_only_difference_to_the_joint_of_its_family() {
     for family in [Family::Rigid, Family::FlexibleMotor, Family::ThesisAxis] {
         let nominal = drawn(family, Condition::Nominal);
-        for condition in Condition::value_variants() {
-            let case = drawn(family, *condition);
+        for condition in Condition::ALL {
+            let case = drawn(family, condition);
             assert!(case.joint.build().is_ok(), "{condition:?}");
-            let is_late = *condition == Condition::LateOutput;
+            let is_late = condition == Condition::LateOutput;
             assert_eq!(case.delay == Delay::TwoSamples, is_late, "{condition:?}");
             let (joint, delay) = (nominal.joint, nominal.delay);
             let same = Case { joint, delay, condition: Condition::Nominal, ..case };

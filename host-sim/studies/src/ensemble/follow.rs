@@ -23,6 +23,7 @@ use super::run::{Ensemble, each_joint};
 use super::statistics::SortedValues;
 use files::error::Error;
 use simulator::experiment::position;
+use simulator::progress::Progress;
 use simulator::rules::{ControllerGains, GainRule};
 
 /// Speeds of the ramps, counts a second.
@@ -118,8 +119,8 @@ impl FollowSummary {
 ///
 /// # Errors
 /// If a family has two joints or a wall, or the core refuses gains.
-pub fn follow(ensemble: &Ensemble) -> Result<Vec<FollowedRamp>, Error> {
-    over_joints(ensemble, |case, law, gains| {
+pub fn follow(ensemble: &Ensemble, progress: &impl Progress) -> Result<Vec<FollowedRamp>, Error> {
+    over_joints(ensemble, progress, |case, law, gains| {
         RAMPS.into_iter().map(|speed| ramp(case, law, gains, speed)).collect()
     })
 }
@@ -130,6 +131,7 @@ pub fn follow(ensemble: &Ensemble) -> Result<Vec<FollowedRamp>, Error> {
 /// If a family has two joints or a wall, or a motion fails.
 pub(super) fn over_joints<Row: Send>(
     ensemble: &Ensemble,
+    progress: &impl Progress,
     motions: impl Fn(&Case, &str, &ControllerGains) -> Result<Vec<Row>, Error> + Sync,
 ) -> Result<Vec<Row>, Error> {
     let unfit = ensemble.families.iter().find(|family| family.is_arm() || family.has_wall());
@@ -142,6 +144,7 @@ pub(super) fn over_joints<Row: Send>(
     let all = Mutex::new(Vec::new());
     each_joint(
         ensemble,
+        progress,
         |_, _| true,
         |joint| {
             let family = ensemble.families.iter().position(|family| *family == joint.family);
@@ -240,6 +243,7 @@ pub fn follow_summaries(rows: &[FollowedRamp]) -> Vec<FollowSummary> {
 mod tests {
     use super::*;
     use crate::ensemble::{Approach, DrawOptions};
+    use simulator::progress::Silent;
     use simulator::rules::rules;
 
     fn followed(case: u64, counts_per_s: f64, peak_counts: Option<f64>) -> FollowedRamp {
@@ -305,7 +309,7 @@ mod tests {
     #[test]
     fn pd_lags_a_ramp_by_its_friction_and_no_more() {
         let ensemble = of_pd(Family::Rigid, 2);
-        let rows = follow(&ensemble).unwrap();
+        let rows = follow(&ensemble, &Silent).unwrap();
         assert_eq!(rows.len(), 2 * RAMPS.len());
         for row in &rows {
             let joint = Case::draw(1, Family::Rigid, row.case, ensemble.kind);
@@ -326,7 +330,7 @@ mod tests {
         let slow = |case: &Case, law: &str, gains: &ControllerGains| {
             Ok(vec![ramp(case, law, gains, 10.0)?])
         };
-        let rows = over_joints(&ensemble, slow).unwrap();
+        let rows = over_joints(&ensemble, &Silent, slow).unwrap();
         assert_eq!(rows.len(), 40);
         let tripped: Vec<_> = rows.iter().filter(|row| row.fault.is_some()).collect();
         assert!(tripped.is_empty(), "{tripped:?}");
@@ -335,7 +339,7 @@ mod tests {
     #[test]
     fn a_family_of_two_joints_or_with_a_wall_is_refused() {
         for family in [Family::Arm, Family::EndStop] {
-            let why = follow(&of_pd(family, 1)).unwrap_err().to_string();
+            let why = follow(&of_pd(family, 1), &Silent).unwrap_err().to_string();
             assert!(why.contains(family.name()), "{why}");
         }
         assert_eq!(followed_families().count(), 9);

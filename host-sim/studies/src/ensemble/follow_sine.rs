@@ -23,6 +23,7 @@ use super::run::Ensemble;
 use super::statistics::SortedValues;
 use files::error::Error;
 use simulator::metrics::REVERSES;
+use simulator::progress::Progress;
 use simulator::rules::ControllerGains;
 
 /// Frequencies of the sines, Hz.
@@ -82,8 +83,11 @@ pub struct SinesSummary {
 ///
 /// # Errors
 /// If a family has two joints or a wall, or the core refuses gains.
-pub fn follow_sines(ensemble: &Ensemble) -> Result<Vec<FollowedSine>, Error> {
-    over_joints(ensemble, |case, law, gains| {
+pub fn follow_sines(
+    ensemble: &Ensemble,
+    progress: &impl Progress,
+) -> Result<Vec<FollowedSine>, Error> {
+    over_joints(ensemble, progress, |case, law, gains| {
         SINES.into_iter().map(|hz| sine(case, law, gains, hz)).collect()
     })
 }

@@ -54,6 +54,7 @@ mod rows;
 mod rows_tests;
 
 mod run;
+mod selection;
 #[cfg(test)]
 mod sheet_tests;
 #[cfg(test)]
@@ -101,6 +102,7 @@ pub use rows::{
     sort as sort_rows,
 };
 pub use run::{Ensemble, run};
+pub use selection::{CASES_ALLOWED, RATE_HZ, allowed_rate, families, families_under};
 pub use statistics::{SortedValues, wilson};
 pub use summary::{LawSummary, MovesSummary, SideSummary, summaries};
 pub use table::render;

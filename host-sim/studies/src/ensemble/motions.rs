@@ -1,6 +1,5 @@
 //! Motions by which a joint of an ensemble is judged.
 
-use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
 use stiction::control::profile::Profile;
 use stiction::control::reference::{Reference, Step};
@@ -11,8 +10,9 @@ use simulator::rules::{JointBounds, MoveProfile};
 use simulator::target::WatchedServo;
 
 /// How the set point goes to a target.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
+#[cfg_attr(feature = "command-line", derive(clap::ValueEnum))]
 pub enum Approach {
     /// Within the limits of velocity, acceleration and jerk of the rule book, as `device move`
     /// does.

@@ -1,6 +1,5 @@
 //! All cases of an ensemble, on every core.
 
-use indicatif::{ParallelProgressIterator, ProgressBar, ProgressStyle};
 use rayon::prelude::*;
 
 use super::case;
@@ -9,6 +8,7 @@ use super::drawn_case::{Case, DrawOptions};
 use super::family::Family;
 use super::motions::{Approach, Motions};
 use files::error::Error;
+use simulator::progress::Progress;
 use simulator::rules::{ControllerGains, GainRule, JointBounds};
 
 /// What is run.
@@ -30,17 +30,19 @@ pub struct Ensemble {
     pub rules: Vec<&'static GainRule>,
 }
 
-/// Runs the cases for which `wanted` says so (family, number of the case, law), and gives each row
-/// to `take` as soon as it is there, in any order.
+/// Runs the cases for which `wanted` returns true (family, number of the case, law), and passes
+/// each row to `take` as soon as it is there, in any order. A joint is a step of `progress`.
 ///
 /// # Errors
-/// Returns the first error of a case or of `take`. Other cases can have been run before it.
+/// Returns the first error of a case, of `take` or of `progress`. Other cases can have been run
+/// before it.
 pub fn run(
     ensemble: &Ensemble,
+    progress: &impl Progress,
     wanted: impl Fn(Family, u64, &str) -> bool + Sync,
     take: impl Fn(CaseResult) -> Result<(), Error> + Sync,
 ) -> Result<(), Error> {
-    run_with(ensemble, GainRule::gains, wanted, take)
+    run_with(ensemble, progress, GainRule::gains, wanted, take)
 }
 
 /// Does the same with gains from elsewhere than the rules' constants.
@@ -49,6 +51,7 @@ pub fn run(
 /// As [`run`].
 pub(super) fn run_with(
     ensemble: &Ensemble,
+    progress: &impl Progress,
     gains: impl Fn(&GainRule, &JointBounds) -> ControllerGains + Sync,
     wanted: impl Fn(Family, u64, &str) -> bool + Sync,
     take: impl Fn(CaseResult) -> Result<(), Error> + Sync,
@@ -57,7 +60,7 @@ pub(super) fn run_with(
     let motions = Motions { approach: *approach, seed: *seed, moves: *moves };
     let is_wanted =
         |family: &Family, number: u64| rules.iter().any(|rule| wanted(*family, number, rule.law));
-    each_joint(ensemble, is_wanted, |joint| {
+    each_joint(ensemble, progress, is_wanted, |joint| {
         for rule in rules.iter().filter(|rule| wanted(joint.family, joint.number, rule.law)) {
             take(case::run(joint, rule.law, &joint.each(|bounds| gains(rule, bounds)), motions)?)?;
         }
@@ -68,9 +71,10 @@ pub(super) fn run_with(
 /// Draws the joints that are wanted, and does something with each of them, on every core.
 ///
 /// # Errors
-/// The first error. Other joints can have been run before it.
+/// Returns the first error. Other joints can have been run before it.
 pub(super) fn each_joint(
     ensemble: &Ensemble,
+    progress: &impl Progress,
     is_wanted: impl Fn(&Family, u64) -> bool,
     act: impl Fn(&Case) -> Result<(), Error> + Sync,
 ) -> Result<(), Error> {
@@ -78,13 +82,9 @@ pub(super) fn each_joint(
     let of = |family: &Family| (0..*cases).map(|number| (*family, number)).collect::<Vec<_>>();
     let mut joints: Vec<(Family, u64)> = families.iter().flat_map(of).collect();
     joints.retain(|(family, number)| is_wanted(family, *number));
-    let style = ProgressStyle::with_template("{bar:40} {pos}/{len} joints, {eta} left");
-    let bar = ProgressBar::new(joints.len() as u64);
-    let bar = style.map_or_else(|_| ProgressBar::hidden(), |style| bar.with_style(style));
-    let done = joints
-        .par_iter()
-        .progress_with(bar.clone())
-        .try_for_each(|(family, number)| act(&Case::draw(*seed, *family, *number, *kind)));
-    bar.finish_and_clear();
-    done
+    progress.start(joints.len() as u64, "joints");
+    joints.par_iter().try_for_each(|(family, number)| {
+        act(&Case::draw(*seed, *family, *number, *kind))?;
+        progress.step()
+    })
 }

@@ -3,8 +3,6 @@
 
 use std::sync::atomic::{AtomicU32, Ordering};
 
-use clap::ValueEnum;
-
 use super::case_result::CaseResult;
 use super::condition::Condition;
 use super::drawn_case::DrawOptions;
@@ -14,6 +12,7 @@ use super::follow_sine::{SINES, follow_sines, sine_summaries};
 use super::motions::Approach;
 use super::run::{Ensemble, run};
 use super::statistics::SortedValues;
+use simulator::progress::Silent;
 use simulator::rules::rules;
 
 /// Seed and joints of each family.
@@ -88,7 +87,7 @@ fn p(values: &SortedValues, share: f64) -> f64 {
 #[ignore = "eight minutes for the three of this file: cargo xtask test --all"]
 fn ramps_are_followed_within_their_bars() {
     let families = [&STIFF[..], &[Family::FlexibleMotor, Family::ThesisAxis]].concat();
-    let rows = follow(&ensemble(&families, &["pid", "srnf", "robust"])).unwrap();
+    let rows = follow(&ensemble(&families, &["pid", "srnf", "robust"]), &Silent).unwrap();
     let mut cells = Vec::new();
     for of_family in follow_summaries(&rows).chunks(3) {
         let [pid, srnf, robust] = of_family else { panic!("three laws") };
@@ -125,7 +124,7 @@ fn ramps_are_followed_within_their_bars() {
 #[ignore = "eight minutes for the three of this file: cargo xtask test --all"]
 fn sines_are_followed_within_their_bars() {
     let families = [&STIFF[..], &[Family::FlexibleMotor]].concat();
-    let rows = follow_sines(&ensemble(&families, &["srnf", "robust"])).unwrap();
+    let rows = follow_sines(&ensemble(&families, &["srnf", "robust"]), &Silent).unwrap();
     let mut cells = Vec::new();
     for of_family in sine_summaries(&rows).chunks(2) {
         let [srnf, robust] = of_family else { panic!("two laws") };
@@ -161,15 +160,15 @@ fn sines_are_followed_within_their_bars() {
 fn few_moves_are_missed_under_each_condition() {
     let mut cells = Vec::new();
     for family in [Family::Rigid, Family::LuGre, Family::FlexibleMotor] {
-        for condition in Condition::value_variants().iter().filter(|one| one.fits(family)) {
-            let kind = DrawOptions { condition: *condition, ..DrawOptions::ORDINARY };
+        for condition in Condition::ALL.into_iter().filter(|one| one.fits(family)) {
+            let kind = DrawOptions { condition, ..DrawOptions::ORDINARY };
             let of = Ensemble { cases: 100, moves: 18, kind, ..ensemble(&[family], &["robust"]) };
             let missed = AtomicU32::new(0);
             let count = |row: CaseResult| {
                 missed.fetch_add(row.missed, Ordering::Relaxed);
                 Ok(())
             };
-            run(&of, |_, _, _| true, count).unwrap();
+            run(&of, &Silent, |_, _, _| true, count).unwrap();
             let name = format!("{}, {}, missed", family.name(), condition.name());
             cells.push(Cell { name, found: missed.into_inner().into(), bar: 10.0 });
         }

@@ -17,6 +17,7 @@ use super::run::{Ensemble, run};
 use super::{json, summary};
 use dynamics::joint::{Body, Description, Train};
 use simulator::output::{OutputFile, OverwriteGuard};
+use simulator::progress::Silent;
 use simulator::rules::{GainRule, rules};
 
 const EASY: DrawOptions = DrawOptions::ORDINARY;
@@ -200,6 +201,7 @@ fn collect(ensemble: &Ensemble, wanted: impl Fn(u64) -> bool + Sync) -> Vec<Case
     let rows = Mutex::new(Vec::new());
     run(
         ensemble,
+        &Silent,
         |_, case, _| wanted(case),
         |row| {
             rows.lock().unwrap().push(row);

@@ -6,6 +6,7 @@ use super::rows::EnsembleHeader;
 use super::run::{Ensemble, run_with};
 use super::summary::{LawSummary, summaries};
 use files::error::Error;
+use simulator::progress::Progress;
 use simulator::rules::GainRule;
 
 /// A constant and what the law comes to with it, on each family.
@@ -22,14 +23,14 @@ pub struct ConstantTrial {
 /// Runs each constant that was tried for the rules of an ensemble.
 ///
 /// # Errors
-/// If the core refuses gains.
-pub fn tune(ensemble: &Ensemble) -> Result<Vec<ConstantTrial>, Error> {
+/// If the core refuses gains, or `progress` ends the work.
+pub fn tune(ensemble: &Ensemble, progress: &impl Progress) -> Result<Vec<ConstantTrial>, Error> {
     let mut all = Vec::new();
     for rule in &ensemble.rules {
         let GainRule { law, constant, tried, .. } = rule;
         let constants = if tried.is_empty() { std::slice::from_ref(constant) } else { tried };
         for constant in constants {
-            all.push(try_constant(ensemble, rule, law, *constant)?);
+            all.push(try_constant(ensemble, progress, rule, law, *constant)?);
         }
     }
     Ok(all)
@@ -37,6 +38,7 @@ pub fn tune(ensemble: &Ensemble) -> Result<Vec<ConstantTrial>, Error> {
 
 fn try_constant(
     ensemble: &Ensemble,
+    progress: &impl Progress,
     rule: &'static GainRule,
     law: &'static str,
     constant: f64,
@@ -45,6 +47,7 @@ fn try_constant(
     let rows = Mutex::new(Vec::new());
     run_with(
         &of_rule,
+        progress,
         |rule, bounds| (rule.gains_with)(bounds, constant),
         |_, _, _| true,
         |row| {

@@ -72,6 +72,26 @@ pub struct FitSettings {
     pub effort_delay_s: Option<f64>,
 }
 
+impl FitSettings {
+    /// Returns these settings if they fit each other.
+    ///
+    /// # Errors
+    /// Returns a sentence with the setting that does not.
+    pub fn checked(self) -> Result<Self, String> {
+        if let Some(delay) = self.effort_delay_s.filter(|delay| !delay.is_finite()) {
+            return Err(format!("--effort-delay {delay}: must be a number of seconds"));
+        }
+        if self.scale.is_linear && self.has_gravity {
+            return Err(
+                "--gravity needs a load that turns; on a machine along a line gravity is a \
+                        constant load, which `offset` includes"
+                    .into(),
+            );
+        }
+        Ok(self)
+    }
+}
+
 /// A machine identified from a log.
 #[derive(Clone, Debug, PartialEq)]
 pub struct IdentifiedMachine {

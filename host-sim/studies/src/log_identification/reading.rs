@@ -131,6 +131,29 @@ pub fn read_from(name: &str, text: impl Read, columns: &LogColumns) -> Result<Mo
     samples.finish().map_err(refuse)
 }
 
+/// Takes the samples of a program instead of a file: time, position and effort, of the same length.
+/// The numbers count as if they were written with their shortest decimals. Rows are numbered from
+/// 1; a number that is not finite is missing.
+///
+/// # Errors
+/// Returns a sentence with the row and the value found, or with the lengths if they differ.
+pub fn of_series([time, position, effort]: [&[f64]; 3]) -> Result<MotionLog, String> {
+    let lengths = [time.len(), position.len(), effort.len()];
+    if lengths != [time.len(); 3] {
+        let [time, position, effort] = lengths;
+        return Err(format!(
+            "there are {time} times, {position} positions and {effort} efforts; there must be the \
+             same number of each"
+        ));
+    }
+    let mut samples = Samples::new(b',');
+    for (place, ((time, position), effort)) in time.iter().zip(position).zip(effort).enumerate() {
+        let numbers = [*time, *position, *effort].map(|one| one.is_finite().then_some(one));
+        samples.push(numbers, place as u64 + 1, || last_digit(time.to_string().as_bytes()))?;
+    }
+    samples.finish()
+}
+
 /// Text with every line end converted to a line feed, the last one included: the reader counts line
 /// feeds.
 struct Lines<R> {
@@ -311,14 +334,26 @@ impl Samples {
                 }
             };
         }
+        self.push(numbers, row, || last_digit(record.get(places[0]).unwrap_or_default()))
+    }
+
+    /// Adds the numbers of a row; `digit` returns the value of the last digit of its time.
+    ///
+    /// # Errors
+    /// Returns an error if the time falls.
+    fn push(
+        &mut self,
+        numbers: [Option<f64>; 3],
+        row: u64,
+        digit: impl Fn() -> f64,
+    ) -> Result<(), String> {
         let [Some(time), Some(position), Some(effort)] = numbers else {
             self.log.missing += 1;
             self.log.first_missing.get_or_insert(row);
             return Ok(());
         };
         if self.log.rows < LOOKED_AT {
-            let digit = last_digit(record.get(places[0]).unwrap_or_default());
-            self.log.time_digit = self.log.time_digit.min(digit);
+            self.log.time_digit = self.log.time_digit.min(digit());
         }
         if let Some([before, there]) = self.former {
             if time < before {

@@ -8,7 +8,9 @@ use super::reading::MotionLog;
 const LONG_AGO_S: f64 = 1e6;
 
 /// Unit of a position column.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
+#[cfg_attr(feature = "command-line", derive(clap::ValueEnum))]
 pub enum PositionUnit {
     /// Metres: a machine that moves along a line.
     M,
@@ -101,6 +103,36 @@ impl LogUnits {
             PositionUnit::Count => (TAU / counts_per_turn, false),
         };
         Self { time_s, position, is_linear, effort }
+    }
+
+    /// Creates the units of a log as a user describes them.
+    ///
+    /// # Errors
+    /// Returns a sentence with the invalid or missing value.
+    pub fn checked(
+        time_s: f64,
+        unit: PositionUnit,
+        counts_per_turn: Option<f64>,
+        effort: Option<f64>,
+    ) -> Result<Self, String> {
+        match (unit, counts_per_turn) {
+            (PositionUnit::Count, None) => {
+                return Err("--position-unit count needs --counts-per-turn, the counts in a turn \
+                            of the joint"
+                    .into());
+            }
+            (PositionUnit::Count, Some(counts)) if !(counts > 0.0 && counts.is_finite()) => {
+                return Err(format!("--counts-per-turn {counts}: must be a number above 0"));
+            }
+            (PositionUnit::Count, _) | (_, None) => {}
+            (_, Some(_)) => {
+                return Err("--counts-per-turn belongs to --position-unit count".into());
+            }
+        }
+        if let Some(gain) = effort.filter(|gain| !gain.is_finite() || *gain == 0.0) {
+            return Err(format!("--effort-gain {gain}: must be a number other than 0"));
+        }
+        Ok(Self::new(time_s, unit, counts_per_turn.unwrap_or(1.0), effort))
     }
 
     /// Converts a log to SI; an effort of unknown unit stays as it is.

@@ -3,7 +3,6 @@
 //! Gains are judged at the encoder: what it cannot see, no gain can correct. The same figures at
 //! the load are beside them.
 
-use clap::ValueEnum;
 use serde::Deserialize;
 
 use crate::ensemble::{CaseResult, SortedValues};
@@ -20,8 +19,9 @@ const FAILURE: f64 = 20.0;
 const EXCESS: f64 = 20.0;
 
 /// Objective of the gains.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
+#[cfg_attr(feature = "command-line", derive(clap::ValueEnum))]
 pub enum TuningGoal {
     /// To be at rest within two counts soon after a step
     Settle,

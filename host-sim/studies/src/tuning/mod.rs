@@ -149,10 +149,8 @@ impl GainSearch {
         self.tune_while(controller, tried_one, &|| true)?.ok_or_else(cancelled)
     }
 
-    /// Tunes as [`tune`](Self::tune) does, and asks `goes_on` before each set of joints that is
-    /// run: those of the file's gains, of each set of gains, of the judgement, of each margin.
-    /// Returns nothing if that said no. So a tuning ends within the time of one set, which in the
-    /// judgement is that of three sets of the search.
+    /// Tunes as [`tune`](Self::tune) does, and calls `goes_on` before each joint that is run.
+    /// Returns nothing if that returned false. So a tuning ends within the time of one joint.
     ///
     /// # Errors
     /// As [`tune`](Self::tune).
@@ -175,7 +173,11 @@ impl GainSearch {
         if !goes_on() {
             return Ok(None);
         }
-        let start = TuningFigures::of(&self.rows(controller, &[], [self.seed, self.cases])?);
+        let searched = [self.seed, self.cases];
+        let Some(rows) = self.rows_while(controller, &[], searched, goes_on)? else {
+            return Ok(None);
+        };
+        let start = TuningFigures::of(&rows);
         if self.goal == TuningGoal::Track && start.at_encoder.tracking_counts.is_none() {
             return Err(Error::Input(format!(
                 "{}: the goal track needs a trajectory in `reference.trajectories`",
@@ -194,8 +196,13 @@ impl GainSearch {
             tried_one();
             // Gains that the core refuses are no gains.
             let set = set(controller, &knobs, factors);
-            let Ok(rows) = self.rows(controller, &set, [self.seed, self.cases]) else {
-                return 1e3;
+            let rows = match self.rows_while(controller, &set, searched, goes_on) {
+                Ok(Some(rows)) => rows,
+                Ok(None) => {
+                    is_cancelled.store(true, Ordering::Relaxed);
+                    return 0.0;
+                }
+                Err(_) => return 1e3,
             };
             let figures = TuningFigures::of(&rows);
             tried.lock().unwrap_or_else(PoisonError::into_inner).push(figures);
@@ -209,10 +216,9 @@ impl GainSearch {
             return Ok(None);
         }
         let judged = [self.judged(), self.judges()];
-        if !goes_on() {
+        let Some(before) = self.rows_while(controller, &[], judged, goes_on)? else {
             return Ok(None);
-        }
-        let before = self.rows(controller, &[], judged)?;
+        };
         let was = TuningFigures::of(&before);
         let candidates = candidates.into_inner().unwrap_or_else(PoisonError::into_inner);
         // In the order of `tried`, behind the file's gains.
@@ -222,7 +228,7 @@ impl GainSearch {
             &before,
             (self.goal, &self.limits),
             |factors| set(controller, &knobs, factors),
-            |set| if goes_on() { self.rows(controller, set, judged).map(Some) } else { Ok(None) },
+            |set| self.rows_while(controller, set, judged, goes_on),
         )?;
         let judgement::Outcome::Judged(passed) = passed else { return Ok(None) };
         let tried = tried.into_inner().unwrap_or_else(PoisonError::into_inner);
@@ -319,12 +325,35 @@ impl GainSearch {
         set: &[(String, f64)],
         [seed, cases]: [u64; 2],
     ) -> Result<Vec<CaseResult>, Error> {
-        let mut rows = Vec::new();
+        // Without an end there are rows.
+        let rows = self.rows_while(controller, set, [seed, cases], &|| true)?;
+        Ok(rows.unwrap_or_default())
+    }
+
+    /// Does the same as long as `goes_on` returns true; `None` if it did not. It is called before
+    /// each joint.
+    fn rows_while(
+        &self,
+        controller: &str,
+        set: &[(String, f64)],
+        [seed, cases]: [u64; 2],
+        goes_on: &(dyn Fn() -> bool + Sync),
+    ) -> Result<Option<Vec<CaseResult>>, Error> {
+        let rows = Mutex::new(Vec::new());
         for delay in 0..2 {
-            rows.extend(self.ensemble(controller, set, delay)?.run(seed, cases)?);
+            self.ensemble(controller, set, delay)?.run_some(
+                [seed, cases],
+                |_, _| goes_on(),
+                |row| {
+                    let place = (row.case, delay);
+                    rows.lock().unwrap_or_else(PoisonError::into_inner).push((place, row));
+                    Ok(())
+                },
+            )?;
         }
-        rows.sort_by_key(|row| row.case);
-        Ok(rows)
+        let mut rows = rows.into_inner().unwrap_or_else(PoisonError::into_inner);
+        rows.sort_by_key(|(place, _)| *place);
+        Ok(goes_on().then(|| rows.into_iter().map(|(_, row)| row).collect()))
     }
 
     fn ensemble(

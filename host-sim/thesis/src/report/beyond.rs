@@ -8,6 +8,7 @@ use super::evidence::ReportEvidence;
 use super::figures::ReportDrawing;
 use figure::figures;
 use files::error::Error;
+use simulator::progress::Silent;
 use simulator::rules::rules;
 use studies::ensemble::{
     Approach, DrawOptions, Ensemble, EnsembleHeader, Family, Group, LawSummary, run, sort_rows,
@@ -67,6 +68,7 @@ pub fn ranked() -> Result<UntunedChapter, Error> {
     let rows = Mutex::new(Vec::new());
     run(
         &ensemble,
+        &Silent,
         |_, _, _| true,
         |row| {
             rows.lock().unwrap_or_else(PoisonError::into_inner).push(row);

@@ -12,6 +12,7 @@ use files::machine::ThesisFigures;
 use simulator::closed_loop::LoopSample;
 use simulator::experiment::{Document, Experiment, RunPlan};
 use simulator::metrics::RunMetrics;
+use simulator::progress::Silent;
 use simulator::run::{self, RunResult, RunTrace};
 use studies::benchmark::{Score, Weights, benchmark};
 
@@ -122,7 +123,7 @@ fn opened(experiment: &str, set: Vec<String>) -> Result<Document, Error> {
 
 fn benchmarked() -> Result<Vec<Score>, Error> {
     let documents = [Document::open("step-response")?, Document::open("trajectory")?];
-    Ok(benchmark(&documents, &Weights::default())?.scores)
+    Ok(benchmark(&documents, &Weights::default(), &Silent)?.scores)
 }
 
 impl ReportEvidence {

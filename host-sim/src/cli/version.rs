@@ -1,0 +1,23 @@
+//! The text of `stiction --version`.
+
+use std::sync::LazyLock;
+
+/// Features with their names, if this program has them.
+const FEATURES: [(&str, bool); 5] = [
+    ("emulator", cfg!(feature = "emulator")),
+    ("figures", cfg!(feature = "figures")),
+    ("report", cfg!(feature = "report")),
+    ("studio", cfg!(feature = "studio")),
+    ("watch", cfg!(feature = "watch")),
+];
+
+/// Version, commit and features, a line each. `cargo xtask dist` sets the commit; a build that
+/// followed each commit would compile this crate anew.
+pub static LONG: LazyLock<String> = LazyLock::new(|| {
+    let version = env!("CARGO_PKG_VERSION");
+    let commit = option_env!("STICTION_COMMIT").unwrap_or("not recorded, built from sources");
+    let features = FEATURES.iter().filter(|(_, is_there)| *is_there).map(|(name, _)| *name);
+    let features = features.collect::<Vec<_>>().join(", ");
+    let features = if features.is_empty() { "none" } else { &features };
+    format!("{version}\ncommit: {commit}\nfeatures: {features}")
+});

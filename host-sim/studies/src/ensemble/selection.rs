@@ -1,0 +1,62 @@
+//! Families, rate and number of joints as a user names them.
+
+use std::ops::RangeInclusive;
+
+use super::condition::Condition;
+use super::family::Family;
+use files::error::Error;
+
+/// Default sample rate, Hz.
+pub const RATE_HZ: f64 = 1000.0;
+
+/// Number of joints of a family.
+pub const CASES_ALLOWED: RangeInclusive<u64> = 1..=1_000_000;
+
+/// Checks the sample rate, Hz, against the range of the core's ticks and the device's timer.
+///
+/// # Errors
+/// Returns an error with the allowed range.
+pub fn allowed_rate(rate_hz: f64) -> Result<f64, Error> {
+    if (50.0..=10_000.0).contains(&rate_hz) {
+        return Ok(rate_hz);
+    }
+    Err(Error::Input(format!("--rate {rate_hz}: must be a number from 50 to 10000")))
+}
+
+/// Returns the named families, each once.
+///
+/// # Errors
+/// Returns an error with a name that no family has.
+pub fn families(names: &[String]) -> Result<Vec<Family>, Error> {
+    let mut families: Vec<Family> = Vec::new();
+    for name in names {
+        let named = if name == "all" { Family::USUAL.to_vec() } else { vec![Family::named(name)?] };
+        for family in named {
+            if !families.contains(&family) {
+                families.push(family);
+            }
+        }
+    }
+    Ok(families)
+}
+
+/// Returns the named families under a condition. Of `all` it leaves out those that do not have it.
+///
+/// # Errors
+/// Returns an error with a name that no family has, or with a family that lacks the condition.
+pub fn families_under(names: &[String], condition: Condition) -> Result<Vec<Family>, Error> {
+    let mut found = families(names)?;
+    if names.iter().any(|name| name == "all") {
+        found.retain(|family| condition.fits(*family));
+    }
+    match found.iter().find(|family| !condition.fits(**family)) {
+        Some(family) => {
+            let (name, of) = (condition.name(), family.name());
+            Err(Error::Input(format!(
+                "--condition {name} does not go with --plant {of}: a bristle has no such friction, \
+                 and arms have no conditions"
+            )))
+        }
+        None => Ok(found),
+    }
+}

@@ -1,0 +1,194 @@
+//! `cargo xtask dist` packs what a release has: a program for Linux that needs no other file, the
+//! wheel, the libraries for C, the image, licences and checksums.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::time::Instant;
+
+use crate::job::{Job, cargo, root, target_dir};
+use crate::simulator::EVERYTHING;
+use crate::{firmware, library, python, studio_page, toolchain};
+
+/// The target of the program. The C library is linked into it.
+const TARGET: &str = "x86_64-unknown-linux-gnu";
+const STATIC: &str = "-C target-feature=+crt-static -C strip=symbols";
+
+/// Beside the image.
+const OF_THE_IMAGE: &str = "\
+The image is for the STM32F405 of docs/reference/wiring.md. It has not run on real hardware: it
+was run on an emulated STM32F427, a superset, bit for bit like the core on a computer. Read
+docs/tutorial/first-board.md and docs/explanation/safety.md before you connect a motor.
+
+    probe-rs download --chip STM32F405RGTx stiction-firmware.elf
+";
+
+/// Beside the program.
+const TO_START: &str = "\
+stiction: positions a geared joint in spite of stick-slip friction, in simulation. Nothing in here
+has run on real hardware. In the first minute:
+
+    ./stiction new arm.toml --typical harmonic    # your joint by data sheets
+    ./stiction benchmark arm.toml                 # ranks the controllers on it
+    ./stiction studio arm.toml                    # moves it in the browser
+
+python/    a wheel for Python 3.11 and newer on Linux: pip install python/*.whl
+c/         stiction.h and libstiction.a for four cores
+firmware/  the image for an STM32F405; read its NOTE.txt first
+";
+
+#[derive(Debug, clap::Args)]
+pub struct DistJobArguments {
+    /// Unpack the release that was packed into an empty root directory, and rank the controllers of
+    /// a joint there (needs root)
+    #[arg(long)]
+    test: bool,
+}
+
+/// Packs a release, or tests the one that was packed.
+pub fn run(arguments: &DistJobArguments) -> Result<(), String> {
+    if arguments.test { test() } else { pack() }
+}
+
+fn name() -> String {
+    format!("stiction-{}", env!("CARGO_PKG_VERSION"))
+}
+
+fn packed() -> PathBuf {
+    target_dir().join("dist").join(name()).with_added_extension("tar.gz")
+}
+
+/// Returns the commit of the sources, and whether they differ from it.
+fn commit() -> Result<String, String> {
+    let git = |arguments: &[&str]| {
+        let made = Command::new("git").args(arguments).current_dir(root()).output();
+        let made = made.map_err(|error| format!("cannot start git: {error}"))?;
+        Ok::<_, String>(String::from_utf8_lossy(&made.stdout).trim().to_owned())
+    };
+    let commit = git(&["rev-parse", "HEAD"])?;
+    let is_clean = git(&["status", "--porcelain"])?.is_empty();
+    Ok(if is_clean { commit } else { format!("{commit}, changed") })
+}
+
+fn pack() -> Result<(), String> {
+    let commit = commit()?;
+    if commit.ends_with(", changed") {
+        println!("== The sources are not committed, so this is no release: {commit}");
+    }
+    let directory = target_dir().join("dist").join(name());
+    let failed = |error: std::io::Error| format!("cannot make {}: {error}", directory.display());
+    if directory.exists() {
+        fs::remove_dir_all(&directory).map_err(failed)?;
+    }
+    for folder in ["python", "c", "firmware"] {
+        fs::create_dir_all(directory.join(folder)).map_err(failed)?;
+    }
+    let mut files = vec![(program(&commit)?, "stiction".to_owned())];
+    let image = firmware::build()?;
+    files.push((image.with_extension("bin"), "firmware/stiction-firmware.bin".to_owned()));
+    files.push((image, "firmware/stiction-firmware.elf".to_owned()));
+    let mut add = |from: PathBuf, folder: &str| {
+        let file = from.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        files.push((from, folder.to_owned() + &file));
+    };
+    add(python::build()?, "python/");
+    library::pack()?.into_iter().for_each(|archive| add(archive, "c/"));
+    for text in ["LICENSE-MIT", "LICENSE-APACHE", "CHANGELOG.md"] {
+        add(root().join(text), "");
+    }
+    for (from, to) in &files {
+        fs::copy(from, directory.join(to))
+            .map_err(|error| format!("cannot copy {}: {error}", from.display()))?;
+    }
+    for (text, to) in [
+        (format!("{TO_START}\nCommit {commit}.\n"), "README.txt"),
+        (OF_THE_IMAGE.to_owned(), "firmware/NOTE.txt"),
+        (licences()?, "THIRD-PARTY.txt"),
+    ] {
+        fs::write(directory.join(to), text).map_err(failed)?;
+    }
+    sums(&directory)?;
+    let mut tar = Command::new("tar");
+    tar.args(["--create", "--gzip", "--file"]).arg(packed()).arg(name());
+    Job::new("Packing the release").run(tar.current_dir(target_dir().join("dist")))?;
+    println!("{}", packed().display());
+    Ok(())
+}
+
+/// Builds the program with everything in it, and the studio's page.
+fn program(commit: &str) -> Result<PathBuf, String> {
+    studio_page::page()?;
+    let mut build = cargo(&["build", "--release", "--bin", "stiction", "--target", TARGET]);
+    build.args(EVERYTHING).env("RUSTFLAGS", STATIC).env("STICTION_COMMIT", commit);
+    Job::new("Building the program for Linux").run(&mut build)?;
+    Ok(target_dir().join(TARGET).join("release/stiction"))
+}
+
+/// Writes the checksum of each file.
+fn sums(directory: &Path) -> Result<(), String> {
+    let mut sums = Command::new("sh");
+    let all = "find . -type f ! -name SHA256SUMS | LC_ALL=C sort | xargs sha256sum > SHA256SUMS";
+    Job::new("Checksums").run(sums.args(["-c", all]).current_dir(directory))
+}
+
+/// Returns the licence of each package in the program, the wheel, the image and the page.
+fn licences() -> Result<String, String> {
+    let image = ["--package", "stiction", "--features", "board", "--target", toolchain::TARGET];
+    let features = EVERYTHING[1];
+    let mut text = String::from("Packages of others, and their licences.\n");
+    for (part, arguments) in [
+        ("stiction", &["--package", "host-sim", "--features", features, "--target", TARGET][..]),
+        ("python/", &["--package", "stiction-python", "--target", TARGET]),
+        ("firmware/ and c/", &image),
+    ] {
+        let mut tree = cargo(&["tree", "--edges", "normal", "--prefix", "none"]);
+        let made = tree.args(["--format", "{p} {l}"]).args(arguments).output();
+        let made = made.map_err(|error| format!("cannot start cargo: {error}"))?;
+        if !made.status.success() {
+            return Err(String::from_utf8_lossy(&made.stderr).into_owned());
+        }
+        let all = String::from_utf8_lossy(&made.stdout).into_owned();
+        // Our own packages have a path, and a package that is there twice a star.
+        let mut lines: Vec<&str> = all.lines().map(|line| line.trim_end_matches(" (*)")).collect();
+        lines.retain(|line| !line.is_empty() && !line.contains(&*root().to_string_lossy()));
+        lines.sort_unstable();
+        lines.dedup();
+        text += &format!("\n{part}\n\n");
+        lines.iter().for_each(|line| text += &format!("  {line}\n"));
+    }
+    text += "\nstiction, the page of the studio\n\n  uplot MIT\n  @mcap/core MIT\n";
+    Ok(text)
+}
+
+/// Unpacks the release into an empty root directory, where there is no other program, and runs the
+/// program as its README says.
+fn test() -> Result<(), String> {
+    let packed = packed();
+    if !packed.exists() {
+        return Err(format!("there is no {}; run `cargo xtask dist` first", packed.display()));
+    }
+    let empty = target_dir().join("dist/empty");
+    let failed = |error: std::io::Error| format!("cannot make {}: {error}", empty.display());
+    if empty.exists() {
+        fs::remove_dir_all(&empty).map_err(failed)?;
+    }
+    fs::create_dir_all(&empty).map_err(failed)?;
+    let mut unpack = Command::new("tar");
+    unpack.args(["--extract", "--strip-components=1", "--file"]).arg(&packed);
+    Job::new("Unpacking the release into an empty root").run(unpack.arg("-C").arg(&empty))?;
+    let mut check = Command::new("sha256sum");
+    Job::new("Checksums")
+        .run(check.args(["--check", "--quiet", "SHA256SUMS"]).current_dir(&empty))?;
+    let begin = Instant::now();
+    for call in [
+        &["--version"][..],
+        &["new", "arm.toml", "--typical", "harmonic"],
+        &["benchmark", "arm.toml"],
+    ] {
+        let mut inside = Command::new("chroot");
+        inside.arg(&empty).arg("/stiction").args(call);
+        Job::new("The program in the empty root").run(&mut inside)?;
+    }
+    println!("   the first ranking took {:.1} s", begin.elapsed().as_secs_f64());
+    Ok(())
+}
