@@ -17,10 +17,11 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 const STICTION: &str = env!("CARGO_BIN_EXE_stiction");
 
 /// Commands that only the parser sees, and why.
-const PARSED_ONLY: [(&str, &str); 6] = [
+const PARSED_ONLY: [(&str, &str); 7] = [
     (" --port", "needs a board"),
     (" --emulator", "needs the firmware; tests/image/ runs the same"),
     (" --target emulator", "needs the firmware; tests/image/ runs the same"),
+    (" --law", "needs a compiler of C; host-sim/tests/output/own_law.rs has one"),
     (" watch", "needs a terminal; host-sim/tests/port/ has one"),
     ("stiction studio", "serves a page until it is ended; host-sim/tests/studio/ has one"),
     ("stiction report", "takes a quarter of a minute; host-sim/tests/report.rs makes the page"),

@@ -18,6 +18,7 @@ mod error;
 mod file;
 mod interrupt;
 mod joint;
+mod law;
 mod log;
 mod studies_of_joints;
 
@@ -30,6 +31,8 @@ mod _native {
     use crate::file::{doubts, draft, experiments, typical};
     #[pymodule_export]
     use crate::joint::Joint;
+    #[pymodule_export]
+    use crate::law::{LawJoint, LawSample};
     #[pymodule_export]
     use crate::log::identify;
     #[pymodule_export]

@@ -9,6 +9,7 @@ use serde_json::json;
 use super::arrays::bytes;
 use super::error::{exception, refused, word};
 use super::interrupt::interruptible;
+use super::law::{NamedLaw, Registered};
 use files::document::Document;
 use files::error::Error;
 use simulator::experiment::Experiment;
@@ -119,12 +120,18 @@ fn checked_cases(cases: u64) -> PyResult<()> {
 
 /// Runs laws on drawn joints of families.
 #[pyfunction]
-pub fn ensemble(py: Python<'_>, arguments: FamilyArguments) -> PyResult<String> {
+pub fn ensemble(
+    py: Python<'_>,
+    arguments: FamilyArguments,
+    laws: Vec<NamedLaw>,
+) -> PyResult<String> {
     let FamilyArguments { families, cases, seed, controllers, hard, rate, moves, .. } = arguments;
     checked_cases(cases)?;
     let condition: Condition = word("condition", &arguments.condition)?;
     let approach: Approach = word("motion", &arguments.motion)?;
-    interruptible(py, |interrupt| {
+    let own = Registered::new(laws).map_err(|error| exception(&error))?;
+    let made = interruptible(py, |interrupt| {
+        let rules = rules(&controllers)?.into_iter().chain(own.rules.iter().copied()).collect();
         let ensemble = Ensemble {
             seed,
             cases,
@@ -132,7 +139,7 @@ pub fn ensemble(py: Python<'_>, arguments: FamilyArguments) -> PyResult<String> 
             approach,
             moves,
             families: families_under(&families, condition)?,
-            rules: rules(&controllers)?,
+            rules,
         };
         let rows = Rows::default();
         run_ensemble(
@@ -145,7 +152,8 @@ pub fn ensemble(py: Python<'_>, arguments: FamilyArguments) -> PyResult<String> 
             },
         )?;
         Ok(rows.finished(&EnsembleHeader::of(&ensemble)))
-    })
+    });
+    made.map_err(|error| own.raised.cause_of(py, error))
 }
 
 /// Runs the controllers of a file on joints around the file's.

@@ -17,7 +17,7 @@ from ._ensemble import Ensemble, ensemble
 from ._files import Doubt, draft, experiments, new, typical_joints
 from ._identify import identify
 from ._joint import Joint, Sample
-from ._native import Refused
+from ._native import LawJoint, LawSample, Refused
 from ._run import Run, run
 from ._tune import Tuning, tune
 
@@ -25,6 +25,8 @@ __all__ = [
     "Doubt",
     "Ensemble",
     "Joint",
+    "LawJoint",
+    "LawSample",
     "Refused",
     "Run",
     "Sample",

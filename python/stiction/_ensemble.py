@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 from . import _native
 from ._files import File, listed, named, ranges
+
+
+#: Makes the controller of a joint: a class with ``__call__``, or a function that returns one.
+Law = Callable[[_native.LawJoint], Callable[[_native.LawSample], float]]
 
 
 @dataclass(frozen=True)
@@ -40,6 +44,7 @@ def ensemble(
     condition: str = "nominal",
     motion: str = "profiled",
     moves: int = 0,
+    law: Law | Mapping[str, Law] | None = None,
 ) -> Ensemble:
     """Run untuned controllers on drawn joints, with soft start and all monitors.
 
@@ -49,6 +54,12 @@ def ensemble(
     a key, instead of the file's ``[spread]``. ``hard``, ``condition``, ``motion`` and ``moves``
     belong to families; docs/how-to/ensembles.md explains them. ``rate`` is in Hz, 1000 for
     families unless given.
+
+    ``law`` runs a law of your own beside them, on families: a callable that takes a
+    :class:`LawJoint` and returns a controller, which takes a :class:`LawSample` in each tick and
+    returns the effort. Its name is the callable's, or the key of a mapping; its attribute
+    ``version`` is in the header. It has the servo, the soft start and the monitors of every law.
+    An exception of the law ends the ensemble.
 
     The rows depend on the seed and the arguments alone, on any number of cores. Raises
     :class:`Refused` with the argument that is wrong. Ctrl-C ends it within the time of a joint.
@@ -61,6 +72,7 @@ def ensemble(
             "condition": condition != "nominal",
             "motion": motion != "profiled",
             "moves": moves > 0,
+            "law": law is not None,
             "another plant": len(names) > 1,
         }
         for argument, given in foreign.items():
@@ -84,7 +96,16 @@ def ensemble(
                 "condition": condition,
                 "motion": motion,
                 "moves": moves,
-            }
+            },
+            _named(law),
         )
     found = json.loads(text)
     return Ensemble(rows=found["rows"], header=found["header"], summary=found["summary"])
+
+
+def _named(law: Law | Mapping[str, Law] | None) -> list[tuple[str, str, Law]]:
+    if law is None:
+        return []
+    if not isinstance(law, Mapping):
+        law = {getattr(law, "__name__", type(law).__name__): law}
+    return [(name, str(getattr(one, "version", "")), one) for name, one in law.items()]

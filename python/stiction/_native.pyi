@@ -1,4 +1,36 @@
+from collections.abc import Callable
 from typing import Any
+
+class LawJoint:
+    """A joint as the built-in laws know it: the nominal joint and bounds of its friction.
+
+    Angles are in rad and times in s; the effort is in the unit of the joint's drive.
+    """
+
+    sample_time: float
+    count: float
+    largest_effort: float
+    effort_step: float
+    inertia: float
+    viscous: float
+    breakaway_low: float
+    breakaway_high: float
+    load: float
+    hold_effort: float
+    jitter: float
+    encoder_at_load: bool
+
+class LawSample:
+    """One tick of a law: what the servo measures, in rad and s."""
+
+    counts: int
+    target_counts: float
+    error: float
+    velocity: float
+    target_velocity: float
+    target_acceleration: float
+    applied: float
+    saturated: bool
 
 class Refused(ValueError): ...
 
@@ -19,7 +51,10 @@ def doubts(file: str) -> list[str]: ...
 def draft(
     name: str, like: str | None, answers: list[tuple[str, str]]
 ) -> tuple[str, list[str]]: ...
-def ensemble(arguments: dict[str, Any]) -> str: ...
+def ensemble(
+    arguments: dict[str, Any],
+    laws: list[tuple[str, str, Callable[[LawJoint], Callable[[LawSample], float]]]],
+) -> str: ...
 def ensemble_of_file(
     file: str,
     cases_and_seed: tuple[int, int],

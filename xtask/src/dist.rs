@@ -119,6 +119,8 @@ fn pack() -> Result<(), String> {
 fn program(commit: &str) -> Result<PathBuf, String> {
     studio_page::page()?;
     let mut build = cargo(&["build", "--release", "--bin", "stiction", "--target", TARGET]);
+    // All but `shared-law`: a static program opens no libraries.
+    build.args(["--no-default-features", "--features", "figures,report,watch"]);
     build.args(EVERYTHING).env("RUSTFLAGS", STATIC).env("STICTION_COMMIT", commit);
     Job::new("Building the program for Linux").run(&mut build)?;
     Ok(target_dir().join(TARGET).join("release/stiction"))

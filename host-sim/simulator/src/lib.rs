@@ -13,6 +13,7 @@ pub mod device;
 pub mod draft;
 pub mod experiment;
 pub mod flash;
+pub mod guest;
 pub mod identification;
 pub mod metrics;
 pub mod output;

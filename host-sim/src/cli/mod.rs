@@ -13,6 +13,7 @@ mod keys;
 mod list;
 mod new;
 mod outputs;
+mod own_laws;
 mod params;
 mod plot;
 mod report;

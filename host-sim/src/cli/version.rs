@@ -3,10 +3,11 @@
 use std::sync::LazyLock;
 
 /// Features with their names, if this program has them.
-const FEATURES: [(&str, bool); 5] = [
+const FEATURES: [(&str, bool); 6] = [
     ("emulator", cfg!(feature = "emulator")),
     ("figures", cfg!(feature = "figures")),
     ("report", cfg!(feature = "report")),
+    ("shared-law", cfg!(feature = "shared-law")),
     ("studio", cfg!(feature = "studio")),
     ("watch", cfg!(feature = "watch")),
 ];

@@ -18,6 +18,8 @@ mod identify_machine;
 mod json;
 mod new_joint;
 mod own_file;
+#[cfg(feature = "shared-law")]
+mod own_law;
 mod plots;
 mod runs;
 mod standard_output;

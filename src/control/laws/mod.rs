@@ -39,8 +39,8 @@ pub use reset_integral::{ResetIntegral, ResetIntegralGains};
 pub use reset_offset_integral::{ResetOffsetIntegral, ResetOffsetIntegralGains};
 #[cfg(feature = "rivals")]
 pub use rival::{
-    Impulsive, ImpulsiveGains, Pid, PidGains, ProxySlidingMode, ProxySlidingModeGains, TwoResetPid,
-    TwoResetPidGains,
+    Guest, GuestGains, GuestJoint, GuestUpdate, Impulsive, ImpulsiveGains, Pid, PidGains,
+    ProxySlidingMode, ProxySlidingModeGains, TwoResetPid, TwoResetPidGains,
 };
 pub use robust::{Robust, RobustGains};
 pub use smooth_robust_nonlinear::{SmoothRobustNonlinear, SmoothRobustNonlinearGains};
@@ -55,27 +55,45 @@ pub const MAX_TERMS: usize = 4;
 
 /// Registers the laws: a comment that says which law it is, under which feature it is there if it
 /// is not always, then `number "name in a machine's file" Type;`. After `alone` comes the one that
-/// takes the place of PD and is too large to have room in each place of a sum.
+/// takes the place of PD and is too large to have room in each place of a sum. After `unlisted`
+/// comes one that no file can name: the program that runs it makes its gains.
 macro_rules! laws {
     ($(
         $(#[doc = $doc:literal])* $(#[cfg($feature:meta)])?
         $number:literal $name:literal $Law:ident;
      )+
-     alone $(#[doc = $alone_doc:literal])* $alone_number:literal $alone_name:literal $Alone:ident;) => {
+     alone $(#[doc = $alone_doc:literal])* $alone_number:literal $alone_name:literal $Alone:ident;
+     unlisted $(#[doc = $guest_doc:literal])* #[cfg($guest_feature:meta)]
+     $guest_number:literal $guest_name:literal $Guest:ident;) => {
         gains! {
-            $($(#[doc = $doc])* $(#[cfg($feature)])? $number $name $Law;)+
-            $(#[doc = $alone_doc])* $alone_number $alone_name $Alone;
+            listed {
+                $($(#[cfg($feature)])? $number $name $Law;)+
+                $alone_number $alone_name $Alone;
+            }
+            all {
+                $($(#[doc = $doc])* $(#[cfg($feature)])? $number $name $Law;)+
+                $(#[doc = $alone_doc])* $alone_number $alone_name $Alone;
+                $(#[doc = $guest_doc])* #[cfg($guest_feature)] $guest_number $guest_name $Guest;
+            }
         }
-        prepared! { alone $Alone; $($(#[doc = $doc])* $(#[cfg($feature)])? $Law;)+ }
+        prepared! {
+            alone $Alone;
+            $($(#[doc = $doc])* $(#[cfg($feature)])? $Law;)+
+            $(#[doc = $guest_doc])* #[cfg($guest_feature)] $Guest;
+        }
     };
 }
 
 /// Makes the gains of every law.
 macro_rules! gains {
-    ($(
+    (listed {$(
+        $(#[cfg($listed_feature:meta)])?
+        $listed_number:literal $listed_name:literal $Listed:ident;
+    )+}
+    all {$(
         $(#[doc = $doc:literal])* $(#[cfg($feature:meta)])?
         $number:literal $name:literal $Law:ident;
-    )+) => {
+    )+}) => {
         /// The gains of one law.
         #[derive(Clone, Copy, Debug, PartialEq)]
         pub enum Gains {
@@ -83,20 +101,24 @@ macro_rules! gains {
         }
 
         impl Gains {
-            /// Every law, with its gains as a typical machine has them.
+            /// Every listed law, with its gains as a typical machine has them.
             pub const EXAMPLES: &'static [Self] = &[
-                $($(#[cfg($feature)])? Self::$Law(<$Law as Law>::Gains::EXAMPLE),)+
+                $(
+                    $(#[cfg($listed_feature)])?
+                    Self::$Listed(<$Listed as Law>::Gains::EXAMPLE),
+                )+
             ];
 
             /// The declarations of the gains of every law, in the order of
             /// [`EXAMPLES`](Self::EXAMPLES).
             pub const ABOUT: &'static [&'static [About]] = &[
-                $($(#[cfg($feature)])? <$Law as Law>::Gains::ABOUT,)+
+                $($(#[cfg($listed_feature)])? <$Listed as Law>::Gains::ABOUT,)+
             ];
 
             /// The names of the laws in a machine's file, in the order of
             /// [`EXAMPLES`](Self::EXAMPLES).
-            pub const NAMES: &'static [&'static str] = &[$($(#[cfg($feature)])? $name,)+];
+            pub const NAMES: &'static [&'static str] =
+                &[$($(#[cfg($listed_feature)])? $listed_name,)+];
 
             /// Returns the law's number in records.
             pub const fn id(&self) -> u8 {
@@ -108,7 +130,10 @@ macro_rules! gains {
             /// Returns the law of a number, with the gains of the example.
             pub const fn from_id(id: u32) -> Option<Self> {
                 match id {
-                    $($(#[cfg($feature)])? $number => Some(Self::$Law(<$Law as Law>::Gains::EXAMPLE)),)+
+                    $(
+                        $(#[cfg($listed_feature)])?
+                        $listed_number => Some(Self::$Listed(<$Listed as Law>::Gains::EXAMPLE)),
+                    )+
                     _ => None,
                 }
             }
@@ -326,6 +351,10 @@ laws! {
     alone
     /// `robust`, the supervisor.
     7 "robust" Robust;
+    unlisted
+    /// A guest: a law of another program.
+    #[cfg(feature = "rivals")]
+    36 "guest" Guest;
 }
 
 /// The number of the first law of a sum; those of the others follow. Zero says that there is no law

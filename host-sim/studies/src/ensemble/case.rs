@@ -8,6 +8,7 @@ use super::moves::{self, Wear};
 use super::rig::Rig;
 use super::{arm_case, assemble};
 use files::error::Error;
+use simulator::guest;
 use simulator::rules::ControllerGains;
 
 /// Runs a case under a law with its gains, of each of its joints. An arm makes no moves in a row.
@@ -27,8 +28,18 @@ pub fn run(
 /// `show`.
 ///
 /// # Errors
-/// If the core refuses the gains.
+/// If the core refuses the gains, or a law of another program fails.
 pub fn run_and_show(
+    case: &Case,
+    law: &str,
+    gains: &[ControllerGains],
+    motions: Motions,
+    show: impl FnMut(JudgedMotion, f64, &CaseSample),
+) -> Result<CaseResult, Error> {
+    guest::run_case(gains, || ran(case, law, gains, motions, show))
+}
+
+fn ran(
     case: &Case,
     law: &str,
     gains: &[ControllerGains],

@@ -26,6 +26,7 @@ use super::machine_file::MachineEnsemble;
 use super::motions::Approach;
 use super::run::Ensemble;
 use files::error::Error;
+use simulator::guest;
 use simulator::output::OutputFile;
 
 /// The form of a file: 2 since every column has to be there, and a group says whether it is a
@@ -67,6 +68,9 @@ pub struct EnsembleHeader {
     /// Condition of the joints; a file of before has none.
     #[serde(default)]
     pub condition: Condition,
+    /// Versions of the laws of other programs, by their names; left out without such laws.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub guests: BTreeMap<String, String>,
 }
 
 const fn step() -> Approach {
@@ -92,6 +96,11 @@ impl EnsembleHeader {
             machine: Vec::new(),
             motion: ensemble.approach,
             condition: ensemble.kind.condition,
+            guests: ensemble
+                .rules
+                .iter()
+                .filter_map(|rule| Some((rule.law.to_owned(), guest::version(rule)?)))
+                .collect(),
         }
     }
 
@@ -110,6 +119,7 @@ impl EnsembleHeader {
             machine: machine.written(),
             motion: Approach::Step,
             condition: Condition::Nominal,
+            guests: BTreeMap::new(),
         }
     }
 

@@ -1,0 +1,185 @@
+//! Guests: laws of another program, beside the built-in ones.
+//!
+//! ```text
+//! GuestLaw -> register -> GainRule -> ControllerGains -> servo -> tick: update -> Controller::tick
+//! ```
+//!
+//! A guest sees what a built-in law sees, in SI: the joint as the rule book knows it, counts, the
+//! set point, the velocity that the servo measures, and the effort that was applied. It returns an
+//! effort. Servo, monitors, soft start, noise and walls are those of every law, and the monitors
+//! have the thresholds that PD's gains give on the joint.
+//!
+//! A controller lives from its first tick to the end of its case, on one thread. A case can make
+//! several: arming, and an effort that is no number, begin a law anew.
+
+mod units;
+
+use std::cell::RefCell;
+use std::sync::{Arc, PoisonError, RwLock};
+
+use stiction::control::laws::{Gains, Guest, GuestGains, GuestJoint, GuestUpdate, LawInput};
+
+pub use self::units::{JointFacts, Sample};
+use crate::rules::{ControllerGains, GainRule, JointBounds, PdLoop, RULES};
+use files::error::Error;
+
+/// A law of another program.
+pub trait GuestLaw: Send + Sync {
+    /// Name in tables and rows.
+    fn name(&self) -> &str;
+
+    /// Version, as the law states it; it is in the header of rows.
+    fn version(&self) -> &str;
+
+    /// Makes the controller of a joint at rest.
+    ///
+    /// # Errors
+    /// Returns a sentence with the reason.
+    fn start(&self, joint: &JointFacts) -> Result<Box<dyn Controller>, String>;
+
+    /// Runs a case, all on this thread. A law that needs a lock in each tick takes it here once.
+    fn around_case(&self, case: &mut dyn FnMut()) {
+        case();
+    }
+}
+
+/// Controller of one joint.
+pub trait Controller {
+    /// Returns the effort of a tick.
+    ///
+    /// # Errors
+    /// Returns a sentence with the reason; the case ends as an error.
+    fn tick(&mut self, sample: &Sample) -> Result<f64, String>;
+}
+
+/// Laws by their number; a law that was released is `None`.
+static LAWS: RwLock<Vec<Option<Arc<dyn GuestLaw>>>> = RwLock::new(Vec::new());
+
+thread_local! {
+    /// First error of a guest in the case that this thread runs.
+    static FAILED: RefCell<Option<String>> = const { RefCell::new(None) };
+
+    /// Controllers of the case that this thread runs. The number of a controller is its place plus
+    /// one.
+    static RUNNING: RefCell<Vec<Box<dyn Controller>>> = const { RefCell::new(Vec::new()) };
+}
+
+/// Registers a law, and returns its rule. The rule lives as long as the program.
+///
+/// # Errors
+/// Returns an error if a built-in law has that name.
+pub fn register(law: Arc<dyn GuestLaw>) -> Result<&'static GainRule, Error> {
+    let name = law.name().to_owned();
+    if RULES.iter().any(|rule| rule.law == name) {
+        return Err(Error::Input(format!("--law: `{name}` is the name of a built-in law")));
+    }
+    if name.is_empty() || name.contains([',', '\n', '"']) {
+        return Err(Error::Input(format!(
+            "--law: `{name}` cannot be a name; it must have no comma, quote or line break"
+        )));
+    }
+    let mut laws = LAWS.write().unwrap_or_else(PoisonError::into_inner);
+    let number = laws.len() as u32;
+    laws.push(Some(law));
+    Ok(Box::leak(Box::new(GainRule {
+        law: Box::leak(name.into_boxed_str()),
+        knows: "all that the rule book knows",
+        text: "its own",
+        // The constant of a rule is a number without a unit: here it is that of the law.
+        constant: f64::from(number),
+        tried: &[],
+        gains_with,
+    })))
+}
+
+/// Returns the version of a guest, if a rule is one.
+pub fn version(rule: &GainRule) -> Option<String> {
+    let is_guest = !RULES.iter().any(|one| one.law == rule.law);
+    let laws = LAWS.read().unwrap_or_else(PoisonError::into_inner);
+    let law = laws.get(rule.constant as usize).filter(|_| is_guest)?;
+    law.as_ref().map(|law| law.version().to_owned())
+}
+
+/// Releases the law of a rule that [`register`] returned; the rule runs no more.
+pub fn release(rule: &GainRule) {
+    let mut laws = LAWS.write().unwrap_or_else(PoisonError::into_inner);
+    if let Some(law) = laws.get_mut(rule.constant as usize) {
+        *law = None;
+    }
+}
+
+fn gains_with(joint: &JointBounds, number: f64) -> ControllerGains {
+    let gains = GuestGains {
+        update: GuestUpdate(update),
+        law: number as u32,
+        joint: GuestJoint {
+            inertia: joint.inertia as f32,
+            viscous: joint.viscous as f32,
+            breakaway: joint.breakaway.map(|effort| effort as f32),
+            load: joint.load as f32,
+            hold_effort: joint.hold_effort as f32,
+            jitter: joint.jitter as f32,
+            encoder_at_load: joint.encoder_at_load,
+        },
+    };
+    PdLoop::of(joint).with_laws(vec![Gains::Guest(gains)])
+}
+
+/// Runs a case with the gains of its joints on this thread, and ends its controllers.
+///
+/// # Errors
+/// Returns the error of the case, or the first error of a guest in it.
+pub fn run_case<T>(
+    gains: &[ControllerGains],
+    case: impl FnOnce() -> Result<T, Error>,
+) -> Result<T, Error> {
+    let number = gains.iter().flat_map(|gains| &gains.laws).find_map(|law| match law {
+        Gains::Guest(guest) => Some(guest.law),
+        _ => None,
+    });
+    let Some(number) = number else { return case() };
+    let law = law(number).ok_or_else(|| Error::Run("a law was released".into()))?;
+    let (mut case, mut ended) = (Some(case), None);
+    law.around_case(&mut || {
+        ended = case.take().map(|case| case());
+        RUNNING.with_borrow_mut(Vec::clear);
+    });
+    if let Some(why) = FAILED.take() {
+        return Err(Error::Run(format!("the law `{}`: {why}", law.name())));
+    }
+    ended.unwrap_or_else(|| Err(Error::Run(format!("the law `{}` ran no case", law.name()))))
+}
+
+/// Computes a tick of a guest; an effort that is no number after an error.
+fn update(guest: &Guest, instance: &mut u32, input: &LawInput) -> f32 {
+    // The case is an error already.
+    if FAILED.with_borrow(Option::is_some) {
+        return f32::NAN;
+    }
+    let effort = RUNNING.with_borrow_mut(|running| {
+        if *instance == 0 {
+            running.push(started(guest)?);
+            *instance = running.len() as u32;
+        }
+        let controller = running.get_mut(*instance as usize - 1);
+        controller.ok_or("its case has ended")?.tick(&Sample::of(input, &guest.around))
+    });
+    effort.map_or_else(
+        |why| {
+            FAILED.with_borrow_mut(|failed| {
+                failed.get_or_insert(why);
+            });
+            f32::NAN
+        },
+        |effort| effort as f32,
+    )
+}
+
+fn law(number: u32) -> Option<Arc<dyn GuestLaw>> {
+    let laws = LAWS.read().unwrap_or_else(PoisonError::into_inner);
+    laws.get(number as usize).cloned().flatten()
+}
+
+fn started(guest: &Guest) -> Result<Box<dyn Controller>, String> {
+    law(guest.gains.law).ok_or("it is not registered")?.start(&JointFacts::of(guest))
+}

@@ -1,0 +1,76 @@
+"""A law in Python, beside the built-in ones."""
+
+import math
+
+import pytest
+
+import stiction
+
+
+def pd(joint):
+    """PD with the gains of the rule book: 8 Hz, damping ratio 0.9."""
+    natural = 2 * math.pi * 8
+    kp = joint.inertia * natural**2
+    kd = max(0.0, 2 * 0.9 * joint.inertia * natural - joint.viscous)
+    return lambda sample: kp * sample.error + kd * (sample.target_velocity - sample.velocity)
+
+
+pd.version = "3"
+
+
+class Counter:
+    """A law with a state."""
+
+    def __init__(self, joint):
+        self.ticks, self.joint = 0, joint
+
+    def __call__(self, sample):
+        assert abs(sample.error - (sample.target_counts - sample.counts) * self.joint.count) < 1e-6
+        self.ticks += 1
+        return 0.0
+
+
+def test_pd_in_python_moves_each_joint_as_the_built_in_pd_does():
+    found = stiction.ensemble("rigid", cases=6, seed=5, controller="pd", law={"own": pd})
+    rows = {name: [row for row in found.rows if row["law"] == name] for name in ("pd", "own")}
+    assert len(rows["pd"]) == len(rows["own"]) == 6
+    for one, other in zip(rows["pd"], rows["own"], strict=True):
+        # The rule rounds its gains to four digits.
+        assert other["tracking_rms"] == pytest.approx(one["tracking_rms"], rel=0.01)
+        assert other["rest_counts"] == pytest.approx(one["rest_counts"], abs=2.0)
+        assert other["step_fault"] is None
+    assert found.header["guests"] == {"own": "3"} and found.header["laws"] == ["pd", "own"]
+
+
+def test_a_law_that_does_nothing_fails_on_every_joint():
+    found = stiction.ensemble("rigid", cases=3, controller="pd", law=Counter)
+    rows = [row for row in found.rows if row["law"] == "Counter"]
+    assert len(rows) == 3 and not any(row["success_at_encoder"] for row in rows)
+
+
+def test_an_exception_of_a_law_ends_the_ensemble_and_is_its_cause():
+    def broken(joint):
+        return lambda sample: 1.0 / 0.0
+
+    with pytest.raises(RuntimeError, match="the law `broken`: ZeroDivisionError") as failed:
+        stiction.ensemble("rigid", cases=3, controller="pd", law=broken)
+    assert isinstance(failed.value.__cause__, ZeroDivisionError)
+    # The next ensemble is not affected.
+    assert len(stiction.ensemble("rigid", cases=2, controller="pd").rows) == 2
+
+
+@pytest.mark.parametrize(
+    ("law", "sentence"),
+    [
+        ({"pid": pd}, "`pid` is the name of a built-in law"),
+        ({"a,b": pd}, "must have no comma"),
+    ],
+)
+def test_a_name_that_another_law_has_is_refused(law, sentence):
+    with pytest.raises(stiction.Refused, match=sentence):
+        stiction.ensemble("rigid", cases=1, law=law)
+
+
+def test_a_law_does_not_run_on_a_file():
+    with pytest.raises(stiction.Refused, match="law does not go with"):
+        stiction.ensemble("arm.toml", law=pd)
