@@ -1,5 +1,4 @@
-//! Laws in shared libraries: the functions of `stiction_law.h` as a
-//! [`GuestLaw`](simulator::guest::GuestLaw).
+//! Laws in shared libraries: the functions of `stiction_law.h` as a [`GuestLaw`].
 //!
 //! The library is trusted: it runs in this process, and a fault in it ends the process. It is never
 //! unloaded.
