@@ -270,7 +270,8 @@ fn directory() -> Result<PathBuf, String> {
     Ok(directory)
 }
 
-/// Builds and packs the archives of all cores, and returns their paths: target/library/stiction-CORE.tar.gz and SHA256SUMS.
+/// Builds and packs the archives of all cores, and returns their paths:
+/// target/library/stiction-CORE.tar.gz, beside SHA256SUMS.
 pub fn pack() -> Result<Vec<PathBuf>, String> {
     let directory = directory()?;
     let mut packed = Vec::new();

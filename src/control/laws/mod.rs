@@ -278,7 +278,10 @@ macro_rules! prepared {
             /// validated.
             pub fn new(gains: &Gains, around: &Loop) -> Option<Self> {
                 match gains {
-                    $($(#[cfg($feature)])? Gains::$Law(gains) => Some(Self::$Law($Law::new(gains, around))),)+
+                    $(
+                        $(#[cfg($feature)])?
+                        Gains::$Law(gains) => Some(Self::$Law($Law::new(gains, around))),
+                    )+
                     Gains::$Alone(_) => None,
                 }
             }
@@ -296,7 +299,10 @@ macro_rules! prepared {
             /// that tick.
             pub fn update(&self, state: &mut LawState, input: &LawInput) -> f32 {
                 match (self, &mut *state) {
-                    $($(#[cfg($feature)])? (Self::$Law(law), LawState::$Law(state)) => law.update(state, input),)+
+                    $(
+                        $(#[cfg($feature)])?
+                        (Self::$Law(law), LawState::$Law(state)) => law.update(state, input),
+                    )+
                     _ => {
                         *state = self.rest();
                         0.0
