@@ -4,6 +4,7 @@ use core::fmt;
 
 use crate::control::laws::robust::EncoderSide;
 use crate::control::laws::{Loop, RobustGains};
+use crate::units::error::{Allowed, InvalidValue};
 use crate::units::value::Table;
 
 /// Configuration of a joint and of the loop around it.
@@ -78,6 +79,20 @@ const JITTER: f32 = 100.0;
 /// Refuses a value outside its range; NaN is in no range.
 pub(super) fn check(field: &'static str, found: f32, [low, high]: [f32; 2]) -> Result<(), Refused> {
     if found >= low && found <= high { Ok(()) } else { Err(Refused { field, found, low, high }) }
+}
+
+/// Returns the error of a value of the core, with the name of its field in `T`.
+pub(super) fn refused<T: Table>(error: InvalidValue) -> Refused {
+    let field =
+        T::ABOUT.iter().find(|about| about.key == error.key).map_or("", |about| about.field);
+    let [low, high] = match error.allowed {
+        Allowed::Between(low, high) | Allowed::Above(low, high) | Allowed::OrOff(low, high) => {
+            [low, high]
+        }
+        Allowed::UpTo(high, _) | Allowed::DueTo(high, _) => [0.0, high],
+        Allowed::Any | Allowed::LaterBy(_) | Allowed::AnotherLaw => [-RANGE[1], RANGE[1]],
+    };
+    Refused { field, found: error.found, low, high }
 }
 
 impl PositionerConfig {

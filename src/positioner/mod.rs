@@ -13,7 +13,8 @@
 //! time and the current outside, and turn the output off when a limit is exceeded. The monitors of
 //! a device that need no board are in [`RunawayMonitors`]; its page says what they do not see.
 //!
-//! [`PdPositioner`] is the same for PD with one of the thesis's laws. [`Positioner`]'s law is
+//! [`PdPositioner`] is the same for PD with one of the thesis's laws, and [`MoveProfile`] has the
+//! path of a move for it. [`Counter`] unwraps a hardware counter. [`Positioner`]'s law is
 //! [`Robust`]; its page has the equations and what it does badly. This module adds
 //! nothing but SI units, the validation of a [`PositionerConfig`], the limit and the step of the
 //! effort, and zero instead of an effort that is not a number. It does not allocate, panic or use
@@ -49,14 +50,18 @@
 //! ```
 
 mod config;
+mod counter;
 mod effort;
 mod monitors;
+mod move_profile;
 mod pd;
 
 pub use crate::control::laws::robust::{EncoderSide, Mode};
 pub use crate::units::position::Position;
 pub use config::{PositionerConfig, Refused};
+pub use counter::{Counter, CounterBits, Direction};
 pub use monitors::{MonitorConfig, Runaway, RunawayMonitors, RunawayState};
+pub use move_profile::{MoveConfig, MoveProfile};
 pub use pd::{PdConfig, PdPositioner, PdState};
 
 use crate::control::laws::robust::RobustState;
@@ -196,5 +201,7 @@ impl Positioner {
 
 #[cfg(test)]
 mod monitors_tests;
+#[cfg(test)]
+mod path_tests;
 #[cfg(test)]
 mod tests;

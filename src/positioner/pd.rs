@@ -8,14 +8,13 @@
 //! Each law of [`laws`](crate::control::laws) has its equation, and what it does badly.
 //! As beside [`Positioner`](super::Positioner): **a law stops no runaway.**
 
-use super::config::{COUNTS, RANGE, SAMPLE_TIME, check};
+use super::config::{COUNTS, RANGE, SAMPLE_TIME, check, refused};
 use super::effort::EffortSteps;
 use super::{Refused, Target};
 use crate::control::laws::{Law, LawInput, Loop};
 use crate::control::pd::PdGains;
 use crate::control::velocity::{MAX_WINDOW, Velocity, VelocityState};
-use crate::units::error::Allowed;
-use crate::units::value::{Key, Table, Values};
+use crate::units::value::Values;
 
 /// Configuration of a PD loop. Angles are rad of the joint; the effort is in any unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -96,12 +95,7 @@ impl<L: Law> PdPositioner<L> {
         check("kp", config.kp, [0.0, RANGE[1]])?;
         check("kd", config.kd, [0.0, RANGE[1]])?;
         check("velocity_window", config.velocity_window as f32, [2.0, MAX_WINDOW as f32])?;
-        gains.validate().map_err(|error| Refused {
-            field: field::<L::Gains>(error.key),
-            found: error.found,
-            low: ends(error.allowed)[0],
-            high: ends(error.allowed)[1],
-        })?;
+        gains.validate().map_err(refused::<L::Gains>)?;
         let pd = PdGains { kp: config.kp.to_radians(), kd: config.kd.to_radians() };
         let resolution = 360.0 / config.counts_per_turn;
         let around = Loop {
@@ -161,21 +155,5 @@ impl<L: Law> PdPositioner<L> {
     /// counter was set.
     pub fn restart(&self, state: &mut PdState<L::State>) {
         *state = self.start();
-    }
-}
-
-/// Returns the field of a law's gains that has a number.
-fn field<G: Table>(key: Key) -> &'static str {
-    G::ABOUT.iter().find(|about| about.key == key).map_or("", |about| about.field)
-}
-
-/// Returns the ends of a range.
-fn ends(allowed: Allowed) -> [f32; 2] {
-    match allowed {
-        Allowed::Between(low, high) | Allowed::Above(low, high) | Allowed::OrOff(low, high) => {
-            [low, high]
-        }
-        Allowed::UpTo(high, _) | Allowed::DueTo(high, _) => [0.0, high],
-        Allowed::Any | Allowed::LaterBy(_) | Allowed::AnotherLaw => [-RANGE[1], RANGE[1]],
     }
 }

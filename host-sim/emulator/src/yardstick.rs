@@ -1,5 +1,5 @@
-//! Control steps that are not ours, counted as ours are: the image of `xtask/yardstick`, which runs
-//! nothing else.
+//! Control steps that are not the firmware's, counted as its tick is: the image of
+//! `xtask/yardstick`, which runs nothing else.
 
 use std::collections::VecDeque;
 use std::path::Path;
@@ -16,8 +16,13 @@ use crate::firmware::Code;
 use files::error::Error;
 
 /// The steps of the image, by their names here and there.
-pub const STEPS: [(&str, &str); 2] =
-    [("pid-crate", "yardstick::steps::pid_step"), ("pd+tanhf", "yardstick::steps::pd_tanh_step")];
+pub const STEPS: [(&str, &str); 5] = [
+    ("pid-crate", "yardstick::steps::pid_step"),
+    ("pd+tanhf", "yardstick::steps::pd_tanh_step"),
+    ("face-robust", "yardstick::face::robust_step"),
+    ("face-monitor", "yardstick::face::monitors_step"),
+    ("face-pd-srnf", "yardstick::face::pd_step"),
+];
 const INPUT: &str = "yardstick::steps::INPUT";
 /// Between two looks at whether it is done, ns.
 const LOOK_EVERY_NS: u64 = 1_000_000;
@@ -29,15 +34,20 @@ const LIMIT_NS: u64 = 20_000;
 ///
 /// # Errors
 /// If the image is not that of the yardsticks, or hangs.
-pub fn count(path: &Path, elf: &[u8], samples: &[[f32; 2]]) -> Result<[Vec<u32>; 2], Error> {
+pub fn count(
+    path: &Path,
+    elf: &[u8],
+    samples: &[[f32; 2]],
+) -> Result<[Vec<u32>; STEPS.len()], Error> {
     let trouble = |why: String| Error::Emulator(format!("{}: {why}", path.display()));
     let code = Code::read(path, elf)?;
     let counter = |path| Ok::<_, Error>(Counter::new(Span::called(&code, code.function(path)?)?));
-    let [(_, first), (_, second)] = STEPS;
+    let [(_, first), ..] = STEPS;
+    let counters = STEPS.iter().map(|(_, path)| counter(path)).collect::<Result<Vec<_>, _>>()?;
     let feeder = Feeder {
-        counters: [counter(first)?, counter(second)?],
+        counters,
         first: code.function(first)?.address.into(),
-        counts: [Vec::new(), Vec::new()],
+        counts: STEPS.map(|_| Vec::new()),
         input: code.variable(INPUT)?.into(),
         waiting: samples.iter().copied().collect(),
         enough: samples.len() + 1,
@@ -62,10 +72,10 @@ pub fn count(path: &Path, elf: &[u8], samples: &[[f32; 2]]) -> Result<[Vec<u32>;
 }
 
 struct Feeder {
-    counters: [Counter; 2],
+    counters: Vec<Counter>,
     /// Where the first step begins: by then, the image has read its input.
     first: u64,
-    counts: [Vec<u32>; 2],
+    counts: [Vec<u32>; STEPS.len()],
     input: u64,
     waiting: VecDeque<[f32; 2]>,
     /// Calls of each step.

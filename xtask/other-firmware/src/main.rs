@@ -48,6 +48,8 @@ mod program {
         super::robust::run();
         #[cfg(feature = "pd")]
         super::pd::run();
+        #[cfg(feature = "path")]
+        super::path::run();
         #[cfg(feature = "deliberate-panic")]
         assert!(black_box(true));
         loop {
@@ -177,5 +179,39 @@ mod pd {
             }
             black_box(positioner.tick(&mut state, black_box(0), super::unknown::target()));
         }
+    }
+}
+
+#[cfg(all(target_os = "none", feature = "path"))]
+mod path {
+    use core::hint::black_box;
+
+    use stiction::positioner::{
+        Counter, CounterBits, Direction, MoveConfig, MoveProfile, Position,
+    };
+
+    pub fn run() {
+        let other = black_box(0.0);
+        let config = black_box(MoveConfig {
+            sample_time: other,
+            counts_per_turn: other,
+            speed: other,
+            acceleration: other,
+            jerk: other,
+        });
+        let mut counter = Counter::new(CounterBits::Sixteen, Direction::Forward, black_box(0));
+        let at = Position::from_counts(counter.position());
+        let Ok(mut path) = MoveProfile::new(&config, at) else { return };
+        path.aim(black_box(at));
+        while path.is_moving() {
+            black_box(counter.update(black_box(0)));
+            black_box(path.update());
+            if black_box(false) {
+                path.stop();
+            }
+        }
+        counter.set_position(black_box(0));
+        path.restart(at);
+        black_box((&counter, &path));
     }
 }

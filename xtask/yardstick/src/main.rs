@@ -1,10 +1,13 @@
-//! Two control steps that a reader may know, to be counted by `cargo xtask cost` as the core's tick
-//! is: the `pid` crate, and a textbook PD loop with a `tanh` of the error against friction. On a
-//! host this program only says so.
+//! Control steps to be counted by `cargo xtask cost` as the core's tick is. On a host this program
+//! only says so.
 //!
-//! Both take the set point and the position in degrees and give volts. Neither has what the core's
-//! tick does besides: a counter that wraps, velocity by least squares, a reference that is
-//! computed, checks for finite numbers, a drive code and a compare value.
+//! Two are steps that a reader may know: the `pid` crate, and a textbook PD loop with a `tanh` of
+//! the error against friction. Both take the set point and the position in degrees and give volts.
+//! Neither has what the core's tick does besides: a counter that wraps, velocity by least squares,
+//! a reference that is computed, checks for finite numbers, a drive code and a compare value.
+//!
+//! Three are the face for a firmware of your own (`face.rs`): `robust`, its monitors, and PD with
+//! a law, around a joint that sticks.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 // Memory that the emulator writes to and reads.
 #![cfg_attr(target_os = "none", allow(unsafe_code))]
@@ -13,6 +16,9 @@
 fn main() {
     println!("This runs on the emulated microcontroller: `cargo xtask cost`.");
 }
+
+#[cfg(target_os = "none")]
+mod face;
 
 #[cfg(target_os = "none")]
 mod steps {
@@ -47,6 +53,7 @@ mod steps {
         let mut pid = Pid::new(0.0, FULL_SCALE);
         pid.p(KP, FULL_SCALE).i(KI, FULL_SCALE).d(KD_PER_TICK, FULL_SCALE);
         let mut last = 0.0;
+        let mut face = crate::face::Face::new();
         loop {
             // SAFETY: reads and writes of statics that nothing in the program borrows.
             let [setpoint, position] = unsafe { INPUT.0.get().read_volatile() };
@@ -56,6 +63,9 @@ mod steps {
             ];
             // SAFETY: as above.
             unsafe { OUTPUT.0.get().write_volatile(v) };
+            if let Some(face) = &mut face {
+                face.step();
+            }
         }
     }
 

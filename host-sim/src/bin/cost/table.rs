@@ -9,10 +9,21 @@ use emulator::probe::{PassageCost, TickCost};
 use files::Error;
 use stiction::ControllerState;
 use stiction::control::laws::{Gains, LawState};
+use stiction::positioner::{PdState, PositionerState, RunawayState};
 
 use crate::measure::CostMeasurement;
 
-/// Returns the size of a law's state, bytes; 0 for PD and the yardsticks.
+/// Returns the size of the state of a step of the face, bytes.
+fn state_of_face(name: &str) -> Option<usize> {
+    match name {
+        "face-robust" => Some(size_of::<PositionerState>()),
+        "face-monitor" => Some(size_of::<RunawayState>()),
+        "face-pd-srnf" => Some(size_of::<PdState<()>>()),
+        _ => None,
+    }
+}
+
+/// Returns the size of a law's state, bytes; 0 for PD.
 fn state_of(name: &str) -> usize {
     Gains::EXAMPLES.iter().find(|law| law.name() == name).map_or(0, Gains::state_bytes)
 }
@@ -34,7 +45,8 @@ pub fn table(measured: &CostMeasurement, compiler: &str) -> String {
         line(format!("{name:12} {core} {interrupt} {:>5}", state_of(name)));
     }
     for (name, counts) in &measured.yardsticks {
-        line(format!("{name:12} {}", three(counts)));
+        let state = state_of_face(name).map(|bytes| bytes.to_string()).unwrap_or_default();
+        line(format!("{name:12} {} {:>23} {state:>5}", three(counts), ""));
     }
     let CostMeasurement { size, painted, bound, stack, .. } = measured;
     line(format!(
