@@ -4,6 +4,7 @@ mod cost;
 mod demo;
 mod dist;
 mod elf;
+mod examples;
 mod firmware;
 mod gates;
 mod job;
@@ -62,6 +63,8 @@ enum Work {
     /// Prove that the control path cannot panic, the stack fits, and no floating point is computed
     /// in software
     Gates,
+    /// Build the firmwares in examples/: the library in programs of RTIC and embassy
+    Examples,
     /// Build the library for C for four cores, and pack it: target/library/stiction-CORE.tar.gz
     Library(library::LibraryJobArguments),
     /// Build the wheel of the package for Python: target/wheels
@@ -102,6 +105,7 @@ fn main() -> ExitCode {
         Work::Flash => firmware::flash(),
         Work::Cost(arguments) => cost::measure(&arguments, EMULATOR),
         Work::Gates => gates::pass(EMULATOR),
+        Work::Examples => examples::build(),
         Work::Library(arguments) => library::run(&arguments),
         Work::Python(arguments) => python::run(&arguments),
         Work::Dist(arguments) => dist::run(&arguments),

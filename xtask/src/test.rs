@@ -5,7 +5,7 @@ use std::path::Path;
 use crate::job::{Job, cargo};
 use crate::simulator::{EMULATOR, EVERYTHING};
 use crate::toolchain::{MICROCONTROLLER, Toolchain};
-use crate::{cost, firmware, gates, library, python, studio_page, words};
+use crate::{cost, examples, firmware, gates, library, python, studio_page, words};
 
 const STRICT: [&str; 3] = ["--", "--deny", "warnings"];
 
@@ -79,6 +79,7 @@ pub fn test(arguments: &TestArguments) -> Result<(), String> {
     )?;
     studio_page::test(browser)?;
     gates::pass(EVERYTHING)?;
+    examples::build()?;
     library::test(arguments.all)?;
     python::test(arguments.all, &EVERYTHING)?;
     cost::measure(&cost::CostJobArguments::default(), EVERYTHING)?;
