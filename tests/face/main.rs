@@ -15,9 +15,12 @@ const FACE: [&str; 5] = [
     "stiction::safety::fault::Fault::",
 ];
 
-/// Returns the description of the library by this compiler's rustdoc. It is an unstable output, of
-/// which each compiler has a version of its own.
-fn description(root: &Path) -> PathBuf {
+#[test]
+fn the_face_is_the_recorded_one() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let recorded = root.join("tests/face/items.txt");
+    // The description of the library by this compiler's rustdoc is an unstable output, of which
+    // each compiler has a version of its own.
     let target = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("face");
     let made = Command::new(env!("CARGO"))
         .args(["rustdoc", "--quiet", "--ignore-rust-version", "--lib", "--no-default-features"])
@@ -29,14 +32,7 @@ fn description(root: &Path) -> PathBuf {
         .output()
         .unwrap();
     assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
-    target.join("doc/stiction.json")
-}
-
-#[test]
-fn the_face_is_the_recorded_one() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let recorded = root.join("tests/face/items.txt");
-    let api = Builder::from_rustdoc_json(description(root))
+    let api = Builder::from_rustdoc_json(target.join("doc/stiction.json"))
         .omit_blanket_impls(true)
         .omit_auto_trait_impls(true)
         .omit_auto_derived_impls(true)
