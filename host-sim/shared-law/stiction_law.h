@@ -7,6 +7,7 @@
 #ifndef STICTION_LAW_H
 #define STICTION_LAW_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #ifdef __cplusplus
@@ -29,13 +30,13 @@ typedef struct {
     double load;            /* largest load that drives the joint; 0: none does */
     double hold_effort;     /* holds the load where the joint is armed, within 20 % */
     double jitter;          /* counts by which the encoder changes at rest */
-    int32_t encoder_at_load;
+    bool encoder_at_load;
 } StictionLawJoint;
 
 /* One tick. */
 typedef struct {
     int32_t counts;
-    int32_t saturated;          /* 1 if the last effort was limited */
+    bool saturated;             /* whether the last effort was limited */
     double target_counts;       /* set point, with a fraction */
     double error;               /* set point minus position, rad */
     double velocity;            /* measured, rad/s */
@@ -56,6 +57,10 @@ void *stiction_law_start(const StictionLawJoint *joint);
 
 /* Returns the effort of a tick. */
 double stiction_law_tick(void *controller, const StictionLawSample *sample);
+
+/* Optional, for a law that follows a path of its own: returns the following error that is a fault
+ * on a joint, rad. Without it, or with 0, the joint has that of PD. */
+double stiction_law_following_error(const StictionLawJoint *joint);
 
 /* Ends a controller. */
 void stiction_law_end(void *controller);

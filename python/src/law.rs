@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use pyo3::prelude::*;
 
 use files::error::Error;
-use simulator::guest::{Controller, GuestLaw, JointFacts, Sample, register, release};
+use simulator::guest::{Controller, GuestLaw, JointFacts, Sample, find, register, release};
 use simulator::rules::GainRule;
 
 /// A joint as the built-in laws know it, in SI and the unit of its drive's effort.
@@ -23,6 +23,25 @@ pub struct LawJoint {
     hold_effort: f64,
     jitter: f64,
     encoder_at_load: bool,
+}
+
+impl LawJoint {
+    fn of(joint: &JointFacts) -> Self {
+        Self {
+            sample_time: joint.sample_time,
+            count: joint.count,
+            largest_effort: joint.largest_effort,
+            effort_step: joint.effort_step,
+            inertia: joint.inertia,
+            viscous: joint.viscous,
+            breakaway_low: joint.breakaway_low,
+            breakaway_high: joint.breakaway_high,
+            load: joint.load,
+            hold_effort: joint.hold_effort,
+            jitter: joint.jitter,
+            encoder_at_load: joint.encoder_at_load,
+        }
+    }
 }
 
 /// One tick of a law.
@@ -88,17 +107,28 @@ impl Registered {
     /// Registers laws.
     ///
     /// # Errors
-    /// Returns an error if a name is that of a built-in law, or is there twice.
+    /// Returns an error if a name is that of a built-in law, is there twice, or is that of a law
+    /// which another thread runs now.
     pub fn new(laws: Vec<NamedLaw>) -> Result<Self, Error> {
         let mut all = Self { rules: Vec::new(), raised: Arc::default() };
         for (name, version, law) in laws {
             if all.rules.iter().any(|rule| rule.law == name) {
                 return Err(Error::Input(format!("--law: a second law is called `{name}`")));
             }
+            if find(&name).is_some() {
+                return Err(Error::Input(format!("--law: another thread runs a law `{name}`")));
+            }
             let raised = Arc::clone(&all.raised);
             all.rules.push(register(Arc::new(PythonLaw { name, version, law, raised }))?);
         }
         Ok(all)
+    }
+}
+
+impl Registered {
+    /// Returns the names of the laws.
+    pub fn names(&self) -> Vec<String> {
+        self.rules.iter().map(|rule| rule.law.to_owned()).collect()
     }
 }
 
@@ -117,24 +147,28 @@ impl GuestLaw for PythonLaw {
         &self.version
     }
 
-    fn start(&self, joint: &JointFacts) -> Result<Box<dyn Controller>, String> {
-        let joint = LawJoint {
-            sample_time: joint.sample_time,
-            count: joint.count,
-            largest_effort: joint.largest_effort,
-            effort_step: joint.effort_step,
-            inertia: joint.inertia,
-            viscous: joint.viscous,
-            breakaway_low: joint.breakaway_low,
-            breakaway_high: joint.breakaway_high,
-            load: joint.load,
-            hold_effort: joint.hold_effort,
-            jitter: joint.jitter,
-            encoder_at_load: joint.encoder_at_load,
+    fn following_error(&self, joint: &JointFacts) -> f64 {
+        let of = |py: Python<'_>| {
+            let law = self.law.bind(py);
+            match law.getattr_opt("following_error")? {
+                Some(function) => function.call1((LawJoint::of(joint),))?.extract(),
+                None => Ok(0.0),
+            }
         };
         Python::attach(|py| {
-            let tick =
-                self.law.call1(py, (joint,)).map_err(|raised| self.raised.keep(py, raised))?;
+            of(py).unwrap_or_else(|raised| {
+                self.raised.keep(py, raised);
+                f64::NAN
+            })
+        })
+    }
+
+    fn start(&self, joint: &JointFacts) -> Result<Box<dyn Controller>, String> {
+        Python::attach(|py| {
+            let tick = self
+                .law
+                .call1(py, (LawJoint::of(joint),))
+                .map_err(|raised| self.raised.keep(py, raised))?;
             Ok(Box::new(PythonController { tick, raised: Arc::clone(&self.raised) }) as _)
         })
     }

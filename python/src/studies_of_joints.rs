@@ -8,7 +8,7 @@ use serde_json::json;
 
 use super::arrays::bytes;
 use super::error::{exception, refused, word};
-use super::interrupt::interruptible;
+use super::interrupt::{Interrupt, interruptible};
 use super::law::{NamedLaw, Registered};
 use files::document::Document;
 use files::error::Error;
@@ -41,6 +41,18 @@ fn machine(file: &str) -> Result<Document, Error> {
     Ok(document)
 }
 
+/// Does work with laws of the user's own, whose names it passes to `does`.
+fn beside<T: Send>(
+    py: Python<'_>,
+    laws: Vec<NamedLaw>,
+    does: impl FnOnce(&Interrupt, &[String]) -> Result<T, Error> + Send,
+) -> PyResult<T> {
+    let own = Registered::new(laws).map_err(|error| exception(&error))?;
+    let names = own.names();
+    let made = interruptible(py, |interrupt| does(interrupt, &names));
+    made.map_err(|error| own.raised.cause_of(py, error))
+}
+
 /// Runs the experiment of a file.
 #[pyfunction]
 pub fn run<'py>(
@@ -49,11 +61,13 @@ pub fn run<'py>(
     controllers: Vec<String>,
     set: Vec<String>,
     by_servo: bool,
+    laws: Vec<NamedLaw>,
 ) -> PyResult<(String, Vec<Columns<'py>>)> {
     let driver = if by_servo { RunDriver::ByServo } else { RunDriver::ByLoop };
-    let (report, results) = interruptible(py, |interrupt| {
+    let (report, results) = beside(py, laws, |interrupt, own| {
         let mut document = machine(file)?;
         document.set(&set)?;
+        let controllers = document.add_controllers(&controllers, own)?;
         let keys = set.iter().filter_map(|one| Some(one.split_once('=')?.0.trim().to_owned()));
         let experiment = Experiment::plan(&document, &controllers, &keys.collect::<Vec<_>>())?;
         let results = run_all_driven(&experiment.runs, driver, interrupt)?;
@@ -69,10 +83,17 @@ pub fn run<'py>(
 
 /// Ranks the controllers of a file.
 #[pyfunction]
-pub fn benchmark(py: Python<'_>, file: &str, weights: Vec<String>) -> PyResult<String> {
-    interruptible(py, |interrupt| {
+pub fn benchmark(
+    py: Python<'_>,
+    file: &str,
+    weights: Vec<String>,
+    laws: Vec<NamedLaw>,
+) -> PyResult<String> {
+    beside(py, laws, |interrupt, own| {
         let weights = Weights::read(&weights)?;
-        let ranked = ranked(&[machine(file)?], &weights, interrupt)?;
+        let mut document = machine(file)?;
+        document.add_controllers(&[], own)?;
+        let ranked = ranked(&[document], &weights, interrupt)?;
         Ok(json!(ranked.scores).to_string())
     })
 }
@@ -165,14 +186,15 @@ pub fn ensemble_of_file(
     controllers: Vec<String>,
     spread: Vec<String>,
     rate: Option<f64>,
+    laws: Vec<NamedLaw>,
 ) -> PyResult<String> {
     let [cases, seed] = cases_and_seed;
     checked_cases(cases)?;
-    interruptible(py, |interrupt| {
+    beside(py, laws, |interrupt, guests| {
         let rate_hz = rate.map(allowed_rate).transpose()?;
         let written = written_spreads(&machine(file)?)?;
         let spreads = if spread.is_empty() { &*written } else { &*spread };
-        let options = MachineOptions { controllers: &controllers, spreads, rate_hz };
+        let options = MachineOptions { controllers: &controllers, guests, spreads, rate_hz };
         let ensemble = MachineEnsemble::open(file, options)?;
         let rows = Rows::default();
         ensemble.run_some(

@@ -4,16 +4,13 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 from . import _native
 from ._files import File, listed, named, ranges
-
-
-#: Makes the controller of a joint: a class with ``__call__``, or a function that returns one.
-Law = Callable[[_native.LawJoint], Callable[[_native.LawSample], float]]
+from ._law import Law, own
 
 
 @dataclass(frozen=True)
@@ -55,11 +52,13 @@ def ensemble(
     belong to families; docs/how-to/ensembles.md explains them. ``rate`` is in Hz, 1000 for
     families unless given.
 
-    ``law`` runs a law of your own beside them, on families: a callable that takes a
-    :class:`LawJoint` and returns a controller, which takes a :class:`LawSample` in each tick and
-    returns the effort. Its name is the callable's, or the key of a mapping; its attribute
-    ``version`` is in the header. It has the servo, the soft start and the monitors of every law.
-    An exception of the law ends the ensemble.
+    ``law`` runs a law of your own beside them: a callable that takes a :class:`LawJoint` and
+    returns a controller, which takes a :class:`LawSample` in each tick and returns the effort. Its
+    name is the callable's, or the key of a mapping; its attribute ``version`` is in the header. It
+    has the servo, the soft start and the monitors of every law. Its attribute
+    ``following_error``, if it has one, takes the joint and returns the following error that is a
+    fault, rad: for a law that follows a path of its own. An exception of the law ends the
+    ensemble.
 
     The rows depend on the seed and the arguments alone, on any number of cores. Raises
     :class:`Refused` with the argument that is wrong. Ctrl-C ends it within the time of a joint.
@@ -72,7 +71,6 @@ def ensemble(
             "condition": condition != "nominal",
             "motion": motion != "profiled",
             "moves": moves > 0,
-            "law": law is not None,
             "another plant": len(names) > 1,
         }
         for argument, given in foreign.items():
@@ -80,7 +78,7 @@ def ensemble(
                 raise _native.Refused(f"{argument} does not go with plant={files[0]!r}")
         name = named(files[0])
         text = _native.ensemble_of_file(
-            name, (cases, seed), listed(controller), ranges(spread), rate
+            name, (cases, seed), listed(controller), ranges(spread), rate, own(law)
         )
     else:
         if spread:
@@ -97,15 +95,7 @@ def ensemble(
                 "motion": motion,
                 "moves": moves,
             },
-            _named(law),
+            own(law),
         )
     found = json.loads(text)
     return Ensemble(rows=found["rows"], header=found["header"], summary=found["summary"])
-
-
-def _named(law: Law | Mapping[str, Law] | None) -> list[tuple[str, str, Law]]:
-    if law is None:
-        return []
-    if not isinstance(law, Mapping):
-        law = {getattr(law, "__name__", type(law).__name__): law}
-    return [(name, str(getattr(one, "version", "")), one) for name, one in law.items()]

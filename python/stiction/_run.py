@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from . import _native
 from ._files import File, assigned, listed, named
+from ._law import Law, own
 
 
 @dataclass(frozen=True)
@@ -46,18 +47,22 @@ def run(
     *,
     set: Mapping[str, object] | None = None,
     target: str = "host",
+    law: Law | Mapping[str, Law] | None = None,
 ) -> list[Run]:
     """Run the experiment of a file: each controller on each motion and variant.
 
     ``controller`` selects some of the file's controllers. ``set`` replaces values of the file by
     their keys, as in ``{"run.duration_s": 20}``. ``target`` is ``"host"`` (the control loop alone)
-    or ``"servo"`` (with soft start and monitors, as on a device). Raises :class:`Refused` with the
-    key or the name that is wrong. Ctrl-C ends it after the runs under way.
+    or ``"servo"`` (with soft start and monitors, as on a device). ``law`` runs a law of your own
+    beside them, as in :func:`ensemble`; it sees the joint of the file. Raises :class:`Refused` with
+    the key or the name that is wrong. Ctrl-C ends it after the runs under way.
     """
     if target not in ("host", "servo"):
         raise _native.Refused(f"target {target}: must be host or servo")
-    name = named(file)
-    report, columns = _native.run(name, listed(controller), assigned(set), target == "servo")
+    by_servo = target == "servo"
+    report, columns = _native.run(
+        named(file), listed(controller), assigned(set), by_servo, own(law)
+    )
     return [
         Run(
             label=record["label"],

@@ -8,8 +8,8 @@ import stiction
 
 
 def pd(joint):
-    """PD with the gains of the rule book: 8 Hz, damping ratio 0.9."""
-    natural = 2 * math.pi * 8
+    """PD with the gains of the rule book: 8 Hz or 0.1 / h, damping ratio 0.9."""
+    natural = min(2 * math.pi * 8, 0.1 / joint.sample_time)
     kp = joint.inertia * natural**2
     kd = max(0.0, 2 * 0.9 * joint.inertia * natural - joint.viscous)
     return lambda sample: kp * sample.error + kd * (sample.target_velocity - sample.velocity)
@@ -71,6 +71,55 @@ def test_a_name_that_another_law_has_is_refused(law, sentence):
         stiction.ensemble("rigid", cases=1, law=law)
 
 
-def test_a_law_does_not_run_on_a_file():
-    with pytest.raises(stiction.Refused, match="law does not go with"):
-        stiction.ensemble("arm.toml", law=pd)
+def test_a_law_runs_and_is_ranked_on_a_file_as_the_built_in_one_with_its_gains():
+    # The joint of the file, and the gains that the rule book's PD has on it.
+    seen = []
+
+    def own(joint):
+        seen.append(joint)
+        return pd(joint)
+
+    by_law = {one.label: one for one in stiction.run("step-response", "pd", law={"own": own})}
+    assert {label.split("/")[0] for label in by_law} == {"pd", "own"}
+    joint = seen[0]
+    assert joint.sample_time == pytest.approx(0.02)
+    assert math.degrees(joint.count) == pytest.approx(0.00242)
+    ranked = stiction.benchmark("step-response", law={"own": own})
+    assert "own" in {row["controller"] for row in ranked}
+    # Each run has a controller of its own, also under the servo.
+    before = len(seen)
+    under_servo = stiction.run("step-response", "pd", target="servo", law={"own": own})
+    own_runs = [one for one in under_servo if one.label.startswith("own/")]
+    assert len(seen) - before >= len(own_runs) > 0
+
+
+def test_a_law_is_compared_on_joints_around_a_file(arm):
+    found = stiction.ensemble(arm, cases=2, seed=3, controller="pd", law={"own": pd})
+    assert found.header["laws"] == ["pd", "own"] and found.header["guests"] == {"own": "3"}
+    assert sorted(row["law"] for row in found.rows) == ["own", "own", "pd", "pd"]
+
+
+def test_a_following_error_of_its_own_is_the_threshold_of_the_monitor():
+    class Still:
+        """It stays behind every path."""
+
+        def __init__(self, joint):
+            pass
+
+        def __call__(self, sample):
+            return 0.0
+
+    def faults(law):
+        rows = stiction.ensemble("rigid", cases=3, controller="pd", law={"still": law}).rows
+        return [row["tracking_fault"] for row in rows if row["law"] == "still"]
+
+    assert set(faults(Still)) == {"following error"}
+    Still.following_error = lambda joint: 1e3
+    assert set(faults(Still)) == {None}
+    Still.following_error = lambda joint: -1.0
+    with pytest.raises(RuntimeError, match="must be a number from 0 on"):
+        faults(Still)
+    Still.following_error = lambda joint: 1 / 0
+    with pytest.raises(RuntimeError) as failed:
+        faults(Still)
+    assert isinstance(failed.value.__cause__, ZeroDivisionError)

@@ -2,8 +2,8 @@
  *
  *   effort = Kp e + Kd (w_d - w) + F tanh(e / (2 counts))
  *
- * Kp and Kd put the nominal joint at 8 Hz with a damping ratio of 0.9; F is the geometric middle of
- * the bounds of the breakaway effort.
+ * Kp and Kd put the nominal joint at 8 Hz, or at 0.1 / h of a slow loop, with a damping ratio of
+ * 0.9; F is the geometric middle of the bounds of the breakaway effort.
  *
  *   cc -O2 -shared -fPIC -I.. pd_with_friction.c -lm -o pd_with_friction.so
  */
@@ -28,7 +28,8 @@ const char *stiction_law_name(void) { return "pd-with-friction"; }
 const char *stiction_law_version(void) { return "1"; }
 
 void *stiction_law_start(const StictionLawJoint *joint) {
-    const double natural = 2.0 * 3.14159265358979 * 8.0, damping = 0.9;
+    const double natural = fmin(2.0 * 3.14159265358979 * 8.0, 0.1 / joint->sample_time);
+    const double damping = 0.9;
     Law *law = malloc(sizeof *law);
     if (law) {
         const double kd = 2.0 * damping * joint->inertia * natural - joint->viscous;

@@ -18,39 +18,10 @@ use simulator::guest::{Controller, GuestLaw, JointFacts, Sample};
 /// Version of the functions.
 const ABI: u32 = 1;
 
-/// `StictionLawJoint`.
-#[repr(C)]
-struct LawJoint {
-    sample_time: f64,
-    count: f64,
-    largest_effort: f64,
-    effort_step: f64,
-    inertia: f64,
-    viscous: f64,
-    breakaway_low: f64,
-    breakaway_high: f64,
-    load: f64,
-    hold_effort: f64,
-    jitter: f64,
-    encoder_at_load: i32,
-}
-
-/// `StictionLawSample`.
-#[repr(C)]
-struct LawSample {
-    counts: i32,
-    saturated: i32,
-    target_counts: f64,
-    error: f64,
-    velocity: f64,
-    target_velocity: f64,
-    target_acceleration: f64,
-    applied: f64,
-}
-
-type Start = unsafe extern "C" fn(*const LawJoint) -> *mut c_void;
-type Tick = unsafe extern "C" fn(*mut c_void, *const LawSample) -> f64;
+type Start = unsafe extern "C" fn(*const JointFacts) -> *mut c_void;
+type Tick = unsafe extern "C" fn(*mut c_void, *const Sample) -> f64;
 type End = unsafe extern "C" fn(*mut c_void);
+type FollowingError = unsafe extern "C" fn(*const JointFacts) -> f64;
 
 /// A law in a shared library.
 struct SharedLaw {
@@ -59,6 +30,7 @@ struct SharedLaw {
     start: Start,
     tick: Tick,
     end: End,
+    following_error: Option<FollowingError>,
 }
 
 /// A controller of a shared library.
@@ -107,6 +79,9 @@ fn law(library: &'static Library) -> Result<SharedLaw, String> {
             start: *function::<Start>(library, "stiction_law_start")?,
             tick: *function::<Tick>(library, "stiction_law_tick")?,
             end: *function::<End>(library, "stiction_law_end")?,
+            following_error: function::<FollowingError>(library, "stiction_law_following_error")
+                .ok()
+                .map(|found| *found),
         })
     }
 }
@@ -131,23 +106,14 @@ impl GuestLaw for SharedLaw {
         &self.version
     }
 
-    fn start(&self, joint: &JointFacts) -> Result<Box<dyn Controller>, String> {
-        let joint = LawJoint {
-            sample_time: joint.sample_time,
-            count: joint.count,
-            largest_effort: joint.largest_effort,
-            effort_step: joint.effort_step,
-            inertia: joint.inertia,
-            viscous: joint.viscous,
-            breakaway_low: joint.breakaway_low,
-            breakaway_high: joint.breakaway_high,
-            load: joint.load,
-            hold_effort: joint.hold_effort,
-            jitter: joint.jitter,
-            encoder_at_load: joint.encoder_at_load.into(),
-        };
+    fn following_error(&self, joint: &JointFacts) -> f64 {
         // SAFETY: the joint lives until the function returns.
-        let controller = unsafe { (self.start)(&raw const joint) };
+        self.following_error.map_or(0.0, |function| unsafe { function(joint) })
+    }
+
+    fn start(&self, joint: &JointFacts) -> Result<Box<dyn Controller>, String> {
+        // SAFETY: the joint lives until the function returns.
+        let controller = unsafe { (self.start)(joint) };
         let controller = NonNull::new(controller).ok_or("stiction_law_start returned null")?;
         Ok(Box::new(SharedController { controller, tick: self.tick, end: self.end }))
     }
@@ -155,18 +121,8 @@ impl GuestLaw for SharedLaw {
 
 impl Controller for SharedController {
     fn tick(&mut self, sample: &Sample) -> Result<f64, String> {
-        let sample = LawSample {
-            counts: sample.counts,
-            saturated: sample.saturated.into(),
-            target_counts: sample.target_counts,
-            error: sample.error,
-            velocity: sample.velocity,
-            target_velocity: sample.target_velocity,
-            target_acceleration: sample.target_acceleration,
-            applied: sample.applied,
-        };
         // SAFETY: the controller is from `start` and has not ended.
-        Ok(unsafe { (self.tick)(self.controller.as_ptr(), &raw const sample) })
+        Ok(unsafe { (self.tick)(self.controller.as_ptr(), sample) })
     }
 }
 

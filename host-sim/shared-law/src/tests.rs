@@ -1,11 +1,12 @@
 //! A law in C, compiled and run beside the built-in ones.
 
-use std::path::PathBuf;
+use std::mem::offset_of;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::Mutex;
 
 use super::open;
-use simulator::guest::{GuestLaw, JointFacts, register};
+use simulator::guest::{GuestLaw, JointFacts, Sample, register};
 use simulator::progress::Silent;
 use simulator::rules::{GainRule, rules};
 use studies::ensemble::{
@@ -16,6 +17,15 @@ use studies::ensemble::{
 fn compiled(source: &str, definitions: &[&str]) -> (tempfile::TempDir, PathBuf) {
     let here = PathBuf::from(env!("CARGO_MANIFEST_DIR"));
     let directory = tempfile::tempdir().unwrap();
+    compile(&here.join(source), definitions, directory)
+}
+
+fn compile(
+    source: &Path,
+    definitions: &[&str],
+    directory: tempfile::TempDir,
+) -> (tempfile::TempDir, PathBuf) {
+    let here = PathBuf::from(env!("CARGO_MANIFEST_DIR"));
     let library = directory.path().join("law.so");
     let made = Command::new("cc")
         .args(["-std=c99", "-Wall", "-Wextra", "-Werror", "-O2", "-shared", "-fPIC"])
@@ -23,7 +33,7 @@ fn compiled(source: &str, definitions: &[&str]) -> (tempfile::TempDir, PathBuf) 
         .args(definitions)
         .arg("-I")
         .arg(&here)
-        .arg(here.join(source))
+        .arg(source)
         .args(["-lm", "-o"])
         .arg(&library)
         .output()
@@ -162,4 +172,51 @@ fn what_is_no_law_is_refused_with_its_reason() {
     }
     let error = register(std::sync::Arc::new(Pid)).map(|_| ()).unwrap_err().to_string();
     assert!(error.contains("`pid` is the name of a built-in law"), "{error}");
+}
+
+/// A law whose source asserts that C has each field where Rust has it, and that has a following
+/// error of its own: the angle of a count.
+#[test]
+fn c_has_joint_and_sample_as_rust_has_them_and_states_its_following_error() {
+    macro_rules! offsets {
+        ($Type:ident as $c:literal: $($field:ident),+) => {
+            [$(format!(
+                "_Static_assert(offsetof({}, {}) == {}, \"\");\n",
+                $c, stringify!($field), offset_of!($Type, $field)
+            )),+, format!("_Static_assert(sizeof({}) == {}, \"\");\n", $c, size_of::<$Type>())]
+            .concat()
+        };
+    }
+    let joint = offsets!(JointFacts as "StictionLawJoint":
+        sample_time, count, largest_effort, effort_step, inertia, viscous, breakaway_low,
+        breakaway_high, load, hold_effort, jitter, encoder_at_load);
+    let sample = offsets!(Sample as "StictionLawSample":
+        counts, saturated, target_counts, error, velocity, target_velocity, target_acceleration,
+        applied);
+    let own = "double stiction_law_following_error(const StictionLawJoint *joint) {\n\
+               return joint->count;\n}\n";
+    let example = include_str!("../example/pd_with_friction.c");
+    let directory = tempfile::tempdir().unwrap();
+    let source = directory.path().join("law.c");
+    let text = format!("#include <stddef.h>\n{example}{joint}{sample}{own}");
+    std::fs::write(&source, text).unwrap();
+    let (_directory, library) = compile(&source, &["-std=c11"], directory);
+    let law = open(&library).unwrap();
+    let facts = JointFacts {
+        sample_time: 1e-3,
+        count: 6e-5,
+        largest_effort: 16.0,
+        effort_step: 0.016,
+        inertia: 0.12,
+        viscous: 0.9,
+        breakaway_low: 0.9,
+        breakaway_high: 3.0,
+        load: 0.0,
+        hold_effort: 0.0,
+        jitter: 0.0,
+        encoder_at_load: true,
+    };
+    assert_eq!(law.following_error(&facts), 6e-5);
+    let (_directory, without) = compiled("example/pd_with_friction.c", &[]);
+    assert_eq!(open(&without).unwrap().following_error(&facts), 0.0);
 }

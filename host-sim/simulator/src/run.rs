@@ -118,6 +118,10 @@ pub fn run(plan: &RunPlan) -> Result<RunResult, Error> {
 /// # Errors
 /// Returns an error that names the invalid value.
 pub fn run_driven(plan: &RunPlan, driven: RunDriver) -> Result<RunResult, Error> {
+    plan.as_case(|| run_on_its_joint(plan, driven))
+}
+
+fn run_on_its_joint(plan: &RunPlan, driven: RunDriver) -> Result<RunResult, Error> {
     if let Some(axis) = plan.sheet_axis()? {
         return run_with(plan, driven, axis);
     }

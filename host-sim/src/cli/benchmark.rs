@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use super::bar::Bar;
 use super::outputs::drew;
+use super::own_laws::OwnLawArguments;
 use super::tune::tune_each;
 use super::{print, warn};
 use figure::{figure_directory, figures, write_figures};
@@ -35,6 +36,8 @@ pub struct BenchmarkArguments {
     /// columns: rest, overshoot, settling, tracking, chatter, hunting, sticks
     #[arg(long, value_name = "COLUMN=WEIGHT", value_delimiter = ',')]
     weights: Vec<String>,
+    #[command(flatten)]
+    own: OwnLawArguments,
     #[command(flatten)]
     tuning: TuningArguments,
 }
@@ -132,6 +135,9 @@ pub fn rank(arguments: &BenchmarkArguments) -> Result<(), Error> {
         warn(&Experiment::plan(document, &[], &[])?.left_out);
     }
     let tuned = arguments.tuning.applied(&mut documents)?;
+    // They have no gains to tune.
+    let own = arguments.own.names()?;
+    documents.iter_mut().try_for_each(|document| document.add_controllers(&[], &own).map(drop))?;
     let ranked = benchmark(&documents, &weights, &Bar::new())?;
     if let Some(directory) = &plot {
         let mut count = 0;

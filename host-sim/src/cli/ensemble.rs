@@ -11,7 +11,7 @@ use super::bar::Bar;
 use super::ensemble_follow::EnsembleFollowArguments;
 use super::ensemble_options::cases;
 use super::outputs::{check_standard_output, print_beside};
-use super::own_laws::with_own_laws;
+use super::own_laws::OwnLawArguments;
 use super::{print, warn};
 use figure::{figure_directory, write_charts, write_figures};
 use files::document::Document;
@@ -52,10 +52,8 @@ pub struct EnsembleArguments {
     /// Only these laws
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     controller: Vec<String>,
-    /// A law of your own beside them: a shared library with the functions of stiction_law.h
-    /// (docs/how-to/own-law.md); can be repeated
-    #[arg(long, value_name = "FILE")]
-    law: Vec<PathBuf>,
+    #[command(flatten)]
+    own: OwnLawArguments,
     /// Stick friction of 2 to 4 times the slip friction, instead of 1.05 to 2 times
     #[arg(long)]
     hard: bool,
@@ -264,7 +262,6 @@ impl EnsembleArguments {
     /// Runs the ensemble around the joint of a machine's own file.
     fn run_machine(&self, file: &str) -> Result<(), Error> {
         let foreign = [
-            ("--law", !self.law.is_empty()),
             ("--hard", self.hard),
             ("--moves", self.moves > 0),
             ("--motion profiled", self.motion == Some(Approach::Profiled)),
@@ -290,9 +287,9 @@ impl EnsembleArguments {
                 self.cases
             )]);
         }
-        let controllers = &*self.controller;
+        let (controllers, guests) = (&*self.controller, &*self.own.names()?);
         let machine =
-            MachineEnsemble::open(file, MachineOptions { controllers, spreads, rate_hz })?;
+            MachineEnsemble::open(file, MachineOptions { controllers, guests, spreads, rate_hz })?;
         let header = EnsembleHeader::of_machine(&machine, self.seed, self.cases);
         let rows = self.collect(&header, &outputs, |part| {
             let wanted = |case: u64, law: &str| part.wants(&machine.group.name, case, law);
@@ -348,7 +345,7 @@ impl EnsembleArguments {
             approach: self.motion.unwrap_or_default(),
             moves: self.moves,
             families: families_under(&self.plant, self.condition)?,
-            rules: with_own_laws(&self.controller, &self.law)?,
+            rules: self.own.after(&self.controller)?,
         })
     }
 }

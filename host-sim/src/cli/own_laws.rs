@@ -5,24 +5,50 @@ use std::path::PathBuf;
 use files::error::Error;
 use simulator::rules::{GainRule, rules};
 
-/// Returns the rules of the named laws (all if none is named), then those of the user's own.
-///
-/// # Errors
-/// Returns an error with a name that no law has, or a library that is no law.
-pub fn with_own_laws(
-    names: &[String],
-    libraries: &[PathBuf],
-) -> Result<Vec<&'static GainRule>, Error> {
-    let mut all = rules(names)?;
-    for library in libraries {
-        let own = opened(library)?;
-        if all.iter().any(|rule| rule.law == own.law) {
-            let (file, name) = (library.display(), own.law);
-            return Err(Error::Input(format!("--law {file}: a second law is called `{name}`")));
-        }
-        all.push(own);
+/// Libraries with laws of the user's own.
+#[derive(Clone, Debug, clap::Args)]
+pub struct OwnLawArguments {
+    /// A law of your own beside them: a shared library with the functions of stiction_law.h
+    /// (docs/how-to/own-law.md); can be repeated
+    #[arg(long, value_name = "FILE")]
+    law: Vec<PathBuf>,
+}
+
+impl OwnLawArguments {
+    /// Returns whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.law.is_empty()
     }
-    Ok(all)
+
+    /// Returns the rules of the named built-in laws (all if none is named), then those of the
+    /// user's own.
+    ///
+    /// # Errors
+    /// Returns an error with a name that no law has, or a library that is no law.
+    pub fn after(&self, names: &[String]) -> Result<Vec<&'static GainRule>, Error> {
+        Ok(rules(names)?.into_iter().chain(self.opened()?).collect())
+    }
+
+    /// Returns the names of the user's own laws, to be controllers of a machine's file.
+    ///
+    /// # Errors
+    /// Returns an error with a library that is no law.
+    pub fn names(&self) -> Result<Vec<String>, Error> {
+        Ok(self.opened()?.into_iter().map(|rule| rule.law.to_owned()).collect())
+    }
+
+    fn opened(&self) -> Result<Vec<&'static GainRule>, Error> {
+        let mut all: Vec<&'static GainRule> = Vec::new();
+        for library in &self.law {
+            let own = opened(library)?;
+            if all.iter().any(|rule| rule.law == own.law) {
+                let (file, name) = (library.display(), own.law);
+                return Err(Error::Input(format!("--law {file}: a second law is called `{name}`")));
+            }
+            all.push(own);
+        }
+        Ok(all)
+    }
 }
 
 #[cfg(feature = "shared-law")]

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use super::outputs::{check_standard_output, drew, print_beside, wrote};
+use super::own_laws::OwnLawArguments;
 use super::{print, target, warn};
 use figure::{figure_directory, figures, set_title, write_figures};
 use files::error::Error;
@@ -36,6 +37,8 @@ pub struct RunArguments {
     /// Only these controllers
     #[arg(long, value_name = "NAME[,NAME]", value_delimiter = ',')]
     controller: Vec<String>,
+    #[command(flatten)]
+    own: OwnLawArguments,
     /// Friction experiments: only this model (short for --set run.friction=...)
     #[arg(long, value_name = "MODEL", value_delimiter = ',')]
     friction: Vec<String>,
@@ -77,7 +80,9 @@ pub fn run(arguments: &RunArguments) -> Result<(), Error> {
         .filter_map(|a| a.split_once('='))
         .map(|(key, _)| key.trim().into())
         .collect();
-    let experiment = Experiment::plan(&document, &arguments.controller, &fixed)?;
+    let own = arguments.own.names()?;
+    let controllers = document.add_controllers(&arguments.controller, &own)?;
+    let experiment = Experiment::plan(&document, &controllers, &fixed)?;
     warn(&experiment.left_out);
     let results = arguments.target.run(&experiment.runs)?;
     if let Some(file) = &outputs.csv {
@@ -123,6 +128,7 @@ impl RunArguments {
     fn run_lab(&self, mut document: Document, outputs: &Outputs) -> Result<(), Error> {
         let foreign = [
             ("--controller", !self.controller.is_empty()),
+            ("--law", !self.own.is_empty()),
             ("--delay", self.delay.is_some()),
             ("--target emulator", !self.target.is_host()),
         ];

@@ -16,6 +16,8 @@ use std::io::{self, Read};
 use std::path::Path;
 
 use serde::de::DeserializeOwned;
+use stiction::control::pd::PdGains;
+use stiction::units::value::Table as _;
 use toml::{Table, Value};
 
 pub use self::builtin::{Builtin, builtins, find};
@@ -113,6 +115,47 @@ impl Document {
             self.origin.set.push(assignment);
         }
         self.check()
+    }
+
+    /// Adds controllers that have no gain, for laws that are not of this program. Returns the
+    /// controllers to run: those of `wanted`, and these; none for all of the file and these.
+    ///
+    /// # Errors
+    /// Returns an error if the file has a controller of such a name.
+    pub fn add_controllers(
+        &mut self,
+        wanted: &[String],
+        names: &[String],
+    ) -> Result<Vec<String>, Error> {
+        if names.is_empty() {
+            return Ok(wanted.to_vec());
+        }
+        let machine = self.machine()?;
+        if let Some(name) = names.iter().find(|name| machine.controller.contains_key(*name)) {
+            return Err(Error::Input(format!(
+                "{}: a `[controller.{name}]` is in the file already",
+                self.origin
+            )));
+        }
+        let listed = machine.sampling.extras.list().iter().chain(names);
+        let listed = listed.map(|name| Value::from(name.as_str())).collect();
+        self.insert("loop", "controller", Value::Array(listed));
+        for name in names {
+            let laws = ("laws".to_owned(), Value::Array(Vec::new()));
+            let gains = PdGains::ABOUT.iter().map(|about| (about.name.to_owned(), 0.0.into()));
+            let none = Table::from_iter(gains.chain([laws]));
+            self.insert("controller", name, Value::Table(none));
+        }
+        self.check()?;
+        let all = wanted.iter().chain(names.iter().filter(|_| !wanted.is_empty()));
+        Ok(all.cloned().collect())
+    }
+
+    fn insert(&mut self, table: &str, key: &str, value: Value) {
+        let table = self.table.entry(table).or_insert_with(|| Value::Table(Table::new()));
+        if let Value::Table(table) = table {
+            table.insert(key.to_owned(), value);
+        }
     }
 
     fn assign(&mut self, assignment: &str) -> Result<(), String> {

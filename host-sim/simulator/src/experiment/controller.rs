@@ -10,6 +10,8 @@ use stiction::units::value::{About, Absent, Table};
 use stiction::{Controller, ControllerConfig};
 
 use super::plan::RunPlan;
+use crate::guest;
+use crate::rules::ControllerGains;
 use files::error::Error;
 use files::hardware::STM32F405;
 use files::machine::{LawName, Laws, PD};
@@ -59,14 +61,39 @@ impl RunPlan {
         }
         let mut pd = PdGains { kp: 0.0, kd: 0.0 };
         table.apply(PdGains::ABOUT, &mut pd);
+        let mut laws = self.laws(name, table)?;
+        if let Some(guest) = self.guest()? {
+            pd = guest.pd;
+            laws.extend(guest.laws);
+        }
         let config = ControllerConfig {
             encoder: machine.encoder.core(Encoder::EXAMPLE),
             drive: machine.drive.core(DriveConfig::EXAMPLE),
             pd,
-            compensator: self.laws(name, table)?,
+            compensator: laws,
             ..ControllerConfig::EXAMPLE
         };
         Ok(machine.sampling.core(config))
+    }
+
+    /// Returns the gains of this run's controller if it is a law of another program, for the joint
+    /// of the file. They carry the gains of PD for its monitors.
+    fn guest(&self) -> Result<Option<ControllerGains>, Error> {
+        let Some(name) = self.controller.as_deref() else { return Ok(None) };
+        // A guest is a controller that lists no law.
+        let table = self.machine.controller.get(name);
+        let lists_none =
+            table.and_then(|table| table.extras.laws.as_ref()).is_some_and(Vec::is_empty);
+        let Some(rule) = guest::find(name).filter(|_| lists_none) else { return Ok(None) };
+        Ok(Some(rule.gains(&self.joint_bounds()?)))
+    }
+
+    /// Runs this plan by a function, with the controllers of a law of another program.
+    ///
+    /// # Errors
+    /// Returns the error of the function, or the first one of such a law.
+    pub fn as_case<T>(&self, case: impl FnOnce() -> Result<T, Error>) -> Result<T, Error> {
+        guest::run_case(self.guest()?.as_slice(), case)
     }
 
     /// Returns the laws of this run's controller; empty for a ramp. Their errors have been reported

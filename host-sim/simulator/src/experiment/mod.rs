@@ -10,6 +10,7 @@
 mod assemble;
 mod controller;
 mod every_law;
+mod joint_bounds;
 mod motion;
 mod parameters;
 mod plan;

@@ -7,7 +7,11 @@
 //! A guest sees what a built-in law sees, in SI: the joint as the rule book knows it, counts, the
 //! set point, the velocity that the servo measures, and the effort that was applied. It returns an
 //! effort. Servo, monitors, soft start, noise and walls are those of every law, and the monitors
-//! have the thresholds that PD's gains give on the joint.
+//! have the thresholds that PD's gains give on the joint. A law that follows a path of its own
+//! states the following error that it needs.
+//!
+//! In an ensemble a guest has the joints of the draw. A machine's own file has a guest as a
+//! controller that lists no law (`Document::add_controllers`): its joint is that of the file.
 //!
 //! A controller lives from its first tick to the end of its case, on one thread. A case can make
 //! several: arming, and an effort that is no number, begin a law anew.
@@ -17,7 +21,7 @@ mod units;
 use std::cell::RefCell;
 use std::sync::{Arc, PoisonError, RwLock};
 
-use stiction::control::laws::{Gains, Guest, GuestGains, GuestJoint, GuestUpdate, LawInput};
+use stiction::control::laws::{Gains, Guest, GuestGains, GuestJoint, GuestUpdate, LawInput, Loop};
 
 pub use self::units::{JointFacts, Sample};
 use crate::rules::{ControllerGains, GainRule, JointBounds, PdLoop, RULES};
@@ -30,6 +34,12 @@ pub trait GuestLaw: Send + Sync {
 
     /// Version, as the law states it; it is in the header of rows.
     fn version(&self) -> &str;
+
+    /// Returns the following error that is a fault on a joint, rad, for a law that follows a path of
+    /// its own; 0 for that of PD.
+    fn following_error(&self, _: &JointFacts) -> f64 {
+        0.0
+    }
 
     /// Makes the controller of a joint at rest.
     ///
@@ -52,8 +62,15 @@ pub trait Controller {
     fn tick(&mut self, sample: &Sample) -> Result<f64, String>;
 }
 
+/// A law and its rule.
+#[derive(Clone)]
+struct Registered {
+    law: Arc<dyn GuestLaw>,
+    rule: &'static GainRule,
+}
+
 /// Laws by their number; a law that was released is `None`.
-static LAWS: RwLock<Vec<Option<Arc<dyn GuestLaw>>>> = RwLock::new(Vec::new());
+static LAWS: RwLock<Vec<Option<Registered>>> = RwLock::new(Vec::new());
 
 thread_local! {
     /// First error of a guest in the case that this thread runs.
@@ -80,8 +97,7 @@ pub fn register(law: Arc<dyn GuestLaw>) -> Result<&'static GainRule, Error> {
     }
     let mut laws = LAWS.write().unwrap_or_else(PoisonError::into_inner);
     let number = laws.len() as u32;
-    laws.push(Some(law));
-    Ok(Box::leak(Box::new(GainRule {
+    let rule = &*Box::leak(Box::new(GainRule {
         law: Box::leak(name.into_boxed_str()),
         knows: "all that the rule book knows",
         text: "its own",
@@ -89,27 +105,35 @@ pub fn register(law: Arc<dyn GuestLaw>) -> Result<&'static GainRule, Error> {
         constant: f64::from(number),
         tried: &[],
         gains_with,
-    })))
+    }));
+    laws.push(Some(Registered { law, rule }));
+    Ok(rule)
+}
+
+/// Returns the rule of the guest with a name; of two, the one that was registered last.
+pub fn find(name: &str) -> Option<&'static GainRule> {
+    let laws = LAWS.read().unwrap_or_else(PoisonError::into_inner);
+    laws.iter().rev().flatten().map(|one| one.rule).find(|rule| rule.law == name)
 }
 
 /// Returns the version of a guest, if a rule is one.
 pub fn version(rule: &GainRule) -> Option<String> {
     let is_guest = !RULES.iter().any(|one| one.law == rule.law);
     let laws = LAWS.read().unwrap_or_else(PoisonError::into_inner);
-    let law = laws.get(rule.constant as usize).filter(|_| is_guest)?;
-    law.as_ref().map(|law| law.version().to_owned())
+    let registered = laws.get(rule.constant as usize).filter(|_| is_guest)?;
+    registered.as_ref().map(|one| one.law.version().to_owned())
 }
 
 /// Releases the law of a rule that [`register`] returned; the rule runs no more.
 pub fn release(rule: &GainRule) {
     let mut laws = LAWS.write().unwrap_or_else(PoisonError::into_inner);
-    if let Some(law) = laws.get_mut(rule.constant as usize) {
-        *law = None;
+    if let Some(registered) = laws.get_mut(rule.constant as usize) {
+        *registered = None;
     }
 }
 
 fn gains_with(joint: &JointBounds, number: f64) -> ControllerGains {
-    let gains = GuestGains {
+    let mut gains = GuestGains {
         update: GuestUpdate(update),
         law: number as u32,
         joint: GuestJoint {
@@ -121,7 +145,19 @@ fn gains_with(joint: &JointBounds, number: f64) -> ControllerGains {
             jitter: joint.jitter as f32,
             encoder_at_load: joint.encoder_at_load,
         },
+        following_error: 0.0,
     };
+    if let Some(law) = law(gains.law) {
+        let around = Loop {
+            sample_time: joint.sampled.sample_time as f32,
+            resolution: joint.sampled.count as f32,
+            full_scale: joint.sampled.largest_effort as f32,
+            lsb: joint.sampled.lsb as f32,
+            kp: 0.0,
+        };
+        let facts = JointFacts::of(&Guest { gains, around });
+        gains.following_error = law.following_error(&facts).to_degrees() as f32;
+    }
     PdLoop::of(joint).with_laws(vec![Gains::Guest(gains)])
 }
 
@@ -177,9 +213,13 @@ fn update(guest: &Guest, instance: &mut u32, input: &LawInput) -> f32 {
 
 fn law(number: u32) -> Option<Arc<dyn GuestLaw>> {
     let laws = LAWS.read().unwrap_or_else(PoisonError::into_inner);
-    laws.get(number as usize).cloned().flatten()
+    laws.get(number as usize).and_then(Option::as_ref).map(|one| Arc::clone(&one.law))
 }
 
 fn started(guest: &Guest) -> Result<Box<dyn Controller>, String> {
+    let following_error = guest.gains.following_error;
+    if !(following_error >= 0.0 && following_error.is_finite()) {
+        return Err("its following error must be a number from 0 on".into());
+    }
     law(guest.gains.law).ok_or("it is not registered")?.start(&JointFacts::of(guest))
 }

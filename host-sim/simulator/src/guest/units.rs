@@ -4,7 +4,10 @@ use stiction::control::laws::{Guest, LawInput, Loop};
 
 /// The joint as the rule book knows it: the nominal joint and bounds, never the joint that is
 /// simulated.
+///
+/// It is laid out as `StictionLawJoint` of `stiction_law.h`.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
 pub struct JointFacts {
     /// Time between two ticks, s.
     pub sample_time: f64,
@@ -33,10 +36,15 @@ pub struct JointFacts {
 }
 
 /// One tick.
+///
+/// It is laid out as `StictionLawSample` of `stiction_law.h`.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
 pub struct Sample {
     /// Position, counts.
     pub counts: i32,
+    /// Whether the last effort was less than the law's.
+    pub saturated: bool,
     /// Set point, counts; it has a fraction.
     pub target_counts: f64,
     /// Set point minus position, rad.
@@ -49,8 +57,6 @@ pub struct Sample {
     pub target_acceleration: f64,
     /// Effort that the joint had since the last tick: limited, rounded, with soft start.
     pub applied: f64,
-    /// Whether that effort was less than the law's.
-    pub saturated: bool,
 }
 
 impl JointFacts {
@@ -84,6 +90,7 @@ impl Sample {
         let ahead = f64::from(input.error) / f64::from(around.resolution);
         Self {
             counts: input.counts,
+            saturated: input.saturated,
             // The error is exact where counters wrap; without a wrap this is the set point.
             target_counts: if position.counts.checked_sub(input.counts).is_some() {
                 f64::from(position.counts) + f64::from(position.fraction)
@@ -95,7 +102,6 @@ impl Sample {
             target_velocity: radians(input.setpoint.velocity),
             target_acceleration: radians(input.setpoint.acceleration),
             applied: input.applied.into(),
-            saturated: input.saturated,
         }
     }
 }

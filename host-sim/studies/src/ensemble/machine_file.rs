@@ -105,6 +105,8 @@ pub struct MachineEnsemble {
 pub struct MachineOptions<'a> {
     /// Names of the controllers that are run; all if none is named.
     pub controllers: &'a [String],
+    /// Names of laws of other programs, which run beside the controllers.
+    pub guests: &'a [String],
     /// Keys that vary, `KEY=LOW..HIGH` each.
     pub spreads: &'a [String],
     /// Samples per second instead of the file's, Hz.
@@ -129,7 +131,7 @@ impl MachineEnsemble {
     pub fn around(
         file: &str,
         mut document: Document,
-        MachineOptions { controllers, spreads, rate_hz }: MachineOptions<'_>,
+        MachineOptions { controllers, guests, spreads, rate_hz }: MachineOptions<'_>,
         duration_s: f64,
     ) -> Result<Self, Error> {
         if document.is_lab() {
@@ -146,7 +148,8 @@ impl MachineEnsemble {
         }
         document.set(&written)?;
         written.extend(spreads.iter().cloned());
-        let nominal = plans(&document, controllers)?;
+        let controllers = document.add_controllers(controllers, guests)?;
+        let nominal = plans(&document, &controllers)?;
         let mut laws: Vec<String> = Vec::new();
         for law in nominal.iter().filter_map(|plan| plan.controller.clone()) {
             if !laws.contains(&law) {
@@ -281,12 +284,14 @@ impl Driven {
 
 /// Runs the servo of one plan on the joint of another, up to a fault.
 fn drive(pair: [&RunPlan; 2], samples: u32, see: impl FnMut(&CaseSample)) -> Result<Driven, Error> {
-    let [_, joint] = pair;
-    let (fault, side) = match joint.sheet_axis()? {
-        Some(axis) => (drive_with(axis, pair, samples, see)?, DiscSide::Load),
-        None => (drive_with(joint.joint()?, pair, samples, see)?, DiscSide::Motor),
-    };
-    Ok(Driven { fault, side })
+    let [nominal, joint] = pair;
+    nominal.as_case(|| {
+        let (fault, side) = match joint.sheet_axis()? {
+            Some(axis) => (drive_with(axis, pair, samples, see)?, DiscSide::Load),
+            None => (drive_with(joint.joint()?, pair, samples, see)?, DiscSide::Motor),
+        };
+        Ok(Driven { fault, side })
+    })
 }
 
 fn drive_with<S: AxisSolver>(
@@ -400,7 +405,8 @@ mod tests {
     fn the_thesis_s_joint_under_its_own_controllers_is_judged_as_it_is_known_to_be() {
         let spreads = ["joint.friction.slip_v=0.30..0.39".to_owned()];
         let laws = ["pd", "srnf"].map(str::to_owned);
-        let around = MachineOptions { controllers: &laws, spreads: &spreads, rate_hz: None };
+        let around =
+            MachineOptions { controllers: &laws, spreads: &spreads, ..MachineOptions::default() };
         let ensemble = MachineEnsemble::open("step-response", around).unwrap();
         assert_eq!(ensemble.laws, laws);
         let rows = ensemble.run(1, 3).unwrap();

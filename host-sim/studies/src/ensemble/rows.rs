@@ -28,6 +28,7 @@ use super::run::Ensemble;
 use files::error::Error;
 use simulator::guest;
 use simulator::output::OutputFile;
+use simulator::rules::GainRule;
 
 /// The form of a file: 2 since every column has to be there, and a group says whether it is a
 /// family and what is asked of its joints; 3 with `law_signals`; 4 with both sides of the gear, the
@@ -45,6 +46,9 @@ pub struct EnsembleHeader {
     pub schema: u32,
     /// Version of the program: another one may have other laws.
     pub version: String,
+    /// Commit of a released program; a program that was built from sources has none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub commit: Option<String>,
     /// The seed of every draw.
     pub seed: u64,
     /// Joints of each family, of all shards together.
@@ -73,6 +77,16 @@ pub struct EnsembleHeader {
     pub guests: BTreeMap<String, String>,
 }
 
+/// Returns the commit that a release sets.
+fn commit() -> Option<String> {
+    option_env!("STICTION_COMMIT").map(str::to_owned)
+}
+
+/// Returns the versions of the rules that are laws of other programs.
+fn guests(rules: impl Iterator<Item = &'static GainRule>) -> BTreeMap<String, String> {
+    rules.filter_map(|rule| Some((rule.law.to_owned(), guest::version(rule)?))).collect()
+}
+
 const fn step() -> Approach {
     Approach::Step
 }
@@ -86,6 +100,7 @@ impl EnsembleHeader {
         Self {
             schema: SCHEMA,
             version: env!("CARGO_PKG_VERSION").into(),
+            commit: commit(),
             seed: ensemble.seed,
             cases: ensemble.cases,
             hard: ensemble.kind.hard,
@@ -96,11 +111,7 @@ impl EnsembleHeader {
             machine: Vec::new(),
             motion: ensemble.approach,
             condition: ensemble.kind.condition,
-            guests: ensemble
-                .rules
-                .iter()
-                .filter_map(|rule| Some((rule.law.to_owned(), guest::version(rule)?)))
-                .collect(),
+            guests: guests(ensemble.rules.iter().copied()),
         }
     }
 
@@ -109,6 +120,7 @@ impl EnsembleHeader {
         Self {
             schema: SCHEMA,
             version: env!("CARGO_PKG_VERSION").into(),
+            commit: commit(),
             seed,
             cases,
             hard: false,
@@ -119,7 +131,7 @@ impl EnsembleHeader {
             machine: machine.written(),
             motion: Approach::Step,
             condition: Condition::Nominal,
-            guests: BTreeMap::new(),
+            guests: guests(machine.laws.iter().filter_map(|law| guest::find(law))),
         }
     }
 

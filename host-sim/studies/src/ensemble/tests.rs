@@ -354,7 +354,12 @@ fn the_object_has_the_keys_that_are_promised() {
 fn an_ensemble_around_a_file_goes_on_and_is_merged_to_the_bit() {
     let laws = ["pd", "srnf"].map(str::to_owned);
     let spreads = ["joint.friction.slip_v=0.30..0.39".to_owned()];
-    let around = MachineOptions { controllers: &laws, spreads: &spreads, rate_hz: Some(100.0) };
+    let around = MachineOptions {
+        controllers: &laws,
+        spreads: &spreads,
+        rate_hz: Some(100.0),
+        ..MachineOptions::default()
+    };
     let machine = MachineEnsemble::open("step-response", around).unwrap();
     assert!((machine.rate_hz() - 100.0).abs() < 1e-9);
     let header = EnsembleHeader::of_machine(&machine, 1, 5);

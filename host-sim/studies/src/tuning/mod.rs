@@ -366,8 +366,11 @@ impl GainSearch {
         document.set(&[format!("run.delay_samples={delay}")])?;
         document.set_numbers(set)?;
         let controllers = [controller.to_owned()];
-        let around =
-            MachineOptions { controllers: &controllers, spreads: &self.spreads, rate_hz: None };
+        let around = MachineOptions {
+            controllers: &controllers,
+            spreads: &self.spreads,
+            ..MachineOptions::default()
+        };
         MachineEnsemble::around(&self.file, document, around, DURATION_S)
     }
 

@@ -48,6 +48,9 @@ pub struct GuestGains {
     pub law: u32,
     /// The joint.
     pub joint: GuestJoint,
+    /// Default of `following_error_deg`, deg, for a law that follows a path of its own; 0: that of
+    /// PD.
+    pub following_error: f32,
 }
 
 /// A guest, prepared for a loop.
@@ -72,6 +75,10 @@ impl Law for Guest {
 
     fn update(&self, state: &mut u32, input: &LawInput) -> f32 {
         (self.gains.update.0)(self, state, input)
+    }
+
+    fn following_error(gains: &GuestGains, _: &Loop) -> Option<f32> {
+        (gains.following_error > 0.0).then_some(gains.following_error)
     }
 }
 
@@ -119,6 +126,7 @@ impl Table for GuestGains {
             jitter: 0.0,
             encoder_at_load: false,
         },
+        following_error: 0.0,
     };
     const ABOUT: &'static [About] = &[];
 }

@@ -1,0 +1,44 @@
+//! The joint of a machine's file as the rule book sees it.
+
+use super::plan::RunPlan;
+use crate::rules::{JointBounds, JointEstimate, SampledLoop};
+use files::error::Error;
+
+impl RunPlan {
+    /// Returns the bounds of this run's joint: that of the data sheet or of `[joint]`, with the ends
+    /// of the file's `[spread]` that matter to them (lowest slip friction, highest stick friction,
+    /// largest unbalance).
+    ///
+    /// # Errors
+    /// Returns an error that names the invalid value.
+    pub fn joint_bounds(&self) -> Result<JointBounds, Error> {
+        let machine = &self.machine;
+        let end = |key: &str, end: usize, value: f64| {
+            machine.spread.get(key).and_then(|ends| ends.get(end)).copied().unwrap_or(value)
+        };
+        let sampled = SampledLoop {
+            largest_effort: machine.drive.full_scale_v()
+                * machine.drive.number("duty_max").unwrap_or(1.0),
+            lsb: machine.drive.lsb_v(),
+            count: machine.encoder.resolution_deg(),
+            sample_time: machine.sampling.sample_time_s(),
+        };
+        let Some((mut sheet, mapping)) = self.sheet()? else {
+            let friction = &machine.joint.friction;
+            let slip = end("joint.friction.slip_v", 0, friction.slip_v);
+            let estimate = JointEstimate {
+                inertia: 1.0 / machine.joint.gain_deg_per_s2_per_v,
+                viscous: machine.joint.viscous_v_per_deg_per_s,
+                friction: [slip, end("joint.friction.stick_v", 1, friction.stick_v)],
+                load: 0.0,
+                holds: slip,
+            };
+            return Ok(JointBounds::of(&estimate, sampled));
+        };
+        sheet.friction.slip_nm = end("friction.slip_nm", 0, sheet.friction.slip_nm);
+        sheet.friction.stick_nm = end("friction.stick_nm", 1, sheet.friction.stick_nm);
+        sheet.load.unbalance_nm = end("load.unbalance_nm", 1, sheet.load.unbalance_nm);
+        let estimate = JointEstimate::of_sheet(&sheet, &mapping);
+        Ok(JointBounds::of(&estimate, sampled).with_encoder_of(&sheet))
+    }
+}
