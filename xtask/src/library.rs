@@ -196,6 +196,17 @@ fn here(directory: &Path) -> Result<Vec<String>, String> {
     lines(&mut Command::new(program), "this machine")
 }
 
+/// Compiles the header alone as C++11, the oldest that Arduino's cores use.
+fn header_in_cpp() -> Result<(), String> {
+    let mut compile = Command::new("c++");
+    if Command::new("c++").arg("--version").output().is_err() {
+        println!("== NOT RUN: the header as C++11; it needs c++");
+        return Ok(());
+    }
+    compile.args(["-std=c++11", "-Wall", "-Wextra", "-Werror", "-fsyntax-only", "-x", "c++"]);
+    Job::new("Compiling the header as C++11").run(compile.arg(root().join("c/include/stiction.h")))
+}
+
 /// Compiles and links the program for a core.
 fn link(core: &Core, archive: &Path, program: &Path) -> Result<(), String> {
     let [start, script] = core.start;
@@ -217,6 +228,7 @@ fn can_panic(program: &Path) -> Result<bool, String> {
 /// Returns an error if one tick differs, or the linked program can panic.
 pub fn test(all: bool) -> Result<(), String> {
     let directory = directory()?;
+    header_in_cpp()?;
     let expected = here(&directory)?;
     for (core, target) in cores(all) {
         let name = core.name;

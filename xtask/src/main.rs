@@ -16,6 +16,7 @@ mod playground;
 mod python;
 mod ranking;
 mod reliability;
+mod simplefoc;
 mod simulator;
 mod site;
 mod speed;
@@ -67,6 +68,8 @@ enum Work {
     Examples,
     /// Build the library for C for four cores, and pack it: target/library/stiction-CORE.tar.gz
     Library(library::LibraryJobArguments),
+    /// Compare SimpleFOC's cascade, and `robust` within SimpleFOC, with the built-in laws
+    Simplefoc(simplefoc::SimplefocJobArguments),
     /// Build the wheel of the package for Python: target/wheels
     Python(python::PythonJobArguments),
     /// Pack what a release has, for people without a compiler: target/dist/stiction-VERSION.tar.gz
@@ -107,6 +110,7 @@ fn main() -> ExitCode {
         Work::Gates => gates::pass(EMULATOR),
         Work::Examples => examples::build(),
         Work::Library(arguments) => library::run(&arguments),
+        Work::Simplefoc(arguments) => simplefoc::run(&arguments),
         Work::Python(arguments) => python::run(&arguments),
         Work::Dist(arguments) => dist::run(&arguments),
         Work::Ranking => ranking::rank(),
