@@ -8,10 +8,10 @@ use std::time::Instant;
 
 use crate::job::{Job, cargo, root, target_dir};
 use crate::simulator::EVERYTHING;
-use crate::{firmware, library, python, studio_page, toolchain};
+use crate::{firmware, library, licences, python, studio_page};
 
 /// The target of the program. The C library is linked into it.
-const TARGET: &str = "x86_64-unknown-linux-gnu";
+pub const TARGET: &str = "x86_64-unknown-linux-gnu";
 const STATIC: &str = "-C target-feature=+crt-static -C strip=symbols";
 
 /// Beside the image.
@@ -103,7 +103,7 @@ fn pack() -> Result<(), String> {
     for (text, to) in [
         (format!("{TO_START}\nCommit {commit}.\n"), "README.txt"),
         (OF_THE_IMAGE.to_owned(), "firmware/NOTE.txt"),
-        (licences()?, "THIRD-PARTY.txt"),
+        (licences::all()?, "THIRD-PARTY.txt"),
     ] {
         fs::write(directory.join(to), text).map_err(failed)?;
     }
@@ -131,35 +131,6 @@ fn sums(directory: &Path) -> Result<(), String> {
     let mut sums = Command::new("sh");
     let all = "find . -type f ! -name SHA256SUMS | LC_ALL=C sort | xargs sha256sum > SHA256SUMS";
     Job::new("Checksums").run(sums.args(["-c", all]).current_dir(directory))
-}
-
-/// Returns the licence of each package in the program, the wheel, the image and the page.
-fn licences() -> Result<String, String> {
-    let image = ["--package", "stiction", "--features", "board", "--target", toolchain::TARGET];
-    let features = EVERYTHING[1];
-    let mut text = String::from("Packages of others, and their licences.\n");
-    for (part, arguments) in [
-        ("stiction", &["--package", "host-sim", "--features", features, "--target", TARGET][..]),
-        ("python/", &["--package", "stiction-python", "--target", TARGET]),
-        ("firmware/ and c/", &image),
-    ] {
-        let mut tree = cargo(&["tree", "--edges", "normal", "--prefix", "none"]);
-        let made = tree.args(["--format", "{p} {l}"]).args(arguments).output();
-        let made = made.map_err(|error| format!("cannot start cargo: {error}"))?;
-        if !made.status.success() {
-            return Err(String::from_utf8_lossy(&made.stderr).into_owned());
-        }
-        let all = String::from_utf8_lossy(&made.stdout).into_owned();
-        // Our own packages have a path, and a package that is there twice a star.
-        let mut lines: Vec<&str> = all.lines().map(|line| line.trim_end_matches(" (*)")).collect();
-        lines.retain(|line| !line.is_empty() && !line.contains(&*root().to_string_lossy()));
-        lines.sort_unstable();
-        lines.dedup();
-        text += &format!("\n{part}\n\n");
-        lines.iter().for_each(|line| text += &format!("  {line}\n"));
-    }
-    text += "\nstiction, the page of the studio\n\n  uplot MIT\n  @mcap/core MIT\n";
-    Ok(text)
 }
 
 /// Unpacks the release into an empty root directory, where there is no other program, and runs the

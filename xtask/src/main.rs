@@ -9,6 +9,7 @@ mod firmware;
 mod gates;
 mod job;
 mod library;
+mod licences;
 mod mutation_list;
 mod mutations;
 mod packages;
