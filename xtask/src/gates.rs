@@ -5,7 +5,7 @@ use std::fs;
 
 use crate::cost;
 use crate::firmware::{self, PROFILE};
-use crate::job::Job;
+use crate::job::{Job, cargo};
 use crate::toolchain::{LIBRARY_TARGETS, MICROCONTROLLER, TARGET, Toolchain};
 
 /// A program that must link. That shows that its code cannot panic: its panic handler calls a
@@ -73,6 +73,14 @@ pub fn pass(features: [&str; 3]) -> Result<(), String> {
     }
     sizes(&toolchain)?;
     other_cores()?;
+    Job::new("The package of the library, unpacked and compiled").run(&mut cargo(&[
+        "package",
+        "--quiet",
+        "--package",
+        "stiction",
+        "--no-default-features",
+        "--allow-dirty",
+    ]))?;
     let arguments = ["gates".into(), "--image".into(), image.into()];
     cost::run("Looking through the image", features, &arguments)
 }
