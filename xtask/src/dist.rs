@@ -2,8 +2,10 @@
 //! wheel, the libraries for C, the image, licences and checksums.
 
 use std::fs;
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::TcpStream;
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Child, Command, Stdio};
 use std::time::Instant;
 
 use crate::job::{Job, cargo, root, target_dir};
@@ -163,5 +165,40 @@ fn test() -> Result<(), String> {
         Job::new("The program in the empty root").run(&mut inside)?;
     }
     println!("   the first ranking took {:.1} s", begin.elapsed().as_secs_f64());
+    Job::new("The studio in the empty root").announce();
+    let mut studio = Command::new("chroot");
+    studio.arg(&empty).args(["/stiction", "studio", "arm.toml", "--no-open"]);
+    let studio = studio.stdout(Stdio::piped()).spawn();
+    let mut studio = studio.map_err(|error| format!("cannot start the studio: {error}"))?;
+    let opened = open(&mut studio);
+    // It serves until it is ended.
+    let ended = studio.kill().and_then(|()| studio.wait());
+    ended.map_err(|error| format!("cannot end the studio: {error}"))?;
+    opened
+}
+
+/// Loads the page of a studio and the script that it names. A build without npm has neither.
+fn open(studio: &mut Child) -> Result<(), String> {
+    let mut line = String::new();
+    let output = studio.stdout.take().ok_or("the studio has no output")?;
+    let read = BufReader::new(output).read_line(&mut line);
+    read.map_err(|error| format!("cannot read the studio's output: {error}"))?;
+    let address = line.trim().strip_prefix("http://").and_then(|rest| rest.split_once('/'));
+    let (address, _) = address.ok_or(format!("the studio printed no address but: {line}"))?;
+    for (path, has) in [("/", "<script"), ("/main.js", "WebSocket")] {
+        let failed = |error: std::io::Error| format!("cannot load {path} of the studio: {error}");
+        let mut connection = TcpStream::connect(address).map_err(failed)?;
+        let request =
+            format!("GET {path} HTTP/1.1\r\nHost: {address}\r\nConnection: close\r\n\r\n");
+        connection.write_all(request.as_bytes()).map_err(failed)?;
+        let mut answer = Vec::new();
+        connection.read_to_end(&mut answer).map_err(failed)?;
+        let answer = String::from_utf8_lossy(&answer);
+        if !answer.starts_with("HTTP/1.1 200") || !answer.contains(has) {
+            let first = answer.lines().next().unwrap_or_default();
+            return Err(format!("{path} of the studio has no {has:?} (its answer: {first})"));
+        }
+        println!("   {path}: {} bytes", answer.len());
+    }
     Ok(())
 }
