@@ -13,7 +13,7 @@ use crate::simulator::EVERYTHING;
 use crate::{firmware, library, licences, python, studio_page};
 
 /// The target of the program. The C library is linked into it.
-pub const TARGET: &str = "x86_64-unknown-linux-gnu";
+const TARGET: &str = "x86_64-unknown-linux-gnu";
 const STATIC: &str = "-C target-feature=+crt-static -C strip=symbols";
 
 /// Beside the image.
@@ -105,7 +105,7 @@ fn pack() -> Result<(), String> {
     for (text, to) in [
         (format!("{TO_START}\nCommit {commit}.\n"), "README.txt"),
         (OF_THE_IMAGE.to_owned(), "firmware/NOTE.txt"),
-        (licences::all()?, "THIRD-PARTY.txt"),
+        (licences::all(TARGET)?, "THIRD-PARTY.txt"),
     ] {
         fs::write(directory.join(to), text).map_err(failed)?;
     }

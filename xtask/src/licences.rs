@@ -5,7 +5,6 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::PathBuf;
 
-use crate::dist;
 use crate::job::{cargo, root};
 use crate::simulator::EVERYTHING;
 use crate::toolchain;
@@ -26,12 +25,14 @@ be linked anew with another one.
 /// Returns the packages of the program, the wheel, the image and the page with their licences, and
 /// then each text once.
 ///
+/// `target` is that of the program and the wheel.
+///
 /// # Errors
 /// Returns an error if cargo fails.
-pub fn all() -> Result<String, String> {
+pub fn all(target: &str) -> Result<String, String> {
     let image = ["--package", "stiction", "--features", "board", "--target", toolchain::TARGET];
-    let program = ["--package", "host-sim", "--features", EVERYTHING[1], "--target", dist::TARGET];
-    let wheel = ["--package", "stiction-python", "--target", dist::TARGET];
+    let program = ["--package", "host-sim", "--features", EVERYTHING[1], "--target", target];
+    let wheel = ["--package", "stiction-python", "--target", target];
     let mut text = String::from("Packages of others, and their licences. The texts follow.\n");
     // Texts, and the packages that have each.
     let mut texts: BTreeMap<String, Vec<String>> = BTreeMap::new();
