@@ -51,15 +51,23 @@ void setup() {
     motor.linkCustomMotionControl(positioned);
     motor.controller = MotionControlType::custom;
     motor.torque_controller = TorqueControlType::voltage;
-    motor.init();
-    motor.initFOC();
-    motor.target = 1.0f;
+    if (motor.init() && motor.initFOC()) {
+        motor.target = 1.0f;
+    } else {
+        motor.disable();
+    }
 }
 
 void loop() {
     static uint32_t last = micros();
     motor.loopFOC();
-    if (micros() - last >= SAMPLE_TIME_US) {
+    const uint32_t waited = micros() - last;
+    if (waited >= 2 * SAMPLE_TIME_US) {
+        /* Too late: the law has not seen what happened, and begins anew. */
+        stiction_restart(&stiction);
+        last += waited;
+        motor.move();
+    } else if (waited >= SAMPLE_TIME_US) {
         last += SAMPLE_TIME_US;
         motor.move();
     }

@@ -10,7 +10,8 @@
 /* Returns the voltage (or current) of a tick, for the target of the motor, rad, and its
  * feed_forward_velocity, rad/s. */
 static inline float stiction_motor(FOCMotor *motor, Stiction *stiction, double counts_per_rad) {
-    const double angle = (double)motor->sensor_direction * motor->sensor->getPreciseAngle();
+    const double angle = (double)motor->sensor_direction * motor->sensor->getPreciseAngle() -
+                         (double)motor->sensor_offset;
     StictionTarget target;
     stiction_target(stiction, motor->target, &target);
     target.velocity = motor->feed_forward_velocity;

@@ -15,7 +15,7 @@ extern "C" {
 #endif
 
 /* Version of these functions. */
-#define STICTION_LAW_ABI 1
+#define STICTION_LAW_ABI 2
 
 /* A joint as the built-in laws know it: the nominal joint and bounds of its friction. */
 typedef struct {

@@ -107,16 +107,12 @@ impl Registered {
     /// Registers laws.
     ///
     /// # Errors
-    /// Returns an error if a name is that of a built-in law, is there twice, or is that of a law
-    /// which another thread runs now.
+    /// Returns an error if a name is that of a built-in law, or is there twice.
     pub fn new(laws: Vec<NamedLaw>) -> Result<Self, Error> {
         let mut all = Self { rules: Vec::new(), raised: Arc::default() };
         for (name, version, law) in laws {
             if all.rules.iter().any(|rule| rule.law == name) {
                 return Err(Error::Input(format!("--law: a second law is called `{name}`")));
-            }
-            if find(&name).is_some() {
-                return Err(Error::Input(format!("--law: another thread runs a law `{name}`")));
             }
             let raised = Arc::clone(&all.raised);
             all.rules.push(register(Arc::new(PythonLaw { name, version, law, raised }))?);
@@ -126,6 +122,18 @@ impl Registered {
 }
 
 impl Registered {
+    /// Registers laws that a file finds by their names.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new); also if another thread runs a law of that name.
+    pub fn by_name(laws: Vec<NamedLaw>) -> Result<Self, Error> {
+        if let Some((name, ..)) = laws.iter().find(|(name, ..)| find(name).is_some()) {
+            let why = "another thread runs a law of that name; give one of them another name";
+            return Err(Error::Input(format!("law {name}: {why}")));
+        }
+        Self::new(laws)
+    }
+
     /// Returns the names of the laws.
     pub fn names(&self) -> Vec<String> {
         self.rules.iter().map(|rule| rule.law.to_owned()).collect()

@@ -47,7 +47,7 @@ fn beside<T: Send>(
     laws: Vec<NamedLaw>,
     does: impl FnOnce(&Interrupt, &[String]) -> Result<T, Error> + Send,
 ) -> PyResult<T> {
-    let own = Registered::new(laws).map_err(|error| exception(&error))?;
+    let own = Registered::by_name(laws).map_err(|error| exception(&error))?;
     let names = own.names();
     let made = interruptible(py, |interrupt| does(interrupt, &names));
     made.map_err(|error| own.raised.cause_of(py, error))

@@ -71,26 +71,46 @@ def test_a_name_that_another_law_has_is_refused(law, sentence):
         stiction.ensemble("rigid", cases=1, law=law)
 
 
-def test_a_law_runs_and_is_ranked_on_a_file_as_the_built_in_one_with_its_gains():
-    # The joint of the file, and the gains that the rule book's PD has on it.
+def test_a_law_with_the_gains_of_the_file_moves_its_joint_as_the_built_in_one():
+    seen = []
+
+    def own(joint):
+        seen.append(joint)
+        kp, kd = math.degrees(1.0), math.degrees(0.15)  # of [controller.pd], V/deg and V s/deg
+        return lambda sample: kp * sample.error + kd * (sample.target_velocity - sample.velocity)
+
+    for target in ("host", "servo"):
+        all_runs = stiction.run("step-response", "pd", target=target, law={"own": own})
+        runs = {one.label: one for one in all_runs}
+        for label in ("step-5.0", "step-2.5", "step-1.0"):
+            built_in, other = (runs[f"{law}/{label}"]["position_deg"] for law in ("pd", "own"))
+            # A code of the converter now and then, by rounding.
+            assert abs(built_in - other).max() < 0.01, (target, label)
+            assert built_in.max() > 0.3
+    # [joint] of the file, in rad, and the rule book's factor of 2 on both frictions.
+    joint = seen[0]
+    assert joint.sample_time == pytest.approx(0.02)
+    assert math.degrees(joint.count) == pytest.approx(0.00242)
+    assert joint.inertia == pytest.approx(math.degrees(1 / 27))
+    assert joint.viscous == pytest.approx(math.degrees(0.02))
+    assert (joint.breakaway_low, joint.breakaway_high) == pytest.approx((0.38 / 2, 2 * 0.40))
+    assert (joint.largest_effort, joint.effort_step) == pytest.approx((5.0, 0.00488))
+    ranking = stiction.benchmark("step-response", law={"own": own})
+    rest = {row["controller"]: row["rest_error_counts"] for row in ranking}
+    assert rest["own"] == pytest.approx(rest["pd"], abs=4)
+
+
+def test_a_law_sees_the_effort_that_a_limit_of_current_leaves(tmp_path):
     seen = []
 
     def own(joint):
         seen.append(joint)
         return pd(joint)
 
-    by_law = {one.label: one for one in stiction.run("step-response", "pd", law={"own": own})}
-    assert {label.split("/")[0] for label in by_law} == {"pd", "own"}
-    joint = seen[0]
-    assert joint.sample_time == pytest.approx(0.02)
-    assert math.degrees(joint.count) == pytest.approx(0.00242)
-    ranked = stiction.benchmark("step-response", law={"own": own})
-    assert "own" in {row["controller"] for row in ranked}
-    # Each run has a controller of its own, also under the servo.
-    before = len(seen)
-    under_servo = stiction.run("step-response", "pd", target="servo", law={"own": own})
-    own_runs = [one for one in under_servo if one.label.startswith("own/")]
-    assert len(seen) - before >= len(own_runs) > 0
+    file = stiction.new(tmp_path / "gimbal.toml", "gimbal")
+    stiction.run(file, "pd", law={"own": own})
+    # 2 of the 5.5 A that 12 V would drive.
+    assert seen[0].largest_effort == pytest.approx(12.0 * 2.0 / 5.5, rel=0.02)
 
 
 def test_a_law_is_compared_on_joints_around_a_file(arm):

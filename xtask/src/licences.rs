@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::fs;
 use std::path::PathBuf;
+use std::process::Command;
 
 use crate::job::{cargo, root};
 use crate::simulator::EVERYTHING;
@@ -12,8 +13,21 @@ use crate::toolchain;
 /// Starts of the names of files that hold a licence or must go with one.
 const NAMES: [&str; 5] = ["licen", "copying", "copyright", "notice", "unlicense"];
 
-/// Packages of npm in the studio's page, with their licences.
-const PAGE: [(&str, &str); 2] = [("uplot", "MIT"), ("@mcap/core", "MIT")];
+/// Packages of npm in the studio's page, with their licences: both dependencies of its
+/// package.json, and what those depend on.
+const PAGE: [(&str, &str); 5] = [
+    ("uplot", "MIT"),
+    ("@mcap/core", "MIT"),
+    ("@foxglove/crc", "MIT"),
+    ("heap-js", "BSD-3-Clause"),
+    ("tslib", "0BSD"),
+];
+
+/// Texts of the system's libraries, where Debian and Rust keep them.
+const OF_SYSTEM: [(&str, &str); 2] = [
+    ("the GNU C library", "/usr/share/common-licenses/LGPL-2.1"),
+    ("the standard library of Rust", "share/doc/rust/COPYRIGHT-library.html"),
+];
 
 /// What no package manager lists.
 const SYSTEM: &str = "
@@ -59,8 +73,24 @@ pub fn all(target: &str) -> Result<String, String> {
     for (name, licence) in PAGE {
         let _ = writeln!(text, "  {name} {licence}");
         let source = root().join("host-sim/studio-page/node_modules").join(name);
-        for one in files(&[source]) {
+        let found = files(&[source]);
+        if found.is_empty() {
+            without.push(name.to_owned());
+        }
+        for one in found {
             texts.entry(one).or_default().push(name.to_owned());
+        }
+    }
+    let sysroot = Command::new("rustc").args(["--print", "sysroot"]).output();
+    let sysroot = sysroot.map_or_else(
+        |_| String::new(),
+        |made| String::from_utf8_lossy(&made.stdout).trim().to_owned(),
+    );
+    for (name, file) in OF_SYSTEM {
+        // An absolute path replaces the directory before it.
+        match fs::read_to_string(PathBuf::from(&sysroot).join(file)) {
+            Ok(one) => texts.entry(one).or_default().push(name.to_owned()),
+            Err(_) => without.push(name.to_owned()),
         }
     }
     text += SYSTEM;

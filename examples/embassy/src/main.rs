@@ -1,7 +1,8 @@
 //! A joint that sticks, positioned in a program of embassy on an STM32G431.
 //!
 //! An encoder of 1024 lines at the motor, a gear of 50, a DC motor at 24 V behind a bridge with
-//! inputs for PWM and direction. It has been compiled, and has run on no board.
+//! inputs for PWM and direction. Each input has a pull-down: until the program has set its pins,
+//! they are open. It has been compiled, and has run on no board.
 #![no_std]
 #![no_main]
 
@@ -65,18 +66,18 @@ async fn main(spawner: Spawner) {
     }
 }
 
-/// The control loop, until a monitor trips. Here it shares the executor with everything else. Where
-/// another task can take longer than a fraction of a tick, give it an executor of its own at an
-/// interrupt.
+/// The control loop; the motor is off after a monitor has tripped. Here it shares the executor with
+/// everything else. Where another task can take longer than a fraction of a tick, give it an
+/// executor of its own at an interrupt.
 #[embassy_executor::task]
 async fn control(
     encoder: Qei<'static, TIM3>,
     mut pwm: SimplePwm<'static, TIM1>,
     mut direction: Output<'static>,
 ) {
-    // A refused configuration is a mistake of this file: the motor stays off.
-    let Ok(positioner) = Positioner::new(&JOINT) else { return };
-    let Ok(monitors) = RunawayMonitors::new(&JOINT, &WATCH) else { return };
+    // A refused configuration is a mistake of this file. It ends before the bridge gets a pulse.
+    let Ok(positioner) = Positioner::new(&JOINT) else { cortex_m::asm::udf() };
+    let Ok(monitors) = RunawayMonitors::new(&JOINT, &WATCH) else { cortex_m::asm::udf() };
     let reading = || u32::from(encoder.count());
     let mut counter = Counter::new(CounterBits::Sixteen, Direction::Forward, reading());
     let mut state = positioner.start();
@@ -88,16 +89,23 @@ async fn control(
     channel.enable();
     let largest = channel.max_duty_cycle() as f32;
     let mut ticker = Ticker::every(Duration::from_hz(TICKS_PER_S));
+    let mut is_off = false;
     loop {
         ticker.next().await;
         angle = ANGLE.try_take().unwrap_or(angle);
         let counts = counter.update(reading());
+        if is_off {
+            // The motor cools. The pins are held: a task that ends would let them go.
+            monitors.idle(&mut watch, counts);
+            continue;
+        }
         let target = Target::at_rest(positioner.position(angle));
         let effort = positioner.tick(&mut state, counts, target);
         if monitors.check(&mut watch, counts, target, effort).is_some() {
+            // Until a reset.
+            is_off = true;
             channel.set_duty_cycle_fully_off();
-            channel.disable();
-            return;
+            continue;
         }
         direction.set_level((effort < 0.0).into());
         channel.set_duty_cycle((effort.abs() / SUPPLY * largest) as u32);

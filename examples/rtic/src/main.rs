@@ -1,7 +1,8 @@
 //! A joint that sticks, positioned in an application of RTIC 2 on an STM32F405.
 //!
 //! An encoder of 1024 lines at the motor, a gear of 50, a DC motor at 24 V behind a bridge with
-//! inputs for PWM and direction. It has been compiled, and has run on no board.
+//! inputs for PWM and direction. Each input has a pull-down: until the program has set its pins,
+//! they are open. It has been compiled, and has run on no board.
 #![no_std]
 #![no_main]
 
@@ -124,8 +125,8 @@ mod app {
         if runaway.is_some() {
             // Until a reset.
             *local.is_off = true;
+            // The channel stays on: one that is off would leave the bridge's input open.
             local.pwm.set_duty(0);
-            local.pwm.disable();
             return;
         }
         local.direction.set_state((effort < 0.0).into());

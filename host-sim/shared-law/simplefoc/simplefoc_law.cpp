@@ -37,7 +37,7 @@ class CountSensor : public Sensor {
     double count;
 };
 
-/* A driver whose phases nobody looks at: the joint takes the voltage of the q axis. */
+/* A driver without phases: the joint takes the voltage of the q axis. */
 class NoDriver : public BLDCDriver {
   public:
     explicit NoDriver(double largest) {

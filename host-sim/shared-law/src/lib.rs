@@ -16,7 +16,7 @@ use files::error::Error;
 use simulator::guest::{Controller, GuestLaw, JointFacts, Sample};
 
 /// Version of the functions.
-const ABI: u32 = 1;
+const ABI: u32 = 2;
 
 type Start = unsafe extern "C" fn(*const JointFacts) -> *mut c_void;
 type Tick = unsafe extern "C" fn(*mut c_void, *const Sample) -> f64;

@@ -152,7 +152,7 @@ fn what_is_no_law_is_refused_with_its_reason() {
         open(&library).map(|_| ()).unwrap_err().to_string()
     };
     let error = refused("example/pd_with_friction.c", &["-DSTICTION_LAW_ABI_OF_TEST=7"]);
-    assert!(error.ends_with("its functions are of version 7; must be 1"), "{error}");
+    assert!(error.ends_with("its functions are of version 7; must be 2"), "{error}");
     let error = refused("example/pd_with_friction.c", &["-Dstiction_law_tick=another"]);
     assert!(error.contains("it has no function `stiction_law_tick`"), "{error}");
     let missing = open(std::path::Path::new("none.so")).map(|_| ()).unwrap_err().to_string();

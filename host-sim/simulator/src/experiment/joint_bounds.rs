@@ -13,8 +13,11 @@ impl RunPlan {
     /// Returns an error that names the invalid value.
     pub fn joint_bounds(&self) -> Result<JointBounds, Error> {
         let machine = &self.machine;
-        let end = |key: &str, end: usize, value: f64| {
-            machine.spread.get(key).and_then(|ends| ends.get(end)).copied().unwrap_or(value)
+        // A value that was set outside of its range widens it.
+        let end = |key: &str, end: usize, value: f64| match machine.spread.get(key) {
+            Some(ends) if end == 0 => value.min(ends[0]),
+            Some(ends) => value.max(ends[1]),
+            None => value,
         };
         let sampled = SampledLoop {
             largest_effort: machine.drive.full_scale_v()

@@ -137,6 +137,7 @@ fn gains_with(joint: &JointBounds, number: f64) -> ControllerGains {
         update: GuestUpdate(update),
         law: number as u32,
         joint: GuestJoint {
+            largest_effort: joint.sampled.largest_effort as f32,
             inertia: joint.inertia as f32,
             viscous: joint.viscous as f32,
             breakaway: joint.breakaway.map(|effort| effort as f32),

@@ -68,7 +68,7 @@ impl JointFacts {
         Self {
             sample_time: around.sample_time.into(),
             count: f64::from(around.resolution).to_radians(),
-            largest_effort: around.full_scale.into(),
+            largest_effort: joint.largest_effort.into(),
             effort_step: around.lsb.into(),
             inertia: per_radian(joint.inertia),
             viscous: per_radian(joint.viscous),

@@ -95,6 +95,8 @@ pub struct MachineEnsemble {
     pub group: Group,
     /// Names of the controllers.
     pub laws: Vec<String>,
+    /// Those of the file. A law of another program must not see a joint that is drawn.
+    of_file: Vec<String>,
     spreads: Vec<KeySpread>,
     nominal: Vec<RunPlan>,
     written: Vec<String>,
@@ -174,7 +176,8 @@ impl MachineEnsemble {
             goal,
             unseen_slack: document.unseen_slack()?,
         };
-        Ok(Self { document, group, laws, spreads, nominal, written })
+        let of_file = laws.iter().filter(|law| !guests.contains(law)).cloned().collect();
+        Ok(Self { document, group, laws, of_file, spreads, nominal, written })
     }
 
     /// Returns the samples per second of the file.
@@ -226,7 +229,7 @@ impl MachineEnsemble {
             }
             let mut document = self.document.clone();
             document.draw(&self.drawn(seed, number))?;
-            let joints = plans(&document, &self.laws)?;
+            let joints = plans(&document, &self.of_file)?;
             laws.into_iter().try_for_each(|law| take(self.under(law, number, &joints)?))
         })
     }
@@ -244,9 +247,10 @@ impl MachineEnsemble {
             ..CaseResult::default()
         };
         let of_law = |plan: &RunPlan| plan.controller.as_deref() == Some(law);
+        // A variant may have another joint, but these are the runs without variants.
         let first = |is: fn(&Task) -> bool| {
-            let pair = self.nominal.iter().zip(joints);
-            pair.into_iter().find(|(plan, _)| of_law(plan) && is(&plan.task))
+            let nominal = self.nominal.iter().find(|plan| of_law(plan) && is(&plan.task))?;
+            Some((nominal, joints.iter().find(|plan| is(&plan.task))?))
         };
         if let Some((nominal, joint)) = first(|task| matches!(task, Task::Step(_))) {
             step(&mut row, nominal, joint, &self.group.goal)?;

@@ -146,10 +146,12 @@ impl EnsembleHeader {
             serde_json::to_value(header).ok().and_then(|value| value.as_object().cloned())
         };
         let (ours, theirs) = (values(self)?, values(other)?);
-        ours.into_iter().find_map(|(key, value)| {
-            let found = theirs.get(&key)?;
-            let is_other = *found != value;
-            is_other.then(|| match &*key {
+        // A key can be left out: that is another value as well.
+        let keys: BTreeSet<&String> = ours.keys().chain(theirs.keys()).collect();
+        keys.into_iter().find_map(|key| {
+            let [value, found] = [&ours, &theirs]
+                .map(|one| one.get(key).map_or_else(|| "none".into(), ToString::to_string));
+            (found != value).then(|| match &**key {
                 // A whole file is too long for a message.
                 "machine" => "its machine's file, rate or spread is another one".into(),
                 _ => format!("its `{key}` is {found}, not {value}"),

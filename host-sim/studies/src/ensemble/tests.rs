@@ -266,6 +266,10 @@ fn shards_put_together_are_the_whole_to_the_bit_also_through_their_files() {
     let mut other = files.clone();
     other[1].1.seed = 6;
     assert!(refusal(&other).contains("its `seed` is 6, not 5"), "{}", refusal(&other));
+    let mut released = files.clone();
+    released[1].1.commit = Some("a1".into());
+    let refused = refusal(&released);
+    assert!(refused.contains("its `commit` is \"a1\", not none"), "{refused}");
     let mut changed = files.clone();
     changed.push((
         "again".into(),

@@ -23,6 +23,8 @@ pub struct GuestUpdate(pub fn(&Guest, &mut u32, &LawInput) -> f32);
 /// What a guest knows of its joint beside the loop: what the rule book knows.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct GuestJoint {
+    /// Largest effort of the drive, V: of the full scale what `duty_max` lets through.
+    pub largest_effort: f32,
     /// Nominal inertia, V s^2/deg.
     pub inertia: f32,
     /// Nominal viscous friction, V s/deg.
@@ -118,6 +120,7 @@ impl Table for GuestGains {
         update: GuestUpdate(|_, _, _| 0.0),
         law: 0,
         joint: GuestJoint {
+            largest_effort: 0.0,
             inertia: 0.0,
             viscous: 0.0,
             breakaway: [0.0; 2],
