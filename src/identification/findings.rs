@@ -127,7 +127,7 @@ pub struct Summary {
     pub breakaway: [BreakawayLevels; 2],
     /// The parameters, if the rows determine them.
     pub estimate: Option<ModelEstimate>,
-    /// The angle that the joint has gone through, deg.
+    /// Difference between the highest and the lowest position, deg.
     pub range: f32,
     /// What there is to doubt.
     pub doubts: Doubts,

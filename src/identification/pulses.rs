@@ -184,7 +184,7 @@ mod tests {
     /// A rigid joint with a breakaway effort of 1 V that slides with `slip` (V).
     #[derive(Clone, Copy, Debug)]
     struct Joint {
-        /// Acceleration of a volt, counts per tick^2.
+        /// Acceleration per volt, counts/(tick^2 V).
         gain: f64,
         slip: f64,
         /// Ticks after which an effort acts, and where on a count the joint rests.

@@ -41,7 +41,7 @@ pub enum Motion {
     Step(Position),
     /// The joint goes through corners, blended for `half_blend` (s) on either side of each.
     Trajectory {
-        /// Corners, in which the straight lines would meet.
+        /// Corners of the path: the points where its straight lines meet before they are blended.
         corners: Vec<Corner, MAX_CORNERS>,
         /// Half the time of a blend, s.
         half_blend: f32,

@@ -91,9 +91,9 @@ macro_rules! faults {
 /// The way in which a fault ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum End {
-    /// A command ends the fault.
+    /// The fault stays until a command clears it.
     Clear,
-    /// Valid parameters end the fault.
+    /// The fault stays until the device has valid parameters.
     Parameters,
     /// A reset ends the fault: without a crystal neither the tick nor the link keeps its time, and
     /// only a reset tries again.

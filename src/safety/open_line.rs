@@ -37,8 +37,9 @@ const SETTLED: f32 = 0.001;
 /// Time from one test to the next, s.
 const AGAIN: f32 = 1.0;
 
-/// Pulls in their order, from the lowest bit, set: up. The sequence of x^5 + x^2 + 1 and a zero. It
-/// begins with one of each, so that a line that stands still passes after two readings.
+/// Pull resistor at each reading, from the lowest bit on: 1 pulls the lines up, 0 down. It is the
+/// pseudo-random sequence of x^5 + x^2 + 1 with a zero behind it. The first two bits differ, so
+/// that a line that is driven passes after two readings.
 const PULLS: u32 = 0x0AEC_7CD2;
 const READINGS: u8 = 32;
 

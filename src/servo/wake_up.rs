@@ -51,8 +51,8 @@ impl WakeUp {
         self.left = 0;
     }
 
-    /// Forgets how long the enable pin has been low: ticks of another sample time are another time.
-    /// The pin is low for a whole reset pulse from now on, which is more than it needs.
+    /// Restarts the count of ticks with the enable pin low. A count is not valid after the sample
+    /// time has changed. The pin is then low for a whole reset pulse again, longer than necessary.
     pub const fn forget(&mut self) {
         *self = Self { low: 0, left: 0, high: 0 };
     }

@@ -97,7 +97,8 @@ pub fn run(arguments: &MutationsJobArguments) -> Result<(), String> {
                 Fate::Survived => {}
                 _ => {
                     return Err(format!(
-                        "`{test}` does not pass, or is no test: nothing can be said"
+                        "`{test}` fails without a fault, or does not exist; check its name, and \
+                         make it pass"
                     ));
                 }
             }
@@ -121,7 +122,9 @@ pub fn run(arguments: &MutationsJobArguments) -> Result<(), String> {
             .map_err(|error| format!("cannot write {PAGE}: {error}"))?;
     }
     if survived > 0 {
-        Err(format!("{survived} faults were not found: tests are missing"))
+        Err(format!(
+            "no test failed for {survived} of the faults that were put in; add tests for them"
+        ))
     } else {
         Ok(())
     }

@@ -165,7 +165,9 @@ fn of_the_wheel() -> Result<(), String> {
     let size = fs::metadata(&wheel).map_err(|error| error.to_string())?.len();
     println!("   {} has {size} bytes", wheel.display());
     if size > LARGEST {
-        return Err(format!("the wheel has {size} bytes; at most {LARGEST} are allowed"));
+        return Err(format!(
+            "the wheel (Python package) has {size} bytes; must be at most {LARGEST}"
+        ));
     }
     let path = wheel.to_string_lossy();
     build.install(&["--force-reinstall", "--no-deps", &path])?;

@@ -93,7 +93,7 @@ pub struct BoardObservation {
     pub ticks_ns: Vec<u64>,
     /// The firmware logged these lines.
     pub log: Vec<LogLine>,
-    /// The part was reset at these times, by these causes.
+    /// Resets of the microcontroller: time and cause of each.
     pub resets: Vec<Reset>,
 }
 

@@ -24,12 +24,12 @@ const ENTRY: u32 = 12 + 17;
 /// return's own refill is in it.
 const EXIT: u32 = 10 + 17;
 
-/// Cycles, as estimated.
+/// Estimated processor cycles.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Cycles {
-    /// If the flash accelerator has every instruction.
+    /// Cycles if the flash accelerator holds every instruction.
     pub hits: u32,
-    /// If it has none that a jump leads to, and all that follow each other.
+    /// Cycles if it holds no target of a jump, and all instructions in sequence.
     pub misses: u32,
 }
 

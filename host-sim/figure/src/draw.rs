@@ -56,7 +56,7 @@ const INSET_FROM: f64 = 0.4;
 /// Room for the labels of an inset's values.
 const INSET_LABELS: f64 = 62.0;
 
-/// What an inset keeps free around itself.
+/// Margin around an inset, in the figure's units.
 const INSET_GAP: f64 = 6.0;
 
 /// Lower insets show nothing that their panel does not.

@@ -190,8 +190,8 @@ impl<W: Wire> Worker<'_, W> {
         Ok(said)
     }
 
-    /// Returns the machine's file and its units, if it has any. If the file cannot be read, the
-    /// caller still reports the identified joint.
+    /// Returns the machine's file, and the units that the file defines. Both are `None` if the
+    /// device has no file. After an error the caller can still report the identified joint.
     fn of_file(&self) -> Result<(Option<Document>, Option<CoreUnits>), Error> {
         if !self.about.is_its_file {
             return Ok((None, None));

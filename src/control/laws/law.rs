@@ -79,8 +79,8 @@ pub trait Law: Sized {
         false
     }
 
-    /// Called when a motion starts, also one to where the set point is already: a law that has
-    /// given up tries again.
+    /// Called at the start of each motion, even if its target is the present set point. A law that
+    /// has given up tries again.
     fn begin_motion(_: &mut Self::State) {}
 
     /// Returns the default of `overspeed_deg_per_s`, if the law says more about it than PD's gains

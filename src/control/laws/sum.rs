@@ -61,7 +61,7 @@ impl Compensator {
         state
     }
 
-    /// Lets the sum begin anew from rest, in place.
+    /// Resets the state of each law of the sum to that of a joint at rest.
     pub fn begin_anew(&self, state: &mut CompensatorState) {
         for (law, state) in self.terms.iter().zip(&mut state.terms) {
             *state = law.rest();

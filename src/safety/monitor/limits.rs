@@ -252,8 +252,8 @@ impl Limits {
         (counts * controller.encoder.resolution).min(HUGE)
     }
 
-    /// Returns whether the hardware cannot read a value beyond the limit of this number, so that
-    /// the limit never trips.
+    /// Returns whether the limit with this key is beyond what the hardware can read, so that it
+    /// never trips.
     pub fn is_out_of_reach(
         &self,
         key: Key,

@@ -210,8 +210,8 @@ impl Monitors {
         self.is_friction_unknown
     }
 
-    /// Returns the least code of a tick that begins at a position (counts since power-on): that of
-    /// a probe of the encoder, or zero.
+    /// Returns the smallest drive code that the tick must apply at a position (counts since
+    /// power-on): that of a running probe of the encoder, otherwise zero.
     pub const fn probe_code(&self, state: &MonitorState, position: i32) -> i32 {
         self.probe.effort(&state.probe, position)
     }

@@ -36,7 +36,7 @@ pub(super) struct Oscillation {
     limit: u32,
 }
 
-/// The series so far.
+/// Swings of the present series, as far as they have been counted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct OscillationState {
     /// Farthest place of the present swing, counts since power-on; its direction; zero: none yet.

@@ -44,8 +44,9 @@ const LEAST: f32 = 64.0;
 /// Path that is judged, counts: half of it is the noise of 16 counts.
 const LEAST_PATH: i32 = 32;
 
-/// Ticks of one sign that are judged. A loop that swings at a quarter of its sample rate changes
-/// the sign every two ticks, and neither regression nor travel shows its speed.
+/// Fewest ticks in a row with effort of one sign that are judged. A loop that swings at a quarter
+/// of its sample rate changes the sign every two ticks. Its speed can then be measured neither by
+/// regression nor by the travel.
 const LEAST_TICKS: u32 = 4;
 
 /// Part of the due travel that the joint has to make.

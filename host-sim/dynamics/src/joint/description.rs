@@ -177,11 +177,11 @@ impl LoadTorque {
 /// A torque over a window of time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TorquePulse {
-    /// N m.
+    /// Torque that acts on the joint, N m.
     pub torque: f64,
-    /// Its begin, s.
+    /// Start, s.
     pub from_s: f64,
-    /// Its end, s.
+    /// End, s.
     pub until_s: f64,
 }
 

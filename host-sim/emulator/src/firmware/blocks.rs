@@ -166,7 +166,8 @@ fn table(code: &Code, placed: &PlacedInstruction) -> Vec<u32> {
     entries.map(|distance| placed.end() + 2 * distance).collect()
 }
 
-/// How many instructions an `it` holds; nothing if it is none.
+/// Returns the number of instructions in the block of Thumb's `it` (if-then); `None` if `first` is
+/// another instruction.
 const fn held_by_it(first: u16) -> Option<u32> {
     if first & 0xFF00 == 0xBF00 && first & 0xF != 0 {
         Some(4 - (first & 0xF).trailing_zeros())

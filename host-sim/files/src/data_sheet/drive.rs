@@ -35,7 +35,7 @@ pub enum DriveModel {
         supply: f64,
         /// V_t, V.
         dead_time: f64,
-        /// Whether a braking current flows back.
+        /// Whether the supply takes back the current of a braking motor.
         takes_current_back: bool,
         /// n K_t, V s/rad at the joint.
         back_emf: f64,

@@ -210,7 +210,8 @@ fn not_negative([low, high]: [f64; 2]) -> Result<Value, String> {
     Ok(of_range([low, high]))
 }
 
-/// Reads a travel, in which the joint is at power-on.
+/// Reads a range of travel. It must contain 0, where the joint is at power-on; `word` is what the
+/// user can type instead.
 fn around_zero(typed: &str, word: &str) -> Result<Value, String> {
     if !typed.contains("..") {
         return Err(format!("`{typed}` is not a range; type one such as -30..90, or {word}"));

@@ -29,7 +29,7 @@ pub struct JointFacts {
     pub load: f64,
     /// Effort that holds the load where the joint is armed, within 20 %.
     pub hold_effort: f64,
-    /// Counts by which the encoder changes at rest.
+    /// Noise of the encoder at rest from peak to peak, counts.
     pub jitter: f64,
     /// Whether the encoder is on the load, behind an elastic gear.
     pub encoder_at_load: bool,

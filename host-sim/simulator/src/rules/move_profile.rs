@@ -16,7 +16,7 @@ use stiction::ProfileLimits;
 
 use super::{JointBounds, PdLoop, four_digits, four_digits_single};
 
-/// The fastest move, deg/s: half of the 3 rad/s of `robust`.
+/// Highest speed of a move, deg/s: half of 3 rad/s, the highest that the law `robust` chooses.
 const FASTEST: f64 = 86.0;
 
 /// Share of the largest effort that viscous friction takes at the largest velocity, and that

@@ -63,9 +63,9 @@ pub struct Score {
 /// The table, best first, and the runs that it was made of (without those of 120 s).
 #[derive(Clone, Debug)]
 pub struct Benchmark {
-    /// A row a controller.
+    /// One row for each controller.
     pub scores: Vec<Score>,
-    /// The runs of each document.
+    /// Results of the runs, a list for each input file.
     pub results: Vec<Vec<RunResult>>,
     /// Slack of the gear that the encoder cannot measure.
     pub unseen_slack: Option<UnseenSlack>,

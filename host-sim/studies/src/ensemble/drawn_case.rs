@@ -86,8 +86,8 @@ pub struct Case {
     pub trapezoid: Trapezoid,
     /// Whether a brake holds the joint until the move begins.
     pub is_braked: bool,
-    /// How far a load slides when it breaks away behind a shaft, counts; of a load that the encoder
-    /// sits on.
+    /// Distance that the load jumps when it breaks away behind a flexible gear, counts. `None`
+    /// unless the encoder is on the load.
     pub jump_counts: Option<f64>,
     /// Condition of the joint and its drive.
     pub condition: Condition,

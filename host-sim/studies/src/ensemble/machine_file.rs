@@ -269,7 +269,7 @@ fn plans(document: &Document, controllers: &[String]) -> Result<Vec<RunPlan>, Er
 
 /// Result of a drive.
 struct Driven {
-    /// Words of the fault that ended it.
+    /// Description of the fault that ended the run; none if no monitor tripped.
     fault: Option<String>,
     /// Side of the joint's own position, by which `success` is judged: the load of a data sheet,
     /// the encoder's side of a `[joint]`.

@@ -284,7 +284,7 @@ impl TrackingJudge {
     }
 }
 
-/// Reversals of a motion.
+/// Counts how often the direction of a motion changes.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Reversals {
     range: Option<[f64; 2]>,

@@ -57,7 +57,7 @@ pub(super) struct Amplified {
     published: [f32; MAX_LAW_SIGNALS],
 }
 
-/// Arms a servo at a position (counts); returns it with the ticks of its soft start.
+/// Arms a servo at a position (counts). Returns the servo and the length of its soft start, ticks.
 pub(super) fn armed(
     case: &Case,
     bounds: &JointBounds,

@@ -173,7 +173,8 @@ fn motion(ranked: &[&LawSummary], unit: &str, effort_unit: &str) -> String {
     table.trim_fmt()
 }
 
-/// A unit in which tracking errors are readable, and its number in the family's.
+/// Returns a unit for tracking errors, and how many of it make one of the family's unit: 1000 mrad
+/// make a rad.
 fn readable(unit: &str) -> (f64, &str) {
     if unit == "rad" { (1e3, "mrad") } else { (1.0, unit) }
 }

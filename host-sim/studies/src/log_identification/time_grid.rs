@@ -148,7 +148,7 @@ fn jumps(position: &[f64]) -> Vec<usize> {
     (1..position.len()).filter(is_jump).collect()
 }
 
-/// Returns whether samples are even except for the rounding of their times.
+/// Returns whether the samples are `step` (s) apart, but for times that are rounded to `digit` (s).
 fn is_even(time: &[f64], step: f64, digit: f64) -> bool {
     let Some(first) = time.first() else { return true };
     // Half of the last digit at either end, and rounding in binary.

@@ -100,7 +100,7 @@ impl Law for ProxySlidingMode {
         }
     }
 
-    /// Returns the law's v_c for one tick, V.
+    /// Runs one tick, and returns the effort v_c of the law, V.
     ///
     /// ```
     /// use stiction::control::laws::rival::proxy_sliding_mode::ProxySlidingModeState;

@@ -54,10 +54,10 @@ pub struct PulsePlanner {
     pub least: f32,
 }
 
-/// What pulses in one direction have taught.
+/// What was learned from the pulses in one direction.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PulseMemory {
-    /// Gain k_i.
+    /// Factor k_i between the error and the planned travel x of a pulse: x = k_i |e|.
     pub gain: f32,
     /// Least effort A_i, V.
     pub least: f32,

@@ -38,9 +38,9 @@ pub struct WatchSample {
     pub velocity_deg_per_s: f64,
     /// Output of the PD loop, V.
     pub v_pd: f64,
-    /// V.
+    /// Effort of the compensator, V.
     pub v_c: f64,
-    /// V.
+    /// Sum of both, limited to the full scale, V.
     pub v: f64,
     /// Effort after the drive's limits, V.
     pub v_applied: f64,
