@@ -5,9 +5,9 @@ use crate::rules::{JointBounds, JointEstimate, SampledLoop};
 use files::error::Error;
 
 impl RunPlan {
-    /// Returns the bounds of this run's joint: that of the data sheet or of `[joint]`, with the ends
-    /// of the file's `[spread]` that matter to them (lowest slip friction, highest stick friction,
-    /// largest unbalance).
+    /// Returns the bounds of this run's joint: that of the data sheet or of `[joint]`. The file's
+    /// `[spread]` widens them by its lowest slip friction, highest stick friction and largest
+    /// unbalance.
     ///
     /// # Errors
     /// Returns an error that names the invalid value.

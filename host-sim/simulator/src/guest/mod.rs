@@ -35,8 +35,8 @@ pub trait GuestLaw: Send + Sync {
     /// Version, as the law states it; it is in the header of rows.
     fn version(&self) -> &str;
 
-    /// Returns the following error that is a fault on a joint, rad, for a law that follows a path of
-    /// its own; 0 for that of PD.
+    /// Returns the following error that is a fault on a joint, rad. 0: that of PD. A law that
+    /// follows a path of its own needs another one.
     fn following_error(&self, _: &JointFacts) -> f64 {
         0.0
     }
