@@ -6,6 +6,7 @@ use crate::control::drive::{Drive, DriveConfig};
 use crate::control::encoder::Encoder;
 use crate::control::hardware::Hardware;
 use crate::control::laws::{Compensator, CompensatorState, Gains, LawInput, Loop, MAX_TERMS};
+use crate::control::motor_encoder::MotorEncoder;
 use crate::control::output::{Applied, OutputStage, OutputState, Rise};
 use crate::control::pd::PdGains;
 use crate::control::reference::{Reference, Setpoint};
@@ -29,6 +30,8 @@ table! {
     with {
         /// The encoder.
         encoder: Encoder = Encoder::EXAMPLE,
+        /// The encoder of the motor, if `encoder` is on the load.
+        motor: MotorEncoder = MotorEncoder::NONE,
         /// The drive.
         drive: DriveConfig = DriveConfig::EXAMPLE,
         /// The PD loop; without effect under a law that replaces it.
@@ -45,6 +48,8 @@ pub(crate) const SAMPLE_TIME: Key = key(ControllerConfig::ABOUT, "sample_time");
 #[derive(Clone, Debug, PartialEq)]
 pub struct Controller {
     encoder: Encoder,
+    #[cfg(feature = "two-encoders")]
+    has_motor_encoder: bool,
     velocity: Velocity,
     pd: PdGains,
     compensator: Compensator,
@@ -55,6 +60,11 @@ pub struct Controller {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ControllerState {
     counts: i32,
+    #[cfg(feature = "two-encoders")]
+    motor_counts: i32,
+    /// Whether a tick has seen the motor.
+    #[cfg(feature = "two-encoders")]
+    has_seen_motor: bool,
     velocity: VelocityState,
     compensator: CompensatorState,
     output: OutputState,
@@ -68,6 +78,10 @@ pub struct ControllerState {
 pub struct Reading {
     /// Position of the joint, counts. It wraps.
     pub counts: i32,
+    /// Position of the motor, counts of its own encoder, of a joint that has one on either side. It
+    /// wraps. `counts` is the position of the load then.
+    #[cfg(feature = "two-encoders")]
+    pub motor_counts: i32,
     /// The converter's reading of the supply; without effect unless the output is scaled by the
     /// supply.
     pub supply: u16,
@@ -76,7 +90,17 @@ pub struct Reading {
 impl Reading {
     /// Returns the reading of a joint in a position (counts), with a supply that is not measured.
     pub const fn position(counts: i32) -> Self {
-        Self { counts, supply: 0 }
+        Self::measured(counts, 0)
+    }
+
+    /// Returns the reading of a joint in a position (counts) with a reading of the supply.
+    pub const fn measured(counts: i32, supply: u16) -> Self {
+        Self {
+            counts,
+            #[cfg(feature = "two-encoders")]
+            motor_counts: counts,
+            supply,
+        }
     }
 }
 
@@ -89,6 +113,7 @@ impl ControllerConfig {
             full_scale: self.drive.full_scale,
             lsb: self.drive.lsb,
             kp: self.pd.kp,
+            motor: self.motor,
         }
     }
 }
@@ -107,11 +132,15 @@ impl ControllerState {
     /// Forgets everything, in place: a state is too large to be made elsewhere and copied while the
     /// bridge waits to be turned off.
     pub(crate) fn forget(&mut self) {
-        let Self { counts, velocity, compensator, output, tick } = self;
+        let Self { counts, velocity, compensator, output, tick, .. } = self;
         (*counts, *tick) = (0, 0);
         *velocity = VelocityState::default();
         *output = OutputState::default();
         compensator.forget();
+        #[cfg(feature = "two-encoders")]
+        {
+            self.has_seen_motor = false;
+        }
     }
 
     /// Sets the least code of the next tick in its direction; zero: none.
@@ -137,10 +166,12 @@ impl Controller {
         // declaration.
         let drive = Drive::new(&config.drive, hardware)?;
         config.validate()?;
-        let velocity =
-            Velocity::new(config.velocity_window, config.encoder.resolution, config.sample_time);
+        let count = config.motor.count().unwrap_or(config.encoder.resolution);
+        let velocity = Velocity::new(config.velocity_window, count, config.sample_time);
         Ok(Self {
             encoder: config.encoder,
+            #[cfg(feature = "two-encoders")]
+            has_motor_encoder: config.motor.count().is_some(),
             velocity,
             pd: config.pd,
             compensator: Compensator::new(&config.compensator, &config.around()),
@@ -214,7 +245,7 @@ impl Controller {
         reading: Reading,
         reference: impl FnOnce(u32) -> Setpoint,
     ) -> Tick {
-        let (travel, velocity) = self.observe(state, reading.counts);
+        let (travel, velocity) = self.observe(state, reading);
         let counts = state.counts;
         let setpoint = reference(state.tick);
 
@@ -226,6 +257,8 @@ impl Controller {
         let OutputState { applied, saturated, .. } = state.output;
         let input = LawInput {
             counts,
+            #[cfg(feature = "two-encoders")]
+            motor_counts: reading.motor_counts,
             travel,
             setpoint,
             error,
@@ -270,7 +303,7 @@ impl Controller {
         reading: Reading,
         effort: impl FnOnce(i32) -> f32,
     ) -> Tick {
-        let (_, velocity) = self.observe(state, reading.counts);
+        let (_, velocity) = self.observe(state, reading);
         let counts = state.counts;
         let setpoint = Setpoint::at_rest(Position::from_counts(counts));
         let effort = effort(counts);
@@ -280,12 +313,22 @@ impl Controller {
         record(state, &setpoint, velocity, &Terms::default(), &output, non_finite)
     }
 
-    /// Takes the position (counts), and returns the travel since the last tick (counts) and the
-    /// velocity (deg/s).
+    /// Takes the position, and returns the travel since the last tick (counts) and the velocity
+    /// (deg/s), which is that of the motor if it has an encoder of its own.
     #[inline]
-    fn observe(&self, state: &mut ControllerState, counts: i32) -> (i32, f32) {
-        let travel = counts.wrapping_sub(state.counts);
-        state.counts = counts;
+    fn observe(&self, state: &mut ControllerState, reading: Reading) -> (i32, f32) {
+        let travel = reading.counts.wrapping_sub(state.counts);
+        state.counts = reading.counts;
+        #[cfg(feature = "two-encoders")]
+        if self.has_motor_encoder {
+            let of_motor = if state.has_seen_motor {
+                reading.motor_counts.wrapping_sub(state.motor_counts)
+            } else {
+                0
+            };
+            (state.motor_counts, state.has_seen_motor) = (reading.motor_counts, true);
+            return (travel, self.velocity.update(&mut state.velocity, of_motor));
+        }
         (travel, self.velocity.update(&mut state.velocity, travel))
     }
 }

@@ -17,6 +17,7 @@ pub mod drive;
 pub mod encoder;
 pub mod hardware;
 pub mod laws;
+pub mod motor_encoder;
 mod output;
 pub mod pd;
 pub mod profile;

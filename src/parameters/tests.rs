@@ -5,6 +5,7 @@ use super::*;
 use crate::control::drive::{DriveConfig, PwmMode};
 use crate::control::encoder::{CounterBits, Direction, Encoder, EncoderOutput};
 use crate::control::laws::{FIRST_LAW, Gains};
+use crate::control::motor_encoder::MotorEncoder;
 use crate::control::reference::{Corner, MAX_CORNERS};
 use crate::units::error::Allowed;
 use crate::units::position::Position;
@@ -22,6 +23,7 @@ fn example() -> Parameters {
         velocity_window: 5,
         pd: PdGains { kp: 1.0, kd: 0.25 },
         compensator: Gains::EXAMPLES.iter().copied().take(4).collect(),
+        motor: MotorEncoder::NONE,
         drive: DriveConfig {
             full_scale: 5.0,
             lsb: 0.00488,

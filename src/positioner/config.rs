@@ -1,5 +1,6 @@
 //! Configuration of a positioner in SI units, and the reason why one is refused.
 
+use crate::control::motor_encoder::MotorEncoder;
 use core::fmt;
 
 use crate::control::laws::robust::EncoderSide;
@@ -138,6 +139,7 @@ impl PositionerConfig {
             lsb: self.effort_step,
             // Without a PD loop beside it.
             kp: 0.0,
+            motor: MotorEncoder::NONE,
         };
         Ok((gains, around))
     }

@@ -203,6 +203,6 @@ impl RunawayMonitors {
         state.counts = counts;
         let standstill = state.standstill.update(counts);
         let velocity = self.velocity.update(&mut state.velocity, travel);
-        (Seen { travel, position: counts, standstill }, velocity)
+        (Seen { travel, position: counts, standstill, ..Seen::default() }, velocity)
     }
 }

@@ -12,6 +12,7 @@ use super::config::{COUNTS, RANGE, SAMPLE_TIME, check, refused};
 use super::effort::EffortSteps;
 use super::{Refused, Target};
 use crate::control::laws::{Law, LawInput, Loop};
+use crate::control::motor_encoder::MotorEncoder;
 use crate::control::pd::PdGains;
 use crate::control::velocity::{MAX_WINDOW, Velocity, VelocityState};
 use crate::units::value::Values;
@@ -104,6 +105,7 @@ impl<L: Law> PdPositioner<L> {
             full_scale: largest_effort,
             lsb: effort_step,
             kp: pd.kp,
+            motor: MotorEncoder::NONE,
         };
         Ok(Self {
             law: L::new(gains, &around),
@@ -132,6 +134,8 @@ impl<L: Law> PdPositioner<L> {
         let PdState { applied, saturated, .. } = *state;
         let input = LawInput {
             counts,
+            #[cfg(feature = "two-encoders")]
+            motor_counts: counts,
             travel,
             setpoint,
             error,

@@ -113,7 +113,7 @@ fn efforts_are_those_of_a_device_to_the_last_bit() {
             positioner.tick(&mut state, counts, Target { position, velocity, acceleration: 0.0 });
         let setpoint =
             Setpoint { position, velocity: velocity.to_degrees(), ..Setpoint::default() };
-        let reading = Reading { counts, supply: 0 };
+        let reading = Reading::position(counts);
         let expected = controller.follow(&mut other, reading, setpoint).v_applied;
         assert_eq!(effort.to_bits(), expected.to_bits(), "{tick}: {effort} {expected}");
         joint.advance(effort);
@@ -253,7 +253,7 @@ fn same_as_a_device<L: Law>(gains: L::Gains, as_gains: Gains) {
             acceleration: if tick % 1000 < 50 { 4.0 } else { 0.0 },
         };
         let effort = positioner.tick(&mut state, counts, target);
-        let reading = Reading { counts, supply: 0 };
+        let reading = Reading::position(counts);
         let expected = controller.follow(&mut other, reading, target.setpoint()).v_applied;
         assert_eq!(effort, expected, "{} {tick}", as_gains.name());
         joint.advance(effort);

@@ -29,6 +29,9 @@ pub struct ControlLoop {
     pub(super) state: CourseState,
     /// The position in which the loop was armed, counts since power-on.
     pub(super) zero: i32,
+    /// Position of the motor, counts of its own encoder since power-on.
+    #[cfg(feature = "two-encoders")]
+    pub(super) motor_counts: i32,
     pub(super) monitors: Monitors,
     pub(super) open_line: OpenLineTest,
     pub(super) watch: MonitorState,
@@ -81,6 +84,8 @@ impl ControlLoop {
             replaced: false,
             state: CourseState::default(),
             zero: 0,
+            #[cfg(feature = "two-encoders")]
+            motor_counts: 0,
             monitors: Monitors::new(limits, config, device, hardware),
             open_line: OpenLineTest::new(config.encoder.output, config.sample_time),
             watch: MonitorState::default(),
@@ -217,7 +222,11 @@ impl ControlLoop {
             &mut self.course,
             &self.controller,
             &mut self.state,
-            Reading { counts, supply },
+            Reading {
+                #[cfg(feature = "two-encoders")]
+                motor_counts: self.motor_counts,
+                ..Reading::measured(counts, supply)
+            },
         );
         if tick.saturated {
             self.state.capped(&mut self.course);

@@ -2,6 +2,8 @@
 
 use super::Input;
 use crate::control::encoder::{Encoder, EncoderState};
+#[cfg(feature = "two-encoders")]
+use crate::safety::monitor::SeenMotor;
 use crate::safety::monitor::{Seen, Standstill};
 
 /// The position of the joint, its rest and the supply, as of the last tick, armed or not.
@@ -12,16 +14,46 @@ pub(super) struct Follower {
     pub standstill: Standstill,
     pub seen: Seen,
     pub supply: u16,
+    /// The motor, if it has an encoder of its own.
+    #[cfg(feature = "two-encoders")]
+    pub motor: Option<MotorFollower>,
+}
+
+/// The position of a motor with an encoder of its own.
+#[cfg(feature = "two-encoders")]
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct MotorFollower {
+    standstill: Standstill,
+    pub seen: SeenMotor,
 }
 
 impl Follower {
+    /// Takes the position of the motor for the next tick, counts since power-on.
+    #[cfg(feature = "two-encoders")]
+    pub fn see_motor(&mut self, position: i32) {
+        let seen = SeenMotor { position, ..SeenMotor::default() };
+        let first = MotorFollower { seen, ..MotorFollower::default() };
+        let of_motor = self.motor.get_or_insert(first);
+        of_motor.seen = SeenMotor {
+            travel: position.wrapping_sub(of_motor.seen.position),
+            position,
+            standstill: of_motor.standstill.update(position),
+        };
+    }
+
     #[inline]
     pub fn update(&mut self, encoder: &Encoder, input: Input) {
         let state =
             self.encoder.get_or_insert(EncoderState::start(input.counter, self.seen.position));
         let travel = encoder.update(state, input.counter);
         let position = state.counts();
-        self.seen = Seen { travel, position, standstill: self.standstill.update(position) };
+        self.seen = Seen {
+            travel,
+            position,
+            standstill: self.standstill.update(position),
+            #[cfg(feature = "two-encoders")]
+            motor: self.motor.map(|of_motor| of_motor.seen),
+        };
         self.supply = input.supply;
     }
 }

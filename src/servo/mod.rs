@@ -123,6 +123,17 @@ impl Servo {
         self.follower.seen.position.wrapping_sub(self.origin)
     }
 
+    /// Takes the position of the motor for the next tick, counts of its own encoder since power-on,
+    /// of a joint that has an encoder on the load as well. The counter of [`Input`] is the load's
+    /// then.
+    #[cfg(feature = "two-encoders")]
+    pub fn see_motor(&mut self, counts: i32) {
+        self.follower.see_motor(counts);
+        if let Some(control_loop) = &mut self.control_loop {
+            control_loop.motor_counts = counts;
+        }
+    }
+
     /// Returns whether the joint is at rest.
     pub fn is_at_rest(&self) -> bool {
         self.control_loop

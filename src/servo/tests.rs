@@ -3,6 +3,7 @@ use crate::control::controller::ControllerConfig;
 use crate::control::drive::{DriveConfig, Duty, PwmMode};
 use crate::control::encoder::{CounterBits, Direction, Encoder};
 use crate::control::hardware::Hardware;
+use crate::control::motor_encoder::MotorEncoder;
 use crate::control::pd::PdGains;
 use crate::control::profile::ProfileLimits;
 use crate::control::reference::{Corner, Reference, Sine, Step, Trajectory};
@@ -42,6 +43,7 @@ fn parameters(device: DeviceConfig) -> Parameters {
         velocity_window: 5,
         pd: PdGains { kp: 1.0, kd: 0.0 },
         compensator: heapless::Vec::new(),
+        motor: MotorEncoder::NONE,
         drive,
     };
     Parameters {

@@ -86,6 +86,8 @@ impl Equation {
             Gains::DisturbanceObserver(gains) => self.observer.evaluate(&gains, tick, self.h),
             // Its second version are the traces of `tests/robust/`.
             Gains::Robust(_) => f64::from(tick.v_c),
+            #[cfg(feature = "two-encoders")]
+            Gains::RobustDual(_) => f64::from(tick.v_c),
             #[cfg(feature = "rivals")]
             Gains::Pid(_)
             | Gains::TwoResetPid(_)

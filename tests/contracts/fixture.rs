@@ -16,6 +16,7 @@ pub use stiction::control::laws::{
     PreparedLaw, RateVariableIntegralGains, ResetIntegralGains, ResetOffsetIntegralGains,
     SmoothRobustNonlinearGains,
 };
+pub use stiction::control::motor_encoder::MotorEncoder;
 pub use stiction::control::pd::PdGains;
 pub use stiction::control::reference::{Corner, Reference, Setpoint, Step, Trajectory};
 pub use stiction::units::position::Position;
@@ -80,6 +81,7 @@ pub fn configured(kd: f32, laws: &[Gains]) -> ControllerConfig {
             output: EncoderOutput::Unknown,
         },
         velocity_window: 5,
+        motor: MotorEncoder::NONE,
         pd: PdGains { kp: 1.0, kd },
         compensator: laws.iter().copied().collect(),
         drive: DriveConfig {
@@ -189,6 +191,8 @@ pub fn sample_of(before: &Tick, tick: &Tick) -> LawInput {
         setpoint: tick.setpoint(),
         velocity_error: tick.reference_velocity - tick.velocity,
         v_pd: tick.v_pd,
+        #[cfg(feature = "two-encoders")]
+        motor_counts: tick.counts,
     }
 }
 

@@ -10,6 +10,7 @@
 //! traces' figures as they are, and their cap as the speed.
 
 use std::io::Read;
+use stiction::control::motor_encoder::MotorEncoder;
 
 use flate2::read::GzDecoder;
 use stiction::control::laws::robust::{EncoderSide, RobustState};
@@ -100,6 +101,7 @@ impl Header {
             full_scale: self.number("umax") as f32,
             lsb: self.number("uq") as f32,
             kp: 0.0,
+            motor: MotorEncoder::NONE,
         };
         Robust::new(gains, &around)
     }

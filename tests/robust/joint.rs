@@ -2,13 +2,20 @@
 
 use stiction::control::laws::robust::RobustState;
 use stiction::control::laws::{Law, LawInput, Loop, Robust, RobustGains};
+use stiction::control::motor_encoder::MotorEncoder;
 use stiction::control::reference::Setpoint;
 use stiction::units::position::Position;
 use stiction::units::value::Table;
 
 /// The loop: 1 kHz, 100 000 counts a turn, 60 V in steps of 0.06 V.
-pub const AROUND: Loop =
-    Loop { sample_time: 0.001, resolution: 0.0036, full_scale: 60.0, lsb: 0.06, kp: 0.0 };
+pub const AROUND: Loop = Loop {
+    sample_time: 0.001,
+    resolution: 0.0036,
+    full_scale: 60.0,
+    lsb: 0.06,
+    kp: 0.0,
+    motor: MotorEncoder::NONE,
+};
 
 /// Returns the gains that the law is configured with.
 pub fn configured() -> RobustGains {

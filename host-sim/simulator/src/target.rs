@@ -116,6 +116,12 @@ impl WatchedServo {
         }
     }
 
+    /// Takes the position of the motor for the next tick, counts of its own encoder, of a joint
+    /// whose counter is on the load.
+    pub fn see_motor(&mut self, counts: i32) {
+        self.servo.see_motor(counts);
+    }
+
     /// Sets another reference from the next tick on, in counts from the position at arming, as a
     /// link that never times out would do.
     ///

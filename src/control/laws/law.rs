@@ -1,5 +1,6 @@
 //! The trait of a law: its inputs in a tick, the loop around it, and the signals it publishes.
 
+use crate::control::motor_encoder::MotorEncoder;
 use crate::control::reference::Setpoint;
 use crate::control::signal::{LawSignal, MAX_LAW_SIGNALS};
 use crate::units::value::Table;
@@ -9,6 +10,9 @@ use crate::units::value::Table;
 pub struct LawInput {
     /// Position theta_a, counts.
     pub counts: i32,
+    /// Position of the motor, counts of its own encoder; `counts` is that of the load then.
+    #[cfg(feature = "two-encoders")]
+    pub motor_counts: i32,
     /// Travel since the last tick, counts.
     pub travel: i32,
     /// Set point theta_d and its derivatives.
@@ -40,12 +44,20 @@ pub struct Loop {
     pub lsb: f32,
     /// Proportional gain of the PD loop, V/deg.
     pub kp: f32,
+    /// The encoder of the motor, if there is another one on the load.
+    pub motor: MotorEncoder,
 }
 
 impl Loop {
     /// The loop of the thesis: 20 ms, 0.00242 deg, 5 V in steps of 0.00488 V, Kp = 1 V/deg.
-    pub const EXAMPLE: Self =
-        Self { sample_time: 0.02, resolution: 0.00242, full_scale: 5.0, lsb: 0.00488, kp: 1.0 };
+    pub const EXAMPLE: Self = Self {
+        sample_time: 0.02,
+        resolution: 0.00242,
+        full_scale: 5.0,
+        lsb: 0.00488,
+        kp: 1.0,
+        motor: MotorEncoder::NONE,
+    };
 }
 
 /// A control law, made of its gains for a loop.

@@ -23,6 +23,8 @@ pub mod reset_offset_integral;
 #[cfg(feature = "rivals")]
 pub mod rival;
 pub mod robust;
+#[cfg(feature = "two-encoders")]
+pub mod robust_dual;
 pub mod smooth_robust_nonlinear;
 mod sum;
 
@@ -43,6 +45,8 @@ pub use rival::{
     ProxySlidingMode, ProxySlidingModeGains, TwoResetPid, TwoResetPidGains,
 };
 pub use robust::{Robust, RobustGains};
+#[cfg(feature = "two-encoders")]
+pub use robust_dual::{RobustDual, RobustDualGains};
 pub use smooth_robust_nonlinear::{SmoothRobustNonlinear, SmoothRobustNonlinearGains};
 pub use sum::{Compensator, CompensatorState};
 
@@ -55,15 +59,19 @@ pub const MAX_TERMS: usize = 4;
 
 /// Registers the laws: a comment that says which law it is, under which feature it is there if it
 /// is not always, then `number "name in a machine's file" Type;`. After `alone` comes the one that
-/// takes the place of PD and is too large to have room in each place of a sum. After `unlisted`
-/// comes one that no file can name: the program that runs it makes its gains.
+/// takes the place of PD and is too large to have room in each place of a sum. After `unlisted` come
+/// those that no file can name: the program that runs them makes their gains. The first of them
+/// stands alone, too.
 macro_rules! laws {
     ($(
         $(#[doc = $doc:literal])* $(#[cfg($feature:meta)])?
         $number:literal $name:literal $Law:ident;
      )+
      alone $(#[doc = $alone_doc:literal])* $alone_number:literal $alone_name:literal $Alone:ident;
-     unlisted $(#[doc = $guest_doc:literal])* #[cfg($guest_feature:meta)]
+     unlisted
+     $(#[doc = $dual_doc:literal])* #[cfg($dual_feature:meta)]
+     $dual_number:literal $dual_name:literal $Dual:ident;
+     $(#[doc = $guest_doc:literal])* #[cfg($guest_feature:meta)]
      $guest_number:literal $guest_name:literal $Guest:ident;) => {
         gains! {
             listed {
@@ -73,11 +81,15 @@ macro_rules! laws {
             all {
                 $($(#[doc = $doc])* $(#[cfg($feature)])? $number $name $Law;)+
                 $(#[doc = $alone_doc])* $alone_number $alone_name $Alone;
+                $(#[doc = $dual_doc])* #[cfg($dual_feature)] $dual_number $dual_name $Dual;
                 $(#[doc = $guest_doc])* #[cfg($guest_feature)] $guest_number $guest_name $Guest;
             }
         }
         prepared! {
-            alone $Alone;
+            alone {
+                $(#[doc = $alone_doc])* $Alone;
+                $(#[doc = $dual_doc])* #[cfg($dual_feature)] $Dual;
+            }
             $($(#[doc = $doc])* $(#[cfg($feature)])? $Law;)+
             $(#[doc = $guest_doc])* #[cfg($guest_feature)] $Guest;
         }
@@ -244,11 +256,117 @@ macro_rules! gains {
     };
 }
 
-/// Makes the laws that have a place in a sum, and names the one that has none.
+/// Makes the laws that stand alone, and those that have a place in a sum.
 macro_rules! prepared {
-    (alone $Alone:ident; $($(#[doc = $doc:literal])* $(#[cfg($feature:meta)])? $Law:ident;)+) => {
-        /// The law that is too large for a sum.
-        type Alone = $Alone;
+    (
+        alone {
+            $($(#[doc = $alone_doc:literal])* $(#[cfg($alone_feature:meta)])? $Alone:ident;)+
+        }
+        $($(#[doc = $doc:literal])* $(#[cfg($feature:meta)])? $Law:ident;)+
+    ) => {
+        /// A law that is too large for a sum, prepared for a loop.
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        enum Alone {
+            $($(#[doc = $alone_doc])* $(#[cfg($alone_feature)])? $Alone($Alone),)+
+        }
+
+        /// The state of such a law from tick to tick.
+        // An image has one of them.
+        #[allow(clippy::large_enum_variant)]
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        enum AloneState {
+            $($(#[doc = $alone_doc])* $(#[cfg($alone_feature)])? $Alone(<$Alone as Law>::State),)+
+        }
+
+        impl AloneState {
+            /// Forgets what the law remembers, in place.
+            #[inline]
+            fn forget(&mut self) {
+                match self {
+                    $($(#[cfg($alone_feature)])? Self::$Alone(state) => state.forget(),)+
+                }
+            }
+
+            /// Called when a motion starts.
+            #[inline]
+            fn begin_motion(&mut self) {
+                match self {
+                    $(
+                        $(#[cfg($alone_feature)])?
+                        Self::$Alone(state) => $Alone::begin_motion(state),
+                    )+
+                }
+            }
+        }
+
+        impl Alone {
+            /// Prepares the law for a loop, if the gains are those of one that stands alone.
+            fn new(gains: &Gains, around: &Loop) -> Option<Self> {
+                match gains {
+                    $(
+                        $(#[cfg($alone_feature)])?
+                        Gains::$Alone(gains) => Some(Self::$Alone($Alone::new(gains, around))),
+                    )+
+                    _ => None,
+                }
+            }
+
+            /// Returns the state that the law starts from.
+            fn rest(&self) -> AloneState {
+                match self {
+                    $(
+                        $(#[cfg($alone_feature)])?
+                        Self::$Alone(_) => AloneState::$Alone(Default::default()),
+                    )+
+                }
+            }
+
+            /// Returns the law's v_c for one tick, V. A state that another law left behind is
+            /// replaced, and the law contributes nothing in that tick.
+            // With one law, which is what an image has, no state is that of another one.
+            #[allow(unreachable_patterns)]
+            #[inline]
+            fn update(&self, state: &mut AloneState, input: &LawInput) -> f32 {
+                match (self, &mut *state) {
+                    $(
+                        $(#[cfg($alone_feature)])?
+                        (Self::$Alone(law), AloneState::$Alone(state)) => law.update(state, input),
+                    )+
+                    _ => {
+                        *state = self.rest();
+                        0.0
+                    }
+                }
+            }
+
+            /// Returns whether the law has ended its attempts to reach the set point.
+            #[allow(unreachable_patterns)]
+            #[inline]
+            fn has_given_up(&self, state: &AloneState) -> bool {
+                match (self, state) {
+                    $(
+                        $(#[cfg($alone_feature)])?
+                        (Self::$Alone(_), AloneState::$Alone(state)) => {
+                            $Alone::has_given_up(state)
+                        }
+                    )+
+                    _ => false,
+                }
+            }
+
+            /// Returns the values of the signals that the law publishes of itself.
+            #[allow(unreachable_patterns)]
+            #[inline]
+            fn signals(&self, state: &AloneState) -> Option<[f32; MAX_LAW_SIGNALS]> {
+                match (self, state) {
+                    $(
+                        $(#[cfg($alone_feature)])?
+                        (Self::$Alone(law), AloneState::$Alone(state)) => Some(law.signals(state)),
+                    )+
+                    _ => None,
+                }
+            }
+        }
 
         /// A law that is prepared for a loop, and has a place in a sum.
         #[derive(Clone, Copy, Debug, PartialEq)]
@@ -265,14 +383,6 @@ macro_rules! prepared {
             $($(#[doc = $doc])* $(#[cfg($feature)])? $Law(<$Law as Law>::State),)+
         }
 
-        /// Prepares the law that is too large for a sum, if the gains are its.
-        fn alone(gains: &Gains, around: &Loop) -> Option<Alone> {
-            match gains {
-                Gains::$Alone(gains) => Some($Alone::new(gains, around)),
-                _ => None,
-            }
-        }
-
         impl PreparedLaw {
             /// Prepares the law for a loop, if it has a place in a sum. The gains have been
             /// validated.
@@ -282,7 +392,7 @@ macro_rules! prepared {
                         $(#[cfg($feature)])?
                         Gains::$Law(gains) => Some(Self::$Law($Law::new(gains, around))),
                     )+
-                    Gains::$Alone(_) => None,
+                    $($(#[cfg($alone_feature)])? Gains::$Alone(_) => None,)+
                 }
             }
 
@@ -358,6 +468,9 @@ laws! {
     /// `robust`, the supervisor.
     7 "robust" Robust;
     unlisted
+    /// `robust` with an encoder on the motor and one on the load.
+    #[cfg(feature = "two-encoders")]
+    9 "robust-dual" RobustDual;
     /// A guest: a law of another program.
     #[cfg(feature = "rivals")]
     36 "guest" Guest;

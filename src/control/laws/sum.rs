@@ -2,7 +2,7 @@
 
 use heapless::Vec;
 
-use super::{Alone, Gains, Law, LawInput, LawState, Loop, MAX_TERMS, PreparedLaw, alone};
+use super::{Alone, AloneState, Gains, LawInput, LawState, Loop, MAX_TERMS, PreparedLaw, Robust};
 use crate::control::signal::MAX_LAW_SIGNALS;
 
 /// A sum of laws; the empty sum is plain PD.
@@ -19,10 +19,19 @@ pub struct Compensator {
 
 /// The states of a sum's laws from tick to tick. The law that is too large for a sum has a place of
 /// its own, once.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CompensatorState {
     terms: [LawState; MAX_TERMS],
-    alone: <Alone as Law>::State,
+    alone: AloneState,
+}
+
+impl Default for CompensatorState {
+    fn default() -> Self {
+        Self {
+            terms: [LawState::None; MAX_TERMS],
+            alone: AloneState::Robust(<Robust as super::Law>::State::default()),
+        }
+    }
 }
 
 impl CompensatorState {
@@ -34,7 +43,7 @@ impl CompensatorState {
 
     /// Called when a motion starts. Only the law that is too large for a sum gives up.
     pub(crate) fn begin_motion(&mut self) {
-        Alone::begin_motion(&mut self.alone);
+        self.alone.begin_motion();
     }
 }
 
@@ -46,7 +55,7 @@ impl Compensator {
             // Cannot fail: both vectors have the same capacity.
             let _ = terms.push(law);
         }
-        let alone = gains.first().and_then(|gains| alone(gains, around));
+        let alone = gains.first().and_then(|gains| Alone::new(gains, around));
         let replaces_pd = gains.first().is_some_and(Gains::replaces_pd);
         let publishes = gains.iter().any(|gains| !gains.signals().is_empty());
         Self { terms, alone, replaces_pd, publishes }
@@ -55,6 +64,9 @@ impl Compensator {
     /// Returns the state that the sum starts from.
     pub fn rest(&self) -> CompensatorState {
         let mut state = CompensatorState::default();
+        if let Some(law) = &self.alone {
+            state.alone = law.rest();
+        }
         for (law, state) in self.terms.iter().zip(&mut state.terms) {
             *state = law.rest();
         }
@@ -93,7 +105,7 @@ impl Compensator {
     /// too large for a sum makes any.
     #[inline]
     pub fn has_given_up(&self, state: &CompensatorState) -> bool {
-        self.alone.is_some() && Alone::has_given_up(&state.alone)
+        self.alone.as_ref().is_some_and(|law| law.has_given_up(&state.alone))
     }
 
     /// Returns the values of the signals of the first law that publishes any.
@@ -103,7 +115,7 @@ impl Compensator {
             return None;
         }
         if let Some(law) = &self.alone {
-            return Some(law.signals(&state.alone));
+            return law.signals(&state.alone);
         }
         self.terms.iter().zip(&state.terms).find_map(|(law, state)| law.signals(state))
     }

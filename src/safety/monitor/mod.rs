@@ -120,6 +120,42 @@ pub(crate) struct Seen {
     pub position: i32,
     /// Ticks without motion.
     pub standstill: u32,
+    /// The motor, if the joint's encoder is on the load and the motor has another one.
+    #[cfg(feature = "two-encoders")]
+    pub motor: Option<SeenMotor>,
+}
+
+/// What the encoder of the motor says of a tick.
+#[cfg(feature = "two-encoders")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct SeenMotor {
+    /// Travel since the last tick, counts.
+    pub travel: i32,
+    /// Position since power-on, counts.
+    pub position: i32,
+    /// Ticks without motion.
+    pub standstill: u32,
+}
+
+impl Seen {
+    /// Returns whether load and motor have an encoder each.
+    #[inline]
+    pub const fn has_both_sides(&self) -> bool {
+        #[cfg(feature = "two-encoders")]
+        return self.motor.is_some();
+        #[cfg(not(feature = "two-encoders"))]
+        false
+    }
+
+    /// Returns what the effort acts on: the motor, where it has an encoder of its own.
+    #[inline]
+    pub const fn driven(&self) -> Self {
+        #[cfg(feature = "two-encoders")]
+        if let Some(SeenMotor { travel, position, standstill }) = self.motor {
+            return Self { travel, position, standstill, motor: None };
+        }
+        *self
+    }
 }
 
 /// A fault and the value that tripped it.
@@ -143,6 +179,7 @@ impl Monitors {
             tick: controller.sample_time,
             supply: device.supply_full_scale / f32::from(hardware.supply_top),
         };
+        let driven = Units { count: controller.motor.count().unwrap_or(units.count), ..units };
         Self {
             units,
             rest: Units::whole(REST, units.tick),
@@ -152,17 +189,17 @@ impl Monitors {
                 limits,
                 controller.velocity_window,
                 Limits::swing_time(controller),
-                &units,
+                &driven,
             ),
-            reversal: Reversal::new(limits, &units),
+            reversal: Reversal::new(limits, &driven),
             following: FollowingError::new(limits, Limits::saturating_error(controller), &units),
-            stall: Stall::new(limits, &units),
-            impulse: StallImpulse::new(limits, &units),
-            net: NetTravel::new(limits, &units),
-            play: Play::new(limits, &units),
+            stall: Stall::new(limits, &driven),
+            impulse: StallImpulse::new(limits, &driven),
+            net: NetTravel::new(limits, &driven),
+            play: Play::new(limits, &driven),
             probe: EncoderProbe::new(limits, &units),
-            abrupt: AbruptStop::new(limits, &units),
-            progress: Progress::new(limits, &units),
+            abrupt: AbruptStop::new(limits, &driven),
+            progress: Progress::new(limits, &driven),
             oscillation: Oscillation::new(limits, &units),
             position: PositionLimits::new(limits, &units),
             supply: Supply::new(limits, &units),
@@ -174,7 +211,7 @@ impl Monitors {
 
     /// Whether the joint is at rest.
     pub const fn is_at_rest(&self, seen: &Seen) -> bool {
-        seen.standstill >= self.rest
+        seen.standstill >= self.rest && seen.driven().standstill >= self.rest
     }
 
     /// The range of a joint whose zero is at `zero` (counts since power-on). Without a known zero
@@ -259,9 +296,10 @@ impl Monitors {
     /// A tick without output.
     pub fn idle(&self, state: &mut MonitorState, seen: &Seen) {
         self.thermal.cool(&mut state.thermal);
-        self.impulse.see(&mut state.impulse, seen.position);
+        let driven = seen.driven();
+        self.impulse.see(&mut state.impulse, driven.position);
         self.probe.see(&mut state.probe, seen.position);
-        state.net = NetTravelState::at(seen.position);
+        state.net = NetTravelState::at(driven.position);
         state.code = 0;
         state.warning = false;
     }
@@ -291,14 +329,16 @@ impl Monitors {
         let before = core::mem::replace(&mut state.code, code);
         let deg = |counts: i32| counts as f32 * self.units.count;
         let trip = |fault, value| Some(Trip { fault, value });
+        let driven = &seen.driven();
         if self.jump.check(seen.travel) {
             return trip(Fault::EncoderJump, deg(seen.travel));
         }
-        if let Some(speed) = self.overspeed.check(&mut state.overspeed, tick.velocity, seen.travel)
+        if let Some(speed) =
+            self.overspeed.check(&mut state.overspeed, tick.velocity, driven.travel)
         {
             return trip(Fault::Overspeed, speed);
         }
-        if let Some(travel) = self.reversal.check(&mut state.reversal, before, seen.travel) {
+        if let Some(travel) = self.reversal.check(&mut state.reversal, before, driven.travel) {
             return trip(Fault::EncoderReversed, deg(travel));
         }
         let (setpoint, speed) = (tick.reference_counts, tick.reference_velocity);
@@ -308,21 +348,23 @@ impl Monitors {
             return trip(Fault::FollowingError, deg(error));
         }
         let (is_taken_up, stops) = match &self.play {
-            None => (true, self.abrupt.check(&mut state.abrupt, before, seen.travel)),
+            // Its gear stops a motor abruptly, and both sides are seen.
+            None if seen.has_both_sides() => (true, false),
+            None => (true, self.abrupt.check(&mut state.abrupt, before, driven.travel)),
             // The halves of a joint collide in its play: they stop abruptly.
-            Some(play) => (play.is_taken_up(&mut state.play, code, seen.position), false),
+            Some(play) => (play.is_taken_up(&mut state.play, code, driven.position), false),
         };
         let stalls = if is_taken_up {
-            self.stall.check(&mut state.stall, code, seen.standstill)
-                | self.impulse.check(&mut state.impulse, code, seen.position, seen.travel)
+            self.stall.check(&mut state.stall, code, driven.standstill)
+                | self.impulse.check(&mut state.impulse, code, driven.position, driven.travel)
         } else {
             state.stall = StallState::default();
-            self.impulse.see(&mut state.impulse, seen.position);
+            self.impulse.see(&mut state.impulse, driven.position);
             false
         };
-        let stalls = stalls | self.net.check(&mut state.net, code, seen.position);
+        let stalls = stalls | self.net.check(&mut state.net, code, driven.position);
         let stalls =
-            stalls | self.progress.check(&mut state.progress, before, seen.travel, tick.velocity);
+            stalls | self.progress.check(&mut state.progress, before, driven.travel, tick.velocity);
         let error = setpoint.wrapping_sub(tick.counts);
         let stalls = stalls | self.probe.check(&mut state.probe, code, seen.position, error);
         if stalls || stops {
@@ -345,7 +387,7 @@ impl Monitors {
         if let Some(ticks) = self.link.check(&mut state.link) {
             return trip(Fault::LinkTimeout, ticks as f32 * self.units.tick);
         }
-        state.warning = self.wind_up.check(&mut state.wound_up, tick.v_c, seen.standstill);
+        state.warning = self.wind_up.check(&mut state.wound_up, tick.v_c, driven.standstill);
         None
     }
 }

@@ -225,6 +225,9 @@ pub struct Description {
     pub push: Option<TorquePulse>,
     /// Start position, at rest, rad.
     pub start: f64,
+    /// How far the motor is ahead of the load at the start, rad: slack and twist of the shaft. Zero
+    /// is the middle of the slack.
+    pub twist: f64,
     /// Angle of one count, rad. Errors of a solver are far below it.
     pub count: f64,
 }
@@ -239,6 +242,7 @@ impl Description {
             stops: Stops::default(),
             push: None,
             start: 0.0,
+            twist: 0.0,
             count,
         }
     }

@@ -47,7 +47,7 @@ const MOTOR: usize = 0;
 const LOAD: usize = 1;
 
 impl FlexibleJoint {
-    /// At rest at the start, with the shaft relaxed.
+    /// At rest at the start, with the shaft as far twisted as described.
     pub(super) fn new(
         description: &Description,
         [motor, load]: [&Body; 2],
@@ -65,11 +65,12 @@ impl FlexibleJoint {
             is_busy,
             lag: Lag::new(description.lag_s),
             pace: Pace::of_count(description.count),
-            ends: [description.start, 0.0, description.start, 0.0],
+            ends: [description.start + description.twist, 0.0, description.start, 0.0],
             time_s: 0.0,
             unfollowed_s: 0.0,
             heat: 0.0,
         };
+        joint.shaft.put(&joint.ends);
         joint.settle(MOTOR);
         joint.settle(LOAD);
         joint

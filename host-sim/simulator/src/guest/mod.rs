@@ -20,6 +20,7 @@ mod units;
 
 use std::cell::RefCell;
 use std::sync::{Arc, PoisonError, RwLock};
+use stiction::control::motor_encoder::MotorEncoder;
 
 use stiction::control::laws::{Gains, Guest, GuestGains, GuestJoint, GuestUpdate, LawInput, Loop};
 
@@ -155,6 +156,7 @@ fn gains_with(joint: &JointBounds, number: f64) -> ControllerGains {
             full_scale: joint.sampled.largest_effort as f32,
             lsb: joint.sampled.lsb as f32,
             kp: 0.0,
+            motor: MotorEncoder::NONE,
         };
         let facts = JointFacts::of(&Guest { gains, around });
         gains.following_error = law.following_error(&facts).to_degrees() as f32;

@@ -37,8 +37,19 @@ pub struct JointBounds {
     pub encoder_at_load: bool,
     /// Counts by which the encoder changes at rest.
     pub jitter: f64,
+    /// The motor's encoder, if `jitter` and `sampled.count` are those of another one on the load.
+    pub motor_encoder: Option<MotorEncoder>,
     /// The loop around the joint.
     pub sampled: SampledLoop,
+}
+
+/// Encoder of a motor whose joint has another one on its load.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MotorEncoder {
+    /// Angle of a count, deg of the joint.
+    pub count: f64,
+    /// Counts by which it changes at rest.
+    pub jitter: f64,
 }
 
 /// Sampled loop around a joint: what its drive and its encoder resolve.
@@ -111,6 +122,7 @@ impl JointBounds {
             hold_effort: 0.0,
             encoder_at_load: false,
             jitter: 0.0,
+            motor_encoder: None,
             sampled,
         }
     }

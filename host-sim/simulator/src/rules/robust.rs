@@ -9,12 +9,12 @@
 //! F_lo, nothing is guaranteed.
 
 use stiction::control::laws::robust::EncoderSide;
-use stiction::control::laws::{Gains, RobustGains};
+use stiction::control::laws::{Gains, RobustDualGains, RobustGains};
 use stiction::control::pd::PdGains;
 use stiction::units::value::Table as _;
 
 use super::pd_loop::VELOCITY_WINDOW;
-use super::{ControllerGains, GainRule, JointBounds, four_digits_single};
+use super::{ControllerGains, GainRule, JointBounds, MotorEncoder, four_digits_single};
 
 /// Rule that gives the gains of this law from the bounds of a joint.
 pub const RULE: GainRule = GainRule {
@@ -29,9 +29,32 @@ pub const RULE: GainRule = GainRule {
     gains_with: |joint, _| ControllerGains {
         pd: PdGains { kp: 0.0, kd: 0.0 },
         velocity_window: VELOCITY_WINDOW,
-        laws: vec![Gains::Robust(gains(joint))],
+        laws: vec![law(joint)],
     },
 };
+
+/// Returns the law, which with an encoder on either side is the one for two.
+fn law(joint: &JointBounds) -> Gains {
+    match &joint.motor_encoder {
+        Some(motor) => Gains::RobustDual(of_two(joint, motor)),
+        None => Gains::Robust(gains(joint)),
+    }
+}
+
+fn of_two(joint: &JointBounds, motor: &MotorEncoder) -> RobustDualGains {
+    let [breakaway_low, breakaway_high] = joint.breakaway.map(four_digits_single);
+    RobustDualGains {
+        inertia: four_digits_single(joint.inertia),
+        viscous: four_digits_single(joint.viscous),
+        breakaway_low,
+        breakaway_high,
+        jitter: joint.jitter as f32,
+        motor_jitter: motor.jitter as f32,
+        load: four_digits_single(joint.load),
+        hold_effort: four_digits_single(joint.hold_effort),
+        ..RobustDualGains::EXAMPLE
+    }
+}
 
 fn gains(joint: &JointBounds) -> RobustGains {
     let mut gains = RobustGains {

@@ -90,6 +90,7 @@ pub(super) fn arm(draws: &mut Draws, family: Family, number: u64, kind: DrawOpti
         number,
         joint: Description { start: first.start, ..Description::of(Train::Rigid(body), count) },
         encoder: JointEncoder { count, side: DiscSide::Motor },
+        motor_encoder: None,
         delay: first.delay,
         scale,
         bounds: bounds(&first, mass[0][0]),

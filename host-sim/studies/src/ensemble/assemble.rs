@@ -3,6 +3,7 @@
 
 use stiction::control::drive::DriveConfig;
 use stiction::control::encoder::{CounterBits, Encoder};
+use stiction::control::motor_encoder::MotorEncoder;
 use stiction::control::reference::{Corner, Reference, Trajectory};
 use stiction::motion::jog::JogBounds;
 use stiction::parameters::DeviceConfig;
@@ -29,6 +30,7 @@ pub fn parameters(bounds: &JointBounds, gains: &ControllerGains) -> Parameters {
     let controller = ControllerConfig {
         sample_time: bounds.sampled.sample_time as f32,
         encoder,
+        motor: MotorEncoder { count: bounds.motor_encoder.map_or(0.0, |motor| motor.count as f32) },
         drive: DriveConfig { full_scale, lsb, ..DriveConfig::EXAMPLE },
         velocity_window: gains.velocity_window,
         pd: gains.pd,

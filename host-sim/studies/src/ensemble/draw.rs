@@ -19,7 +19,7 @@ use dynamics::joint::{
     SetValuedFriction, ShaftDescription, Stops, StribeckCurve, Thermal, Train,
 };
 use simulator::plant::Delay;
-use simulator::rules::JointBounds;
+use simulator::rules::{JointBounds, MotorEncoder};
 
 /// The largest load that drives a joint, in multiples of its stick friction.
 const OVERHAULING: [f64; 2] = [0.5, 3.0];
@@ -61,7 +61,7 @@ fn in_si(draws: &mut Draws, family: Family, number: u64, kind: DrawOptions) -> C
 
     let mut load = LoadTorque::default();
     let mut jump_counts = None;
-    let side = if family == Family::FlexibleLoad { DiscSide::Load } else { DiscSide::Motor };
+    let side = if family.is_positioned_at_load() { DiscSide::Load } else { DiscSide::Motor };
     let train = match family {
         Family::Loaded => {
             load.constant = draws.uniform(-1.2, 1.2);
@@ -96,13 +96,21 @@ fn in_si(draws: &mut Draws, family: Family, number: u64, kind: DrawOptions) -> C
         | Family::GearBacklash
         | Family::FlexibleLoad
         | Family::OverhaulingFlexible
-        | Family::EndStopFlexible => {
+        | Family::EndStopFlexible
+        | Family::TwoEncoders
+        | Family::TwoEncodersBacklash
+        | Family::TwoEncodersGearBacklash
+        | Family::TwoEncodersOverhauling
+        | Family::TwoEncodersNoisy
+        | Family::TwoEncodersEndStop => {
             let backlash = |draws: &mut Draws| match family {
-                Family::GearBacklash => {
+                Family::GearBacklash | Family::TwoEncodersGearBacklash => {
                     let [least, most] = GEAR_BACKLASH_DEG.map(f64::to_radians);
                     draws.log_uniform(least, most)
                 }
-                Family::FlexibleBacklash => draws.uniform(0.0, 20.0 * count),
+                Family::FlexibleBacklash | Family::TwoEncodersBacklash => {
+                    draws.uniform(0.0, 20.0 * count)
+                }
                 _ => draws.uniform(0.0, 4.0 * count),
             };
             let (train, jump) = flexible(draws, inertia, &curve, backlash);
@@ -147,9 +155,19 @@ fn in_si(draws: &mut Draws, family: Family, number: u64, kind: DrawOptions) -> C
         scale.bounds(NOMINAL, breakaway, largest_load, EFFORT, [count, 1.0 / kind.rate_hz]);
     // Last of all, so that the joints are the same without it.
     let known = if is_braked { draws.uniform(0.8, 1.2) } else { 0.0 };
+    let is_noise_known = matches!(family, Family::NoisyDeclared | Family::TwoEncodersNoisy);
+    let jitter = if is_noise_known { 2.0 } else { 0.0 };
+    let motor_encoder = family.has_two_encoders().then(|| {
+        let finer = draws.log_uniform(1.0, 100.0).round();
+        JointEncoder { count: count / finer, side: DiscSide::Motor }
+    });
+    let twist =
+        if family.has_two_encoders() { wound_up(draws, &train, load.constant) } else { 0.0 };
     let bounds = JointBounds {
         encoder_at_load: side == DiscSide::Load,
-        jitter: if family == Family::NoisyDeclared { 2.0 } else { 0.0 },
+        jitter,
+        motor_encoder: motor_encoder
+            .map(|motor| MotorEncoder { count: motor.count / scale.angle, jitter }),
         hold_effort: -known * load.at(start) / scale.effort,
         ..bounds
     };
@@ -157,8 +175,9 @@ fn in_si(draws: &mut Draws, family: Family, number: u64, kind: DrawOptions) -> C
     Case {
         family,
         number,
-        joint: Description { load, lag_s, start, stops, ..Description::of(train, count) },
+        joint: Description { load, lag_s, start, twist, stops, ..Description::of(train, count) },
         encoder: JointEncoder { count, side },
+        motor_encoder,
         delay,
         scale,
         bounds,
@@ -176,6 +195,15 @@ fn in_si(draws: &mut Draws, family: Family, number: u64, kind: DrawOptions) -> C
 fn overhauling(draws: &mut Draws) -> f64 {
     let [least, most] = OVERHAULING;
     draws.uniform(least, most)
+}
+
+/// A twist of the shaft that holds a load's torque, and beside it up to nine tenths of what the
+/// friction of both sides holds, rad.
+fn wound_up(draws: &mut Draws, train: &Train, load_torque: f64) -> f64 {
+    let Train::Flexible { motor, load, shaft } = train else { return 0.0 };
+    let holds = motor.friction.curve.stick.min(load.friction.curve.stick);
+    let torque = draws.uniform(-0.9, 0.9) * holds - load_torque;
+    torque / shaft.stiffness + torque.signum() * 0.5 * shaft.backlash
 }
 
 /// Two inertias and a shaft, and how far the load slides when it breaks away.
@@ -282,7 +310,7 @@ mod tests {
                         [case.bounds.sampled.largest_effort, case.bounds.sampled.count];
                     assert!(load + stick < full_scale * case.scale.effort, "{case:?}");
                     assert!((count * case.scale.angle / case.count() - 1.0).abs() < 1e-12);
-                    assert_eq!(case.jump_counts.is_some(), family == Family::FlexibleLoad);
+                    assert_eq!(case.jump_counts.is_some(), family.is_positioned_at_load());
                 }
             }
         }

@@ -74,6 +74,8 @@ pub struct Case {
     pub joint: Description,
     /// Its encoder.
     pub encoder: JointEncoder,
+    /// Encoder of the motor beside it, if there are two.
+    pub motor_encoder: Option<JointEncoder>,
     /// Computation delay.
     pub delay: Delay,
     /// Units.
@@ -154,6 +156,7 @@ impl UnitScale {
             hold_effort: 0.0,
             encoder_at_load: false,
             jitter: 0.0,
+            motor_encoder: None,
             sampled: SampledLoop {
                 largest_effort: full_scale / self.effort,
                 lsb: lsb / self.effort,

@@ -52,6 +52,19 @@ pub enum Family {
     Noisy,
     /// The same joints, and `robust` knows the encoder's jitter.
     NoisyDeclared,
+    /// Two inertias and a shaft with little backlash, an encoder on either side; the shaft is wound
+    /// up at the begin.
+    TwoEncoders,
+    /// The same with up to 20 counts of backlash.
+    TwoEncodersBacklash,
+    /// The same with the backlash of a real gear, 0.1 to 1 deg at the joint.
+    TwoEncodersGearBacklash,
+    /// The same with a constant load that drives the load, and little backlash.
+    TwoEncodersOverhauling,
+    /// The same with encoders that are a count off in two readings of three, which `robust` knows.
+    TwoEncodersNoisy,
+    /// The same with a wall before the target of the load.
+    TwoEncodersEndStop,
 }
 
 impl Family {
@@ -70,7 +83,7 @@ impl Family {
     ];
 
     /// Those that are run where they are named only: they ask one question each.
-    pub const SPECIAL: [Self; 13] = [
+    pub const SPECIAL: [Self; 19] = [
         Self::GearBacklash,
         Self::ArmUncoupled,
         Self::OverhaulingGravity,
@@ -84,6 +97,12 @@ impl Family {
         Self::Drifting,
         Self::Noisy,
         Self::NoisyDeclared,
+        Self::TwoEncoders,
+        Self::TwoEncodersBacklash,
+        Self::TwoEncodersGearBacklash,
+        Self::TwoEncodersOverhauling,
+        Self::TwoEncodersNoisy,
+        Self::TwoEncodersEndStop,
     ];
 
     /// Every family.
@@ -117,6 +136,12 @@ impl Family {
             Self::Drifting => "drifting",
             Self::Noisy => "noisy",
             Self::NoisyDeclared => "noisy-declared",
+            Self::TwoEncoders => "two-encoders",
+            Self::TwoEncodersBacklash => "two-encoders-backlash",
+            Self::TwoEncodersGearBacklash => "two-encoders-gear-backlash",
+            Self::TwoEncodersOverhauling => "two-encoders-overhauling",
+            Self::TwoEncodersNoisy => "two-encoders-noisy",
+            Self::TwoEncodersEndStop => "two-encoders-end-stop",
         }
     }
 
@@ -146,6 +171,12 @@ impl Family {
             Self::Drifting => 19,
             Self::Noisy | Self::NoisyDeclared => 20,
             Self::GearBacklash => 21,
+            Self::TwoEncoders => 22,
+            Self::TwoEncodersBacklash => 23,
+            Self::TwoEncodersGearBacklash => 24,
+            Self::TwoEncodersOverhauling => 25,
+            Self::TwoEncodersNoisy => 26,
+            Self::TwoEncodersEndStop => 27,
         }
     }
 
@@ -183,8 +214,8 @@ impl Family {
     /// wall, s.
     pub const fn settles_within_s(self) -> f64 {
         match self {
-            Self::FlexibleLoad => 10.0,
             _ if self.has_wall() => 2.0,
+            _ if self.is_positioned_at_load() => 10.0,
             _ => 5.0,
         }
     }
@@ -193,7 +224,11 @@ impl Family {
     pub const fn has_wall(self) -> bool {
         matches!(
             self,
-            Self::EndStop | Self::EndStopLuGre | Self::EndStopFlexible | Self::EndStopThesis
+            Self::EndStop
+                | Self::EndStopLuGre
+                | Self::EndStopFlexible
+                | Self::EndStopThesis
+                | Self::TwoEncodersEndStop
         )
     }
 
@@ -205,12 +240,31 @@ impl Family {
                 | Self::OverhaulingGravity
                 | Self::OverhaulingLuGre
                 | Self::OverhaulingFlexible
+                | Self::TwoEncodersOverhauling
         )
+    }
+
+    /// Returns whether the joint has an encoder on either side of its gear.
+    pub const fn has_two_encoders(self) -> bool {
+        matches!(
+            self,
+            Self::TwoEncoders
+                | Self::TwoEncodersBacklash
+                | Self::TwoEncodersGearBacklash
+                | Self::TwoEncodersOverhauling
+                | Self::TwoEncodersNoisy
+                | Self::TwoEncodersEndStop
+        )
+    }
+
+    /// Returns whether an encoder on the load says where the joint is.
+    pub const fn is_positioned_at_load(self) -> bool {
+        matches!(self, Self::FlexibleLoad) || self.has_two_encoders()
     }
 
     /// Returns whether the encoder is a count off in two readings of three.
     pub const fn has_noise(self) -> bool {
-        matches!(self, Self::Noisy | Self::NoisyDeclared)
+        matches!(self, Self::Noisy | Self::NoisyDeclared | Self::TwoEncodersNoisy)
     }
 
     /// Returns whether it is an arm of two joints.
@@ -261,7 +315,9 @@ mod tests {
         for (i, family) in all.iter().copied().enumerate() {
             assert_eq!(Family::named(family.name()).unwrap(), family);
             let is_same = |other: &Family| {
-                family.is_arm() && other.is_arm() || family.has_noise() && other.has_noise()
+                let one_noise = [Family::Noisy, Family::NoisyDeclared];
+                family.is_arm() && other.is_arm()
+                    || one_noise.contains(&family) && one_noise.contains(other)
             };
             let is_other = |other: &Family| other.number() != family.number();
             assert!(all[..i].iter().all(|other| is_other(other) || is_same(other)));

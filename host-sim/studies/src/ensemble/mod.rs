@@ -69,6 +69,8 @@ mod tests;
 mod thesis_draw;
 mod trips;
 mod tune;
+#[cfg(test)]
+mod two_encoders_tests;
 
 pub use case::run_and_show;
 pub use case_result::{CaseResult, JudgedMotion};

@@ -30,7 +30,9 @@ const BRAKE: f64 = 10.0;
 pub struct Rig {
     joint: AnyJoint,
     encoder: JointEncoder,
-    noise: Option<CountNoise>,
+    motor_encoder: Option<JointEncoder>,
+    /// Noise of the encoder, and of that of the motor.
+    noise: Option<[CountNoise; 2]>,
     condition: Condition,
     jitter: Option<JitteringTicks>,
     disc: Option<EccentricDisc>,
@@ -135,7 +137,11 @@ impl Rig {
         let mut rig = Self {
             joint,
             encoder: case.encoder,
-            noise: case.family.has_noise().then(|| CountNoise::new(case.number)),
+            motor_encoder: case.motor_encoder,
+            noise: case
+                .family
+                .has_noise()
+                .then(|| [case.number, !case.number].map(CountNoise::new)),
             condition: case.condition,
             jitter: (case.condition == Condition::SamplingJitter)
                 .then(|| JitteringTicks::new(case.number)),
@@ -195,9 +201,14 @@ impl Rig {
     /// Runs a tick, and moves the joint on to the next one; returns where it was at the tick.
     #[inline]
     pub fn step(&mut self) -> CaseSample {
-        let noise = self.noise.as_mut().map_or(0, CountNoise::next);
+        let [noise, motor_noise] =
+            self.noise.as_mut().map_or([0; 2], |each| each.each_mut().map(CountNoise::next));
         let reading = read(&self.encoder, self.disc.as_ref(), &self.joint);
         let counter = reading.wrapping_add(noise) as u32;
+        if let Some(motor) = &self.motor_encoder {
+            let counts = motor.read(&self.joint).wrapping_add(motor_noise);
+            self.amplified.servo.see_motor(counts as i32);
+        }
         let tick = self.amplified.servo.tick(counter).unwrap_or_default();
         let load = self.joint.load();
         let mut turn = match self.encoder.side {

@@ -40,6 +40,7 @@ pub(super) fn axis(draws: &mut Draws, family: Family, number: u64) -> Case {
         number,
         joint: Description { start, stops, ..Description::of(train, count) },
         encoder: JointEncoder { count, side: DiscSide::Motor },
+        motor_encoder: None,
         delay,
         scale,
         bounds: scale.bounds(NOMINAL, BREAKAWAY, 0.0, EFFORT, [count, sample_time]),

@@ -81,7 +81,7 @@ pub use supervisor::Mode;
 use super::{Law, LawInput, Loop};
 use crate::control::signal::{LawSignal, MAX_LAW_SIGNALS};
 use crate::units::error::HUGE;
-use parameters::{Rules, SLOW};
+pub(super) use parameters::{Rules, SLOW};
 use supervisor::{Seen, Supervisor};
 
 /// Distance from the origin at which it moves to the joint, counts: at rest, and on the way.

@@ -74,7 +74,7 @@ pub struct SwingState {
     /// Direction in which the joint leaves it; zero: none yet.
     direction: f32,
     /// Counter in motion v_n.
-    motion: u16,
+    pub motion: u16,
     /// Ticks for its leak.
     leak: u8,
     /// Reversals at rest n_w.
@@ -92,7 +92,7 @@ pub struct SwingState {
 }
 
 /// The least gain in motion.
-pub(super) const LEAST_IN_MOTION: f32 = 0.3;
+pub(in super::super) const LEAST_IN_MOTION: f32 = 0.3;
 
 impl OscillationGuard {
     /// Prepares the guard: the limit of the counter in motion (ticks), the least gain, the jitter
@@ -219,7 +219,8 @@ impl OscillationGuard {
         guarded.losses = 0;
     }
 
-    fn lower(&self, guarded: &mut SwingState) {
+    /// Lowers the gain, and counts anew.
+    pub fn lower(&self, guarded: &mut SwingState) {
         guarded.ceiling = (0.85 * guarded.gain).max(self.least);
         guarded.gain = (0.7 * guarded.gain).max(self.least);
         (guarded.motion, guarded.swings, guarded.losses) = (0, 0, 0);

@@ -114,11 +114,11 @@ impl RobustGains {
 const SPEED_CAP: f32 = 171.887_34;
 
 /// Sample time above which a loop is slow, s.
-pub(super) const SLOW: f32 = 0.01;
+pub(in super::super) const SLOW: f32 = 0.01;
 
 /// What the rules give, or the user instead of them. Angles are degrees.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Rules {
+pub(in super::super) struct Rules {
     pub on_load: bool,
     pub bandwidth: f32,
     pub observer: f32,

@@ -6,6 +6,7 @@
 
 extern crate std;
 
+use crate::control::motor_encoder::MotorEncoder;
 use std::io::Read;
 use std::string::String;
 use std::vec::Vec;
@@ -51,6 +52,7 @@ fn law(comment: &str) -> Supervisor {
         full_scale: limit as f32,
         lsb: lsb as f32,
         kp: 0.0,
+        motor: MotorEncoder::NONE,
     };
     Supervisor::new(&gains, &around)
 }

@@ -1,0 +1,231 @@
+//! An attempt at rest, from its plan to its judgement: a bump of the motor where the gear is soft,
+//! else a step of the hold effort or a pulse.
+
+use super::super::bump_memory::Outcome;
+use super::super::motor_bump::{BumpState, MotorSeen, Wanted};
+use super::super::push::Pushed;
+use super::{LOAD, LoopGains, MOTOR, Mode, Seen, Supervisor, SupervisorState};
+use crate::units::saturation::bounded;
+
+/// What an attempt is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Kind {
+    #[default]
+    Pulse,
+    /// A step of the hold effort.
+    Step,
+    /// A step that went too far, and was taken back.
+    Undone,
+    /// A bump of the motor.
+    Bump,
+    /// A slow push, after attempts that did not move the load.
+    Push,
+}
+
+/// The attempt that runs, or the last one.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Attempt {
+    /// Error e_b from which it began, deg.
+    pub error: f32,
+    /// The farthest distance towards the target, deg.
+    peak: f32,
+    /// Effort of the whole pulse, u_b included, V.
+    output: f32,
+    /// Effort A of its pulse towards the target, V.
+    effort: f32,
+    /// Ticks to wait before it may be judged.
+    wait: u16,
+    /// Ticks of its pulse towards the target.
+    ticks: u8,
+    /// Ticks that are left of a pulse.
+    left: u8,
+    kind: Kind,
+}
+
+impl Attempt {
+    /// Returns whether the motor is led back after it.
+    pub fn is_bump(&self) -> bool {
+        matches!(self.kind, Kind::Bump | Kind::Push)
+    }
+}
+
+impl Supervisor {
+    /// Begins an attempt.
+    #[inline]
+    pub(super) fn attempt(&self, s: &mut SupervisorState, seen: &Seen, error: f32, is_soft: bool) {
+        let sign = if error > 0.0 { 1.0 } else { -1.0 };
+        let started = Attempt { error, ..Attempt::default() };
+        if s.push.is_due() && self.gives_up {
+            s.push.begin();
+            s.set_off = [seen.motor, s.rest[LOAD].mean];
+            s.attempt = Attempt { kind: Kind::Push, ..started };
+            s.mode = Mode::Pulse;
+        } else if is_soft {
+            self.begin_bump(s, seen, error);
+            s.attempt = Attempt { kind: Kind::Bump, ..started };
+            s.mode = Mode::Bump;
+        } else if self.hold_effort.step(&mut s.held, sign) {
+            s.attempt = Attempt { kind: Kind::Step, wait: s.held.wait, ..started };
+            s.rest[MOTOR].ticks = 0;
+            s.mode = Mode::Coast;
+        } else {
+            let forward = usize::from(error > 0.0);
+            s.memory.pulses = s.memory.pulses.saturating_sub(1);
+            let distance = error.abs() * s.learned[forward].gain;
+            let pulse = self.planner.plan(s.friction[forward], distance, s.learned[forward].least);
+            s.attempt = Attempt {
+                output: s.held.effort + sign * pulse.effort,
+                effort: pulse.effort,
+                ticks: pulse.ticks,
+                left: pulse.ticks,
+                ..started
+            };
+            s.mode = Mode::Pulse;
+        }
+    }
+
+    /// Plans a bump: its peak by what bumps have taught, its end at the neutral twist ahead of the
+    /// target.
+    fn begin_bump(&self, s: &mut SupervisorState, seen: &Seen, error: f32) {
+        let sign = if error > 0.0 { 1.0 } else { -1.0 };
+        let forward = usize::from(error > 0.0);
+        let half_width = s.levels.half_width();
+        let load = s.rest[LOAD].mean;
+        let travel = self.memory.travel(&s.memory, error);
+        let peak = self.memory.peak(&mut s.memory, &s.levels, sign, travel);
+        let way = (sign * (peak - (seen.motor - load))).max(2.0 * self.bump.motor_count);
+        let end = seen.reference + s.levels.neutral + sign * s.memory.overshoot * half_width;
+        let wanted = Wanted {
+            from: [seen.motor, load],
+            way: sign * way,
+            end: seen.motor + bounded(end - seen.motor, half_width),
+            gain: s.memory.learned[forward].gain,
+            friction: s.friction[forward],
+        };
+        s.bump = self.bump.plan(&wanted, &s.memory.motor);
+    }
+
+    /// PULSE: its effort, for its ticks.
+    #[inline]
+    pub(super) fn pulse(&self, s: &mut SupervisorState, seen: &MotorSeen, load: f32) -> f32 {
+        if s.attempt.kind == Kind::Push {
+            return self.push(s, seen, load);
+        }
+        s.attempt.left = s.attempt.left.saturating_sub(1);
+        if s.attempt.left == 0 {
+            s.mode = Mode::Coast;
+            s.attempt.wait = self.coast_ticks;
+        }
+        s.attempt.output
+    }
+
+    /// A push: its effort, until the load moves. If it does not, there is something in the way.
+    fn push(&self, s: &mut SupervisorState, seen: &MotorSeen, load: f32) -> f32 {
+        let sign = if s.attempt.error > 0.0 { 1.0 } else { -1.0 };
+        let rested = s.set_off[LOAD];
+        match self.push.update(&mut s.push, sign * (load - rested)) {
+            Pushed::On(effort) => self.load_held(s) + sign * effort,
+            Pushed::Moved => {
+                let end = load + s.levels.neutral;
+                s.bump = BumpState::led_back(s.set_off, sign, end);
+                s.mode = Mode::Coast;
+                s.attempt.wait = self.coast_ticks;
+                self.hold_after_bump(s, seen)
+            }
+            Pushed::Blocked => {
+                s.mode = Mode::GiveUp;
+                self.load_held(s)
+            }
+        }
+    }
+
+    /// BUMP: the effort that leads the motor along its path.
+    #[inline]
+    pub(super) fn bump(&self, s: &mut SupervisorState, seen: &MotorSeen) -> f32 {
+        let friction = s.friction[usize::from(s.attempt.error > 0.0)];
+        let (effort, is_over) = self.bump.update(&mut s.bump, &s.memory.motor, seen, friction);
+        if is_over {
+            s.mode = Mode::Coast;
+            s.attempt.wait = self.coast_ticks;
+        }
+        self.load_held(s) + effort
+    }
+
+    /// Returns the effort that holds a configured load, V.
+    const fn load_held(&self, s: &SupervisorState) -> f32 {
+        if self.load_rule.acts { s.held.effort } else { 0.0 }
+    }
+
+    /// COAST: `u = u_b - Kd x2` (`+ Kp e` after a step), or the motor held after a bump, until both
+    /// sides have rested and the attempt is judged.
+    #[inline]
+    pub(super) fn coast(
+        &self,
+        s: &mut SupervisorState,
+        seen: &MotorSeen,
+        error: f32,
+        gains: LoopGains,
+    ) -> f32 {
+        let sign = if s.attempt.error > 0.0 { 1.0 } else { -1.0 };
+        let wanted = s.attempt.error.abs();
+        let moved = (s.attempt.error - error) * sign;
+        let effort = if s.attempt.is_bump() {
+            self.hold_after_bump(s, seen)
+        } else {
+            let step = if s.attempt.kind == Kind::Step { gains.proportional * error } else { 0.0 };
+            s.held.effort - gains.derivative * s.estimate.velocity + step
+        };
+        s.attempt.peak = s.attempt.peak.max(moved);
+        if s.attempt.kind == Kind::Step && moved > 2.0 * wanted + 8.0 * self.count {
+            self.hold_effort.undo(&mut s.held, sign);
+            s.attempt.kind = Kind::Undone;
+        }
+        if s.attempt.wait > 0 {
+            s.attempt.wait -= 1;
+        } else if s.rest.iter().all(|rest| rest.ticks >= self.coast_ticks) {
+            let gives_up = self.judge(s, sign, wanted, moved);
+            s.mode = if gives_up { Mode::GiveUp } else { Mode::Stuck };
+            s.rest[MOTOR].ticks = s.rest[MOTOR].ticks.max(self.rest_ticks);
+        }
+        effort
+    }
+
+    fn hold_after_bump(&self, s: &mut SupervisorState, seen: &MotorSeen) -> f32 {
+        let rest = &s.rest[LOAD];
+        let rested_at = (rest.ticks >= self.rest_ticks).then_some(rest.mean);
+        let motor = &s.memory.motor;
+        let (effort, waits) = self.bump.hold(&mut s.bump, motor, seen, rested_at, s.levels.neutral);
+        if waits && s.attempt.wait < 3 && s.bump.may_be_led() {
+            s.attempt.wait = 3;
+        }
+        self.load_held(s) + effort
+    }
+
+    /// Learns from an attempt after which both sides rest. Returns whether it is time to give up.
+    fn judge(&self, s: &mut SupervisorState, sign: f32, wanted: f32, moved: f32) -> bool {
+        let peak = s.attempt.peak;
+        s.push.judge(s.attempt.kind == Kind::Step || peak >= 0.5 * self.count);
+        match s.attempt.kind {
+            Kind::Bump => {
+                let half_width = s.levels.half_width();
+                let outcome = Outcome { sign, moved, peak, half_width };
+                let SupervisorState { memory, levels, bump, .. } = s;
+                self.memory.learn(memory, levels, bump, &outcome, self.sample_time);
+                self.give_up.step(&mut s.attempts)
+            }
+            Kind::Step => {
+                self.hold_effort.judge(&mut s.held, wanted, moved);
+                self.give_up.step(&mut s.attempts)
+            }
+            Kind::Undone | Kind::Push => false,
+            Kind::Pulse => {
+                if !self.hold_effort.sprang_back(&mut s.held, wanted, moved, peak) {
+                    let learned = &mut s.learned[usize::from(sign > 0.0)];
+                    self.planner.learn(learned, wanted, moved, peak);
+                    self.memory.pulse(&mut s.memory, peak < 0.5 * self.count);
+                }
+                self.give_up.pulse(&mut s.attempts, [s.attempt.effort, peak], s.attempt.ticks)
+            }
+        }
+    }
+}
