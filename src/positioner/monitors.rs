@@ -203,6 +203,13 @@ impl RunawayMonitors {
         state.counts = counts;
         let standstill = state.standstill.update(counts);
         let velocity = self.velocity.update(&mut state.velocity, travel);
-        (Seen { travel, position: counts, standstill, ..Seen::default() }, velocity)
+        let seen = Seen {
+            travel,
+            position: counts,
+            standstill,
+            #[cfg(feature = "two-encoders")]
+            motor: None,
+        };
+        (seen, velocity)
     }
 }

@@ -218,16 +218,10 @@ impl ControlLoop {
         if self.watch.probes() {
             self.state.push(self.monitors.probe_code(&self.watch, position));
         }
-        let tick = control(
-            &mut self.course,
-            &self.controller,
-            &mut self.state,
-            Reading {
-                #[cfg(feature = "two-encoders")]
-                motor_counts: self.motor_counts,
-                ..Reading::measured(counts, supply)
-            },
-        );
+        let reading = Reading::measured(counts, supply);
+        #[cfg(feature = "two-encoders")]
+        let reading = Reading { motor_counts: self.motor_counts, ..reading };
+        let tick = control(&mut self.course, &self.controller, &mut self.state, reading);
         if tick.saturated {
             self.state.capped(&mut self.course);
         }
