@@ -221,6 +221,10 @@ impl Servo {
     pub fn unsettle(&mut self) {
         self.follower.standstill = Standstill::default();
         self.follower.seen.standstill = 0;
+        #[cfg(feature = "two-encoders")]
+        {
+            self.follower.motor = None;
+        }
     }
 
     /// Returns whether the motor is driven for a link, whose silence is watched.

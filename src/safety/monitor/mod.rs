@@ -64,6 +64,9 @@ const REST: f32 = 0.05;
 #[derive(Clone, Debug)]
 pub(crate) struct Monitors {
     units: Units,
+    /// Angle of a count of what the effort acts on, deg.
+    #[cfg(feature = "two-encoders")]
+    driven_count: f32,
     rest: u32,
     is_friction_unknown: bool,
     jump: EncoderJump,
@@ -182,6 +185,8 @@ impl Monitors {
         let driven = Units { count: controller.motor.count().unwrap_or(units.count), ..units };
         Self {
             units,
+            #[cfg(feature = "two-encoders")]
+            driven_count: driven.count,
             rest: Units::whole(REST, units.tick),
             is_friction_unknown: limits.is_friction_unknown(),
             jump: EncoderJump::new(limits, &units),
@@ -339,6 +344,8 @@ impl Monitors {
             return trip(Fault::Overspeed, speed);
         }
         if let Some(travel) = self.reversal.check(&mut state.reversal, before, driven.travel) {
+            #[cfg(feature = "two-encoders")]
+            let deg = |counts: i32| counts as f32 * self.driven_count;
             return trip(Fault::EncoderReversed, deg(travel));
         }
         let (setpoint, speed) = (tick.reference_counts, tick.reference_velocity);

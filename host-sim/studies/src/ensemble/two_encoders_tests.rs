@@ -53,7 +53,7 @@ fn hard_friction_known_noise_and_a_driving_load_cost_few_joints() {
     }
 }
 
-/// A healthy joint is never given up, and a wall nearly always.
+/// No healthy joint is given up at the end of its step, and a wall nearly always.
 #[test]
 fn law_gives_up_at_walls_and_nowhere_else() {
     let walls = ran(Family::TwoEncodersEndStop, 30, false);
@@ -61,5 +61,6 @@ fn law_gives_up_at_walls_and_nowhere_else() {
     assert!(given_up >= 26, "{given_up} of 30");
     let free = ran(Family::TwoEncodersBacklash, 20, true);
     let mode = |row: &CaseResult| row.law_signals.split(' ').next().unwrap().to_owned();
-    assert!(free.iter().all(|row| mode(row) != "robust_mode=5"));
+    let stays = |mode: String| mode.starts_with("robust_mode=") && !mode.ends_with("=5");
+    assert!(free.iter().all(|row| stays(mode(row))));
 }

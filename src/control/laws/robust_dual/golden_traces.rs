@@ -122,7 +122,9 @@ fn law_does_what_its_prototype_did_in_every_tick_of_every_trace() {
             {
                 worst_levels = worst_levels.max((found - wanted as f32).abs() / count as f32);
             }
-            assert!(off <= 3e-4 * trace.figure("Fhi") as f32, "{at:?}: {applied}, not {effort}");
+            // 6e-5 N m of 60 and 1.6e-4 counts were seen.
+            assert!(off <= 2e-4, "{at:?}: {applied}, not {effort}");
+            assert!(worst_levels <= 1e-2, "{at:?}: levels off by {worst_levels} counts");
         }
         std::println!("{}: effort {worst:.1e}, levels {worst_levels:.1e} counts", trace.name);
     }

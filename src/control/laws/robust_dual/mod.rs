@@ -22,7 +22,8 @@
 //! `N`, the neutral twist, and `S`, half the width of the twists that the load's friction holds,
 //! are learned from rests ([`twist_levels`]). The motor goes to where the gear is relaxed if the
 //! load is at its target. What is left is moved by bumps of the motor ([`motor_bump`]), which learn
-//! from what they did ([`bump_memory`]). Both sides rest where `robust` has one rest. Observer,
+//! from what they did ([`bump_memory`]). Where `robust` waits for the joint to rest, this law waits
+//! for motor and load. Observer,
 //! profile, guard, `R_i`, pulses and steps of the hold effort are those of
 //! [`robust`](super::robust). Nothing has to be known of the gear.
 //!
@@ -39,7 +40,7 @@
 //! smallest slide, `jump (dF/(u_m - F_m)) (J_m/J_l)`, where it is more than some counts; ticks of
 //! 2 ms and more with hard friction; noise of an encoder that is not declared; a wrong ratio of the
 //! encoders; set points that move slowly, which it does not follow by attempts as `robust` does.
-//! A load that drives the joint is held by a configured effort only.
+//! With noise that is declared, a wall is found late.
 //!
 //! The thresholds are those of a prototype. The law is compiled with the feature `two-encoders`,
 //! which the simulator turns on: no image reads a second encoder yet, and nothing of it has run on
@@ -101,11 +102,6 @@ impl RobustDualState {
     /// Returns which state the supervisor is in.
     pub const fn mode(&self) -> Mode {
         self.supervisor.mode
-    }
-
-    /// Returns the neutral twist N, deg.
-    pub const fn neutral_twist(&self) -> f32 {
-        self.supervisor.levels.neutral
     }
 }
 
@@ -212,8 +208,7 @@ impl Law for RobustDual {
         state.supervisor.try_again();
     }
 
-    /// Four times the profile's speed: a load that breaks away behind its gear is twice as fast of
-    /// itself.
+    /// As `robust`: twice the profile's speed, of the motor.
     fn overspeed(gains: &RobustDualGains, around: &Loop) -> Option<f32> {
         let slowest = 16.0 * around.resolution / around.sample_time;
         Some((2.0 * gains.rules(around).speed).max(slowest).min(HUGE))

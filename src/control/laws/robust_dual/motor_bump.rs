@@ -1,11 +1,11 @@
 //! A bump of the motor: up to a twist at which the load slides, and back before it slides too far.
 //!
-//! The load rests, held by its friction, and the motor moves by itself. It goes from `m_0` up by
-//! `D`, and down to `c`, each half by
+//! The load rests, held by its friction, and the motor moves alone. It goes from `m_0` up by
+//! `k_i D`, and down to `c`, each half by
 //!
 //! ```text
 //! b(z) = 3 z^2 - 2 z^3,    0 <= z <= 1
-//! T    = 2 sqrt(6 D J_m / max(0.9 u_m - R_i, 0.2 u_m)),    12 to 200 ticks, half of them up
+//! T    = 2 sqrt(6 k_i D J_m / max(0.9 u_m - R_i, 0.2 u_m)),    12 to 200 ticks, half of them up
 //! ```
 //!
 //! While the load moves with `l'`, the way down is ahead of itself: the motor draws back, and the
@@ -18,8 +18,9 @@
 //! ```
 //!
 //! `J_m` and `R_b` are the motor's own inertia and friction, which bumps teach
-//! ([`bump_memory`](super::bump_memory)). The least acceleration of the cubic is `6 D / (T/2)^2`,
-//! hence `T`: the largest effort, less friction and a reserve, accelerates the motor by it.
+//! ([`bump_memory`](super::bump_memory)). The largest acceleration of the cubic is `6 k_i D /
+//! (T/2)^2`, hence `T`: the largest effort, less friction and a reserve, accelerates the motor by
+//! it.
 //!
 //! Afterwards the motor is held at `c`. When the load rests, it is held at `l + N`, for 30 ticks at
 //! most, so that it comes to rest without torque in the gear:
@@ -36,9 +37,9 @@
 //! smallest slide is then that of a motor that draws back as fast as it can, a ninetieth of the
 //! jump in the median of soft gears.
 //!
-//! Guarantees: `b` stays within `[m_0, m_0 + D]` and `c`, but for what it draws back; the length is
-//! bounded. Does badly: a load so light, or friction that falls so much at the breakaway, that the
-//! motor cannot draw back in time.
+//! Guarantees: `b` stays within `[m_0, m_0 + k_i D]` and `c`, but for what it draws back; the
+//! length is bounded. Does badly: a load so light, or friction that falls so much at the breakaway,
+//! that the motor cannot draw back in time.
 
 use crate::units::saturation::bounded;
 
@@ -47,8 +48,8 @@ const SHORTEST: u16 = 12;
 const LONGEST: u16 = 200;
 
 /// Factor of b' T / 2 D: the whole friction is asked for from half the largest speed of a raised
-/// cosine on, which is `pi/2` of it.
-const FULL_FROM: f32 = 4.0 / core::f32::consts::PI;
+/// cosine on, which is `pi/2` of it. It is 4/pi, rounded as the prototype does it.
+const FULL_FROM: f32 = 1.273_885;
 
 /// Ticks for which the motor is led back after the load has come to rest.
 const LEAD_BACK: u8 = 30;
@@ -68,7 +69,7 @@ pub struct MotorBump {
     most_led: f32,
 }
 
-/// What a bump is asked for.
+/// Request for a bump.
 #[derive(Clone, Copy, Debug)]
 pub struct Wanted {
     /// Where motor and load rest, deg.
@@ -288,8 +289,8 @@ impl MotorBump {
 }
 
 impl BumpState {
-    /// Returns whether the motor may still be led back.
-    pub const fn may_be_led(&mut self) -> bool {
+    /// Counts a tick of leading back, and returns whether more remain.
+    pub const fn count_led_tick(&mut self) -> bool {
         self.led_ticks = self.led_ticks.saturating_add(1);
         self.led_ticks < LEAD_BACK
     }

@@ -1,8 +1,8 @@
 //! Parameters of `robust-dual`, and the rules for what is not set.
 //!
 //! A user sets what `robust` knows of a joint. The counts of both encoders are those of the loop.
-//! Nothing has to be known of the gear; its stiffness or the motor's inertia help the first bumps,
-//! if they are.
+//! Nothing has to be known of the gear. If its stiffness or the motor's inertia is known, the first
+//! bumps are closer.
 //!
 //! Bandwidths, profile, guard and times are those of [`robust`](super::super::robust) with the
 //! encoder on the motor, but for the wait after an attempt, which is 20 ms: a period of what swings
@@ -75,8 +75,8 @@ impl RobustDualGains {
         Rules::new(&self.of_motor(), around)
     }
 
-    /// Returns the twist under the largest breakaway effort and load, deg. Of a gear that nothing is
-    /// known of, it is the softest one that the law is made for: with the motor held still, a load
+    /// Returns the twist under the largest breakaway effort and load, deg. An unknown gear is taken
+    /// for the softest one that the law is made for: with the motor held still, a load
     /// of a fifth of the inertia swings at 5 Hz.
     pub(super) fn largest_twist(&self) -> f32 {
         let softest = core::f32::consts::TAU * 5.0;

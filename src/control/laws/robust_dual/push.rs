@@ -12,9 +12,10 @@
 //! moved by then is held by something else, and the law gives up. One that moves shows the twist at
 //! which it does ([`twist_levels`](super::twist_levels)), and the motor draws back at once.
 //!
-//! Guarantees: no more than that effort, for no more than 0.22 s. Does badly: a load that moves
-//! jumps as far as its gear was wound up for, as in any slow motion; a joint with more friction
-//! than `F_hi` is given up.
+//! Guarantees: no more than that effort; its time is bounded. Does badly: a load that moves jumps
+//! as far as its gear was wound up for, as in any slow motion; a joint with more friction than
+//! `F_hi` is given up. Noise of a count counts as motion of the load: with it no push comes due,
+//! and a wall is left after all attempts.
 
 /// Attempts in a row without travel, after which it pushes.
 const ATTEMPTS: u8 = 4;
@@ -22,6 +23,9 @@ const ATTEMPTS: u8 = 4;
 /// Time in which the effort grows, and for which it is held, s.
 const GROWS_S: f32 = 0.2;
 const HELD_S: f32 = 0.02;
+
+/// Least ticks for which it is held: two samples of delay, and what a load needs to show a count.
+const LEAST_TICKS: u16 = 8;
 
 /// Pushes, prepared for a joint and a sample time.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -61,10 +65,11 @@ impl Push {
     /// Prepares pushes up to an effort (V) for ticks of `sample_time` (s), and the angle of a count
     /// of the load (deg).
     pub const fn new(strong: f32, sample_time: f32, count: f32) -> Self {
+        let held = (HELD_S / sample_time + 0.5) as u16;
         Self {
             strong,
             step: strong * sample_time / GROWS_S,
-            held_ticks: (HELD_S / sample_time + 0.5) as u16,
+            held_ticks: if held > LEAST_TICKS { held } else { LEAST_TICKS },
             moves: 1.5 * count,
         }
     }

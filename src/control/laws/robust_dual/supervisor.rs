@@ -160,9 +160,6 @@ const LOAD: usize = 1;
 const LEAST_BUMP_GAIN: f32 = 0.2;
 const LOWERED: f32 = 0.7;
 
-/// Attempts on a load are as many times those on a motor.
-const OF_LOAD: u32 = 8;
-
 /// Part of S by which the motor goes ahead of a load that follows it.
 const TRAILS: f32 = 0.4;
 
@@ -237,12 +234,7 @@ impl Supervisor {
             memory: BumpMemory::new([inertia, gains.motor_inertia], range, [count, motor_count]),
             load_rule: LoadRule::new(gains.load, friction.first, most_held, sample_time),
             lost: if gains.load > 0.0 { 1.0 } else { 3.0 },
-            give_up: GiveUp::new(
-                gains.attempts.saturating_mul(OF_LOAD),
-                f32::INFINITY,
-                false,
-                [count, sample_time],
-            ),
+            give_up: GiveUp::new(gains.attempts, strong, true, [count, sample_time]),
             configured_hold: gains.hold_effort,
             rest_ticks: rules.rest,
             coast_ticks: rules.coast,
@@ -346,7 +338,7 @@ impl Supervisor {
             let speeds = [s.profile.velocity, s.estimate.velocity];
             self.guard.in_motion(&mut s.guarded, motor, speeds, rests && velocity != 0.0);
         } else {
-            // Swings of the motion go on counting.
+            // The guard's count of the motion continues at rest.
             s.restless = s.restless.max(s.guarded.motion);
             self.guard.at_rest(&mut s.guarded, motor, true);
             self.guard_bumps(s, long);

@@ -6,8 +6,8 @@
 //!
 //! ```text
 //! motor and load have rested for N_q ticks:  w_hi = max(w_hi, w),  w_lo = min(w_lo, w)
-//! first count of the load after a rest:      forwards   d_hi = min(d_hi, largest w since the rest)
-//!                                            backwards  d_lo = max(d_lo, smallest w since the rest)
+//! first count of the load after a rest:     forwards   d_hi = min(d_hi, largest w since the rest)
+//!                                           backwards  d_lo = max(d_lo, smallest w since the rest)
 //! N = clamp(N, (w_hi + d_lo) / 2, (d_hi + w_lo) / 2)        0 at arming
 //! S = max(W+ - W-, w_hi - w_lo) / 2
 //! ```
@@ -84,7 +84,7 @@ impl TwistLevels {
         }
     }
 
-    /// Takes a tick.
+    /// Updates the levels with one tick.
     #[inline]
     pub fn update(&self, levels: &mut TwistState, seen: &BothSides) {
         let BothSides {

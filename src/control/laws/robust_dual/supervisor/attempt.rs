@@ -31,12 +31,8 @@ pub(super) struct Attempt {
     peak: f32,
     /// Effort of the whole pulse, u_b included, V.
     output: f32,
-    /// Effort A of its pulse towards the target, V.
-    effort: f32,
     /// Ticks to wait before it may be judged.
     wait: u16,
-    /// Ticks of its pulse towards the target.
-    ticks: u8,
     /// Ticks that are left of a pulse.
     left: u8,
     kind: Kind,
@@ -75,8 +71,6 @@ impl Supervisor {
             let pulse = self.planner.plan(s.friction[forward], distance, s.learned[forward].least);
             s.attempt = Attempt {
                 output: s.held.effort + sign * pulse.effort,
-                effort: pulse.effort,
-                ticks: pulse.ticks,
                 left: pulse.ticks,
                 ..started
             };
@@ -124,7 +118,7 @@ impl Supervisor {
         let sign = if s.attempt.error > 0.0 { 1.0 } else { -1.0 };
         let rested = s.set_off[LOAD];
         match self.push.update(&mut s.push, sign * (load - rested)) {
-            Pushed::On(effort) => self.load_held(s) + sign * effort,
+            Pushed::On(effort) => s.held.effort + sign * effort,
             Pushed::Moved => {
                 let end = load + s.levels.neutral;
                 s.bump = BumpState::led_back(s.set_off, sign, end);
@@ -134,7 +128,7 @@ impl Supervisor {
             }
             Pushed::Blocked => {
                 s.mode = Mode::GiveUp;
-                self.load_held(s)
+                bounded(s.held.effort, self.hold_effort.most)
             }
         }
     }
@@ -151,7 +145,8 @@ impl Supervisor {
         self.load_held(s) + effort
     }
 
-    /// Returns the effort that holds a configured load, V.
+    /// Returns the effort that holds a configured load, V. Without a load, a bump begins at the
+    /// neutral twist, where the gear needs no effort.
     const fn load_held(&self, s: &SupervisorState) -> f32 {
         if self.load_rule.acts { s.held.effort } else { 0.0 }
     }
@@ -195,7 +190,7 @@ impl Supervisor {
         let rested_at = (rest.ticks >= self.rest_ticks).then_some(rest.mean);
         let motor = &s.memory.motor;
         let (effort, waits) = self.bump.hold(&mut s.bump, motor, seen, rested_at, s.levels.neutral);
-        if waits && s.attempt.wait < 3 && s.bump.may_be_led() {
+        if waits && s.attempt.wait < 3 && s.bump.count_led_tick() {
             s.attempt.wait = 3;
         }
         self.load_held(s) + effort
@@ -224,7 +219,7 @@ impl Supervisor {
                     self.planner.learn(learned, wanted, moved, peak);
                     self.memory.pulse(&mut s.memory, peak < 0.5 * self.count);
                 }
-                self.give_up.pulse(&mut s.attempts, [s.attempt.effort, peak], s.attempt.ticks)
+                self.give_up.step(&mut s.attempts)
             }
         }
     }
