@@ -59,9 +59,9 @@ pub const MAX_TERMS: usize = 4;
 
 /// Registers the laws: a comment that says which law it is, under which feature it is there if it
 /// is not always, then `number "name in a machine's file" Type;`. After `alone` comes the one that
-/// takes the place of PD and is too large to have room in each place of a sum. After `unlisted` come
-/// those that no file can name: the program that runs them makes their gains. The first of them
-/// stands alone, too.
+/// takes the place of PD and is too large to have room in each place of a sum. After `unlisted`
+/// come those that no file can name: the program that runs them makes their gains. The first of
+/// them stands alone, too.
 macro_rules! laws {
     ($(
         $(#[doc = $doc:literal])* $(#[cfg($feature:meta)])?

@@ -22,8 +22,8 @@ pub const RULE: GainRule = GainRule {
     knows: "inertia, viscous friction, both bounds of the breakaway effort, side and jitter of the \
             encoder; where a load drives the joint, also its bound and, within 20 %, the effort \
             that holds it",
-    text: "J, B, F_lo, F_hi, side and jitter of the encoder, the largest load that drives the joint \
-           and the effort that holds it as known",
+    text: "J, B, F_lo, F_hi, side and jitter of the encoder, the largest load that drives the \
+           joint and the effort that holds it as known",
     constant: 1.0,
     tried: &[],
     gains_with: |joint, _| ControllerGains {
