@@ -18,10 +18,10 @@ const CONTROLLERS: [(&str, &str); 4] =
     [("robust", "robust"), ("srnf", "srnf"), ("both", "feedforward+srnf"), ("pd", "pd")];
 
 /// Returns the part of a joint's bounds that a data sheet describes. The effort that holds a load
-/// is measured where the joint is armed (`overhauling` and its kind), and `new` does not ask for
-/// the noise of the encoder (`noisy-declared`).
+/// is measured where the joint is armed (`overhauling` and its kind), and `new` asks neither for
+/// the noise of the encoder (`noisy-declared`) nor for a second encoder (`two-encoders`).
 fn described(bounds: &JointBounds) -> JointBounds {
-    JointBounds { hold_effort: 0.0, jitter: 0.0, ..*bounds }
+    JointBounds { hold_effort: 0.0, jitter: 0.0, motor_encoder: None, ..*bounds }
 }
 
 /// Returns the first file of a joint: the bounds of its friction are half of the slip and twice the
