@@ -5,8 +5,8 @@
 //! counts. The one on the motor gives the velocity, and shows what the effort moves: the monitors
 //! of wiring, stall and speed look at it.
 //!
-//! It is there with the feature `two-encoders`, which the simulator turns on. No image reads a
-//! second encoder yet, and no file configures one: the program that runs the core sets it.
+//! It is there with the feature `two-encoders`, which the simulator turns on: `[load_encoder]` of a
+//! machine's file configures it. No image reads a second encoder yet.
 
 use crate::units::error::Allowed;
 use crate::units::value::{About, Absent, InvalidBits, Key, Table, Values};
@@ -37,7 +37,7 @@ impl MotorEncoder {
     }
 }
 
-/// No value of a file configures it.
+/// No parameter of a device configures it.
 impl Values for MotorEncoder {
     fn nth(&self, _: &mut usize) -> Option<(Key, Absent)> {
         None

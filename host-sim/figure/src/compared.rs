@@ -63,7 +63,7 @@ fn panel(joint: &Joint, end_s: f64) -> Panel {
     // The file's goal.
     let (band, band_name) = joint.first().map_or((TOLERANCE_COUNTS, String::new()), |run| {
         let machine = &run.plan.machine;
-        let counts = machine.goal.tolerance_counts(machine.encoder.resolution_deg());
+        let counts = machine.goal.tolerance_counts(machine.count_deg());
         let in_counts = || format!("{} counts", shown(counts));
         (
             counts,
@@ -74,7 +74,7 @@ fn panel(joint: &Joint, end_s: f64) -> Panel {
     let mut lines = Vec::new();
     for (run, style) in joint.iter().zip(styles(joint.len())) {
         let RunTrace::Loop(moments) = &run.trace else { continue };
-        let count_deg = run.plan.machine.encoder.resolution_deg();
+        let count_deg = run.plan.machine.count_deg();
         let counts = |of: fn(&LoopSample) -> f64| -> Vec<(f64, f64)> {
             let shown = moments.iter().take_while(|moment| moment.time_s <= end_s + 1e-9);
             shown.map(|moment| (moment.time_s, of(moment) / count_deg)).collect()

@@ -70,7 +70,7 @@ pub(super) fn in_words(slug: &str) -> String {
 
 /// Returns whether the sides of the gear are ever two counts apart.
 pub(super) fn sides_differ(result: &RunResult) -> bool {
-    let least_deg = ONE_LINE * result.plan.machine.encoder.resolution_deg();
+    let least_deg = ONE_LINE * result.plan.machine.count_deg();
     let (RunTrace::Loop(moments) | RunTrace::Ramp(moments)) = &result.trace;
     moments.iter().any(|m| (m.at_load_deg - m.at_encoder_deg).abs() >= least_deg)
 }

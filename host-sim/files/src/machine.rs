@@ -18,7 +18,9 @@ use stiction::motion::jog::JogBounds;
 use stiction::parameters::DeviceConfig;
 use stiction::{ControllerConfig, Limits, ProfileLimits};
 
-use crate::data_sheet::tables::{EncoderPlace, Gear, JointFriction, LoadTable, Motor, SupplyTable};
+use crate::data_sheet::tables::{
+    EncoderPlace, Gear, JointFriction, LoadEncoder, LoadTable, Motor, SupplyTable,
+};
 use crate::encoder::Rounding;
 use crate::goal::PositionGoal;
 use crate::written::{AllGains, Extras, ParameterTable};
@@ -56,11 +58,14 @@ pub struct MachineFile {
     pub supply: Option<SupplyTable>,
     /// The encoder of the joint.
     pub encoder: ParameterTable<Encoder, Disc>,
+    /// The load's encoder, if `[encoder]` is on the motor (data sheet, simulator only).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub load_encoder: Option<LoadEncoder>,
     /// The drive that moves it.
     pub drive: ParameterTable<DriveConfig>,
     /// The sampled loop.
     #[serde(rename = "loop")]
-    pub sampling: ParameterTable<ControllerConfig, ControllerNames>,
+    pub sampling: ParameterTable<ControllerConfig, LoopExtras>,
     /// Controllers by name.
     pub controller: BTreeMap<String, ParameterTable<AllGains, Laws>>,
     /// What it is to do.
@@ -99,6 +104,20 @@ pub struct MachineFile {
     /// Variants of all of the above.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub variant: Vec<Variant>,
+}
+
+impl MachineFile {
+    /// Returns the encoder of the load if the motor has one as well, and both are in the loop.
+    pub fn load_encoder_in_loop(&self) -> Option<&LoadEncoder> {
+        let position = self.sampling.extras.position;
+        self.load_encoder.as_ref().filter(|_| position != Some(EncoderPlace::Motor))
+    }
+
+    /// Returns the angle of a count of the encoder that closes the position loop, deg of the joint.
+    pub fn count_deg(&self) -> f64 {
+        self.load_encoder_in_loop()
+            .map_or_else(|| self.encoder.resolution_deg(), LoadEncoder::count_deg)
+    }
 }
 
 /// Which figures of the thesis a controller's result answers to.
@@ -214,30 +233,40 @@ impl Extras for Disc {
     }
 }
 
-/// The controllers to run, in `[loop]`, in this order; a device runs the first.
+/// Keys of `[loop]` beside those of the core.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct ControllerNames {
-    /// Their names.
+pub struct LoopExtras {
+    /// Names of the controllers to run, in this order; a device runs the first.
     pub controller: Option<Names>,
+    /// Side of the gear whose encoder closes the position loop, of a joint with two.
+    pub position: Option<EncoderPlace>,
 }
 
-impl ControllerNames {
-    /// As a list.
+impl LoopExtras {
+    /// Returns the names of the controllers.
     pub fn list(&self) -> &[String] {
         self.controller.as_ref().map_or(&[], Names::list)
     }
 }
 
-impl Extras for ControllerNames {
-    const NAMES: &'static [&'static str] = &["controller"];
+impl Extras for LoopExtras {
+    const NAMES: &'static [&'static str] = &["controller", "position"];
 
     fn schema(generator: &mut SchemaGenerator) -> Vec<(Schema, &'static str)> {
         let text = "The controllers to run, in this order; a device runs the first.";
-        vec![(generator.subschema_for::<Names>(), text)]
+        let position = "Side of the gear whose encoder closes the position loop, of a joint with \
+            a `[load_encoder]`; the velocity is the motor's. Left out: `load` (simulator only).";
+        vec![
+            (generator.subschema_for::<Names>(), text),
+            (generator.subschema_for::<Option<EncoderPlace>>(), position),
+        ]
     }
 
-    fn take<'de, A: MapAccess<'de>>(&mut self, _: &str, map: &mut A) -> Result<(), A::Error> {
-        self.controller = Some(map.next_value()?);
+    fn take<'de, A: MapAccess<'de>>(&mut self, name: &str, map: &mut A) -> Result<(), A::Error> {
+        match name {
+            "position" => self.position = map.next_value()?,
+            _ => self.controller = Some(map.next_value()?),
+        }
         Ok(())
     }
 
@@ -246,7 +275,8 @@ impl Extras for ControllerNames {
     }
 
     fn write<M: SerializeMap>(&self, map: &mut M) -> Result<(), M::Error> {
-        self.controller.iter().try_for_each(|names| map.serialize_entry("controller", names))
+        self.controller.iter().try_for_each(|names| map.serialize_entry("controller", names))?;
+        self.position.iter().try_for_each(|side| map.serialize_entry("position", side))
     }
 }
 

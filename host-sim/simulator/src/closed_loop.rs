@@ -22,6 +22,8 @@ pub struct ClosedLoop {
     pub course: Course,
     /// Encoder on the axis.
     pub encoder: EncoderModel,
+    /// Encoder of the motor, if `encoder` is another one on the load.
+    pub motor_encoder: Option<EncoderModel>,
     /// Voltage of one drive code, V.
     pub lsb_v: f64,
     /// Time between samples, s.
@@ -67,6 +69,7 @@ impl ClosedLoop {
     pub fn plant<S: AxisSolver>(&self, solver: S) -> Plant<S> {
         let scale = [self.lsb_v, self.sample_time_s];
         Plant::new(solver, self.axis.clone(), self.encoder, scale, self.delay)
+            .with_motor_encoder(self.motor_encoder)
     }
 
     /// Runs the bare loop from rest for `samples` samples after the first, and passes every sample
@@ -100,6 +103,9 @@ impl ClosedLoop {
             let time_s = f64::from(k) * self.sample_time_s;
             if !plant.is_finite() {
                 return Some(time_s);
+            }
+            if let Some(counts) = plant.motor_counts() {
+                target.see_motor(counts);
             }
             let Some(tick) = target.tick(plant.counter()) else { break };
             let effort_v = plant.put_out(tick.code);

@@ -73,6 +73,8 @@ pub struct Plant<S> {
     pub load_v: f64,
     axis: RobotAxis,
     encoder: EncoderModel,
+    /// Encoder of the motor, if `encoder` is another one on the load.
+    motor_encoder: Option<EncoderModel>,
     lsb_v: f64,
     sample_time_s: f64,
     delay: DelayLine,
@@ -106,12 +108,26 @@ impl<S: AxisSolver> Plant<S> {
             load_v: 0.0,
             axis,
             encoder,
+            motor_encoder: None,
             lsb_v,
             sample_time_s,
             delay,
             samples: 0,
             time_s: 0.0,
         }
+    }
+
+    /// Adds an encoder on the motor to a joint whose encoder is on the load.
+    #[must_use]
+    pub fn with_motor_encoder(self, motor_encoder: Option<EncoderModel>) -> Self {
+        Self { motor_encoder, ..self }
+    }
+
+    /// Returns the position of the motor in counts of its own encoder; `None` with one encoder.
+    #[inline]
+    pub fn motor_counts(&self) -> Option<i32> {
+        let encoder = self.motor_encoder.as_ref()?;
+        Some(encoder.counts(self.solver.measured_at_motor()) as i32)
     }
 
     /// Returns the counter reading with intact wires.

@@ -267,7 +267,7 @@ impl RunResult {
         begin: Instant,
         derivative_evaluations: u64,
     ) -> Self {
-        let count_deg = plan.machine.encoder.resolution_deg();
+        let count_deg = plan.machine.count_deg();
         let mut metrics = RunMetrics::of(&moments, &plan.task, count_deg);
         let goal = &plan.machine.goal;
         let sides = BothSides::of(&moments, &plan.task, goal, count_deg);

@@ -22,6 +22,10 @@ use files::hardware::STM32F405;
 pub trait Target {
     /// Runs one tick; returns `None` at the end of the motion.
     fn tick(&mut self, counter: u32) -> Option<Tick>;
+
+    /// Takes the position of the motor for the next tick, counts of its own encoder, of a joint
+    /// whose counter is on the load. A driver that reads one encoder ignores it.
+    fn see_motor(&mut self, _counts: i32) {}
 }
 
 /// The control loop alone: no soft start, no monitors.
@@ -30,6 +34,8 @@ pub struct BareLoop<'a> {
     controller: &'a Controller,
     course: Course,
     encoder: EncoderState,
+    /// Position of the motor, counts of its own encoder.
+    motor_counts: i32,
     /// State of the core.
     pub state: CourseState,
 }
@@ -39,14 +45,16 @@ impl<'a> BareLoop<'a> {
     pub fn new(controller: &'a Controller, course: &'a Course, counter: u32, counts: i32) -> Self {
         let encoder = EncoderState::start(counter, counts);
         let course = course.clone();
-        Self { controller, course, encoder, state: CourseState::start(controller, counts) }
+        let state = CourseState::start(controller, counts);
+        Self { controller, course, encoder, motor_counts: 0, state }
     }
 
     /// Runs one tick; also returns whether a ramp has already ended.
     #[inline(always)]
     pub fn follow(&mut self, counter: u32) -> (Tick, bool) {
         self.controller.encoder().update(&mut self.encoder, counter);
-        let reading = Reading::position(self.encoder.counts());
+        let position = Reading::position(self.encoder.counts());
+        let reading = Reading { motor_counts: self.motor_counts, ..position };
         let tick = self.course.tick(self.controller, &mut self.state, reading);
         let is_over = self.state.is_over(&self.course);
         (tick, is_over)
@@ -58,6 +66,10 @@ impl Target for BareLoop<'_> {
     fn tick(&mut self, counter: u32) -> Option<Tick> {
         let (tick, is_over) = self.follow(counter);
         (!is_over).then_some(tick)
+    }
+
+    fn see_motor(&mut self, counts: i32) {
+        self.motor_counts = counts;
     }
 }
 
@@ -116,12 +128,6 @@ impl WatchedServo {
         }
     }
 
-    /// Takes the position of the motor for the next tick, counts of its own encoder, of a joint
-    /// whose counter is on the load.
-    pub fn see_motor(&mut self, counts: i32) {
-        self.servo.see_motor(counts);
-    }
-
     /// Sets another reference from the next tick on, in counts from the position at arming, as a
     /// link that never times out would do.
     ///
@@ -172,6 +178,10 @@ impl Target for WatchedServo {
         }
         self.followed = tick;
         Some(tick)
+    }
+
+    fn see_motor(&mut self, counts: i32) {
+        self.servo.see_motor(counts);
     }
 }
 

@@ -167,7 +167,7 @@ pub fn rank(arguments: &BenchmarkArguments) -> Result<(), Error> {
 /// Returns the goal of the first document, with its tolerance in both units.
 fn goal(documents: &[Document], ranked: &Benchmark) -> Result<Option<GoalInBothUnits>, Error> {
     let Some(first) = documents.first() else { return Ok(None) };
-    Ok(Some(ranked.goal.in_both_units(first.machine()?.encoder.resolution_deg())))
+    Ok(Some(ranked.goal.in_both_units(first.machine()?.count_deg())))
 }
 
 /// Reports for which controllers tuning has found better gains.

@@ -100,6 +100,9 @@ struct Flags {
     /// Position of the encoder
     #[arg(long)]
     at: Option<EncoderPlace>,
+    /// Counts a turn of a second encoder, on the load, or none
+    #[arg(long, value_name = "N")]
+    counts_per_turn: Option<String>,
     /// Travel from the position at power-on, deg, such as -30..90
     #[arg(long, visible_alias = "travel", value_name = "LOW..HIGH", allow_hyphen_values = true)]
     travel_deg: Option<String>,
@@ -137,6 +140,7 @@ impl Flags {
             ("friction.slip_nm", &self.slip_nm),
             ("friction.viscous_nm_s_per_rad", &self.viscous_nm_s_per_rad),
             ("encoder.lines", &self.lines),
+            ("load_encoder.counts_per_turn", &self.counts_per_turn),
             ("limits.travel_deg", &self.travel_deg),
             ("loop.sample_time_s", &self.sample_time_s),
         ];

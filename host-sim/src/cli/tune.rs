@@ -111,7 +111,7 @@ impl TuneArguments {
         let slack = document.unseen_slack()?;
         warn(slack.map(|slack| format!("{}: {slack}", self.file)).as_slice());
         let machine = document.machine()?;
-        let count_deg = machine.encoder.resolution_deg();
+        let count_deg = machine.count_deg();
         let goal = goal_of_steps(machine.goal).in_both_units(count_deg);
         let text = Document::text(&self.file)?;
         let request = GainSearch {

@@ -36,6 +36,12 @@ const CASES: &[(&str, &[&str])] = &[
     ("encoder.lines=12.5", &["`encoder.lines` is 12.5; must be a whole number"]),
     ("encoder.at=gear", &["`encoder.at` is \"gear\"; must be one of motor, load"]),
     ("encoder.noise_counts=2", &["`encoder.noise_counts` is 2; must be 0 or 1"]),
+    (
+        "load_encoder.counts_per_turn=359",
+        &["`load_encoder.counts_per_turn` is 359; must be a whole number from 360 to 67108864"],
+    ),
+    ("load_encoder.noise_counts=1", &["`load_encoder.counts_per_turn` is missing"]),
+    ("loop.position=load", &["`loop.position` chooses one of two encoders", "`[load_encoder]`"]),
     ("encoder.resolution_deg=0.1", &["`encoder.resolution_deg` is 0.1", "`encoder.lines`"]),
     ("joint.friction.stick_v=0.4", &["`joint.friction.stick_v` is 0.4", "`friction.stick_nm`"]),
     ("drive.full_scale_v=24", &["`drive.full_scale_v` is 24", "`supply.voltage_v` (48)"]),

@@ -117,6 +117,11 @@ impl<J: Joint> AxisSolver for InCoreUnits<J> {
     }
 
     #[inline]
+    fn measured_at_motor(&self) -> f64 {
+        self.joint.motor().position.to_degrees()
+    }
+
+    #[inline]
     fn at_load(&self) -> f64 {
         self.joint.load().position.to_degrees()
     }

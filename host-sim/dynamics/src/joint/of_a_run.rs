@@ -77,6 +77,11 @@ impl AxisSolver for RunJoint {
     }
 
     #[inline]
+    fn measured_at_motor(&self) -> f64 {
+        either!(self, joint => joint.measured_at_motor())
+    }
+
+    #[inline]
     fn at_load(&self) -> f64 {
         either!(self, joint => joint.at_load())
     }

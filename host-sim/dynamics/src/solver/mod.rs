@@ -57,6 +57,12 @@ pub trait AxisSolver {
         self.position()
     }
 
+    /// Position that a disc on the motor has, of a joint with a second encoder there, deg.
+    #[inline]
+    fn measured_at_motor(&self) -> f64 {
+        self.position()
+    }
+
     /// True position of the side of the gear that the encoder sits on, deg.
     #[inline]
     fn at_encoder(&self) -> f64 {
@@ -99,6 +105,11 @@ impl<S: AxisSolver> AxisSolver for &mut S {
     #[inline]
     fn measured(&self) -> f64 {
         (**self).measured()
+    }
+
+    #[inline]
+    fn measured_at_motor(&self) -> f64 {
+        (**self).measured_at_motor()
     }
 
     #[inline]

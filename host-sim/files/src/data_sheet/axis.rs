@@ -32,14 +32,41 @@ pub struct SheetAxis {
     /// Its position is that of the side where the encoder sits.
     seen: InCoreUnits<AnyJoint>,
     drive: DriveModel,
+    /// Noise of its readings.
+    noise: EncoderNoise,
+    /// Noise of the motor's encoder beside one on the load.
+    motor_noise: EncoderNoise,
+}
+
+/// Noise of the readings of an encoder.
+#[derive(Clone, Debug)]
+struct EncoderNoise {
+    /// Generator; `None` without noise.
+    generator: Option<CountNoise>,
+    /// Noise of the present reading, deg.
+    present_deg: f64,
     count_deg: f64,
-    /// Noise of the readings, and that of the present one in counts.
-    noise: Option<(CountNoise, f64)>,
+}
+
+impl EncoderNoise {
+    /// Creates the noise of an encoder; `number` distinguishes it from that of another encoder. It
+    /// is the same in each run, so that a run can be repeated.
+    fn new(noise_counts: u32, number: u64, count_deg: f64) -> Self {
+        let generator = (noise_counts > 0).then(|| CountNoise::new(number));
+        Self { generator, present_deg: 0.0, count_deg }
+    }
+
+    /// Draws the noise of the next reading.
+    fn advance(&mut self) {
+        if let Some(generator) = &mut self.generator {
+            self.present_deg = generator.next() as f64 * self.count_deg;
+        }
+    }
 }
 
 impl SheetAxis {
     /// Creates the joint of a data sheet, at rest at zero; `None` if the axis in closed form is the
-    /// same.
+    /// same. `count_deg` is the angle of a count of `[encoder]`, deg.
     ///
     /// # Errors
     /// Returns an error that names the invalid value.
@@ -75,12 +102,16 @@ impl SheetAxis {
             },
             added: AddedFriction::default(),
         };
+        let of_sheet = |number| EncoderNoise::new(sheet.encoder.noise_counts, number, count_deg);
+        let [noise, motor_noise] = match sheet.load_encoder_in_loop() {
+            Some(load) => [EncoderNoise::new(load.noise_counts, 1, load.count_deg()), of_sheet(2)],
+            None => [of_sheet(1), EncoderNoise::new(0, 2, count_deg)],
+        };
         Ok(Self {
             seen: InCoreUnits::new(joint, mapping.units, sheet.side(), &axis),
             drive: DriveModel::of(sheet, pwm_hz),
-            count_deg,
-            // The same noise in each run, so that a run can be repeated.
-            noise: (sheet.encoder.noise_counts > 0).then(|| (CountNoise::new(1), 0.0)),
+            noise,
+            motor_noise,
         })
     }
 }
@@ -89,9 +120,8 @@ impl AxisSolver for SheetAxis {
     fn advance(&mut self, v: f64, duration_s: f64, friction: &Coulomb, on: &mut impl FnMut(Event)) {
         let effort_v = self.drive.effort(v, self.seen.joint.motor().velocity);
         self.seen.advance(effort_v, duration_s, friction, on);
-        if let Some((noise, counts)) = &mut self.noise {
-            *counts = noise.next() as f64;
-        }
+        self.noise.advance();
+        self.motor_noise.advance();
     }
 
     fn position(&self) -> f64 {
@@ -99,8 +129,11 @@ impl AxisSolver for SheetAxis {
     }
 
     fn measured(&self) -> f64 {
-        let noise = self.noise.as_ref().map_or(0.0, |(_, counts)| *counts);
-        self.seen.position() + noise * self.count_deg
+        self.seen.position() + self.noise.present_deg
+    }
+
+    fn measured_at_motor(&self) -> f64 {
+        self.seen.measured_at_motor() + self.motor_noise.present_deg
     }
 
     fn at_encoder(&self) -> f64 {
@@ -150,7 +183,7 @@ impl DataSheet {
 
     /// Returns the keys of effects that an axis in closed form does not have, and whether each is
     /// used.
-    pub fn asks_for(&self) -> [(&'static str, bool); 9] {
+    pub fn asks_for(&self) -> [(&'static str, bool); 10] {
         let reverse = [self.stick(), self.slip()].iter().any(|[one, other]| one != other);
         [
             ("gear.stiffness_nm_per_rad", self.stiffness().is_some()),
@@ -162,6 +195,7 @@ impl DataSheet {
             ("friction.ripple", self.friction.ripple > 0.0),
             ("motor.inductance_h", self.lag_s() > 0.0),
             ("encoder.noise_counts", self.encoder.noise_counts > 0),
+            ("load_encoder.noise_counts", self.load_noise_counts() > 0),
         ]
     }
 
@@ -170,6 +204,9 @@ impl DataSheet {
     pub fn has_a_drive_of_its_own(&self) -> Option<&'static str> {
         if self.encoder.noise_counts > 0 {
             return Some("encoder.noise_counts");
+        }
+        if self.load_noise_counts() > 0 {
+            return Some("load_encoder.noise_counts");
         }
         if self.motor.dead_time_s > 0.0 {
             return Some("motor.dead_time_s");
@@ -190,8 +227,13 @@ impl DataSheet {
         self.is_more_than_an_axis().then_some(substitute)
     }
 
+    /// Returns the noise of the load's encoder beside that of the motor, counts.
+    fn load_noise_counts(&self) -> u32 {
+        self.load_encoder_in_loop().map_or(0, |load| load.noise_counts)
+    }
+
     fn side(&self) -> joint::DiscSide {
-        match self.encoder.at {
+        match self.position_side() {
             Some(EncoderPlace::Motor) => joint::DiscSide::Motor,
             Some(EncoderPlace::Load) | None => joint::DiscSide::Load,
         }

@@ -2,7 +2,7 @@
 
 use super::refusal::SheetRefusal;
 use super::sheet::DataSheet;
-use super::tables::DrivenBy;
+use super::tables::{DrivenBy, EncoderPlace};
 use crate::error::shown;
 
 /// Range of a number.
@@ -26,6 +26,11 @@ impl May {
         Err(SheetRefusal::number(key, found, what))
     }
 }
+
+/// Fewest and most counts of a load's encoder in a turn. With fewer, a step of a degree is below a
+/// count; the most is 2^26, the finest encoders that are sold.
+const MIN_COUNTS: u32 = 360;
+const MAX_COUNTS: u32 = 1 << 26;
 
 impl DataSheet {
     /// Checks the range of every key, and that keys that need each other are present.
@@ -254,7 +259,41 @@ impl DataSheet {
                 encoder.noise_counts.into(),
                 "0 or 1",
             )),
-            _ => Ok(()),
+            _ => self.check_load_encoder(),
         }
+    }
+
+    fn check_load_encoder(&self) -> Result<(), SheetRefusal> {
+        let Some(load) = &self.load_encoder else {
+            return match self.sampling.position {
+                None => Ok(()),
+                Some(_) => Err(SheetRefusal::of(
+                    "loop.position",
+                    "`loop.position` chooses one of two encoders, but the table `[load_encoder]` \
+                     is missing"
+                        .into(),
+                )),
+            };
+        };
+        if self.encoder.at != Some(EncoderPlace::Motor) {
+            let why = "must be \"motor\", since the file has a `[load_encoder]`";
+            return Err(SheetRefusal::of(
+                "encoder.at",
+                match self.encoder.at {
+                    Some(_) => format!("`encoder.at` is \"load\"; {why}"),
+                    None => format!("`encoder.at` is missing; {why}"),
+                },
+            ));
+        }
+        if !(MIN_COUNTS..=MAX_COUNTS).contains(&load.counts_per_turn) {
+            let allowed = format!("a whole number from {MIN_COUNTS} to {MAX_COUNTS}");
+            let found = load.counts_per_turn.into();
+            return Err(SheetRefusal::number("load_encoder.counts_per_turn", found, &allowed));
+        }
+        if load.noise_counts > 1 {
+            let found = load.noise_counts.into();
+            return Err(SheetRefusal::number("load_encoder.noise_counts", found, "0 or 1"));
+        }
+        Ok(())
     }
 }

@@ -29,7 +29,7 @@ pub use derived::{OF_A_SHEET, derive, mapping};
 pub use motor_heat::MotorHeat;
 pub use refusal::SheetRefusal;
 pub use resting_torque::resting_torque;
-pub use sheet::{DataSheet, Mount, SheetTables};
+pub use sheet::{DataSheet, LoopSide, Mount, SheetTables};
 pub use suspect::Suspect;
 pub use units::{Mapping, WrittenDrive};
 pub use unseen_slack::UnseenSlack;

@@ -37,6 +37,7 @@ pub fn rows(sheet: &DataSheet, mapping: &Mapping) -> Vec<DerivedNumber> {
     rows.extend(shape(sheet, mapping));
     rows.extend(limits(sheet, mapping));
     rows.extend(encoder(sheet, mapping));
+    rows.extend(load_encoder(sheet));
     rows
 }
 
@@ -203,6 +204,17 @@ fn limits(sheet: &DataSheet, mapping: &Mapping) -> Vec<DerivedNumber> {
         });
     }
     rows
+}
+
+fn load_encoder(sheet: &DataSheet) -> Option<DerivedNumber> {
+    let load = sheet.load_encoder?;
+    let count_deg = load.count_deg();
+    Some(DerivedNumber {
+        what: "load encoder's count",
+        si: with(count_deg.to_radians(), "rad"),
+        core: with(count_deg, "deg"),
+        how: format!("360 / {0}; {0} counts a turn of the joint", load.counts_per_turn),
+    })
 }
 
 fn encoder(sheet: &DataSheet, mapping: &Mapping) -> Option<DerivedNumber> {

@@ -3,7 +3,9 @@
 use serde::Deserialize;
 
 use super::refusal::SheetRefusal;
-use super::tables::{DrivenBy, EncoderPlace, Gear, JointFriction, LoadTable, Motor, SupplyTable};
+use super::tables::{
+    DrivenBy, EncoderPlace, Gear, JointFriction, LoadEncoder, LoadTable, Motor, SupplyTable,
+};
 
 /// Keys of `[encoder]` that only the simulator has.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
@@ -15,6 +17,13 @@ pub struct Mount {
     /// Noise of a reading, counts.
     #[serde(default)]
     pub noise_counts: u32,
+}
+
+/// Key of `[loop]` that belongs to a joint with two encoders.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+pub struct LoopSide {
+    /// Side of the gear whose encoder closes the position loop.
+    pub position: Option<EncoderPlace>,
 }
 
 /// Tables of a data sheet in a file; other tables are ignored.
@@ -33,6 +42,11 @@ pub struct SheetTables {
     /// Of `[encoder]`.
     #[serde(default)]
     pub encoder: Mount,
+    /// `[load_encoder]`.
+    pub load_encoder: Option<LoadEncoder>,
+    /// Of `[loop]`.
+    #[serde(rename = "loop", default)]
+    pub sampling: LoopSide,
 }
 
 /// A data sheet in SI, checked.
@@ -50,6 +64,10 @@ pub struct DataSheet {
     pub supply: Option<SupplyTable>,
     /// Of `[encoder]`.
     pub encoder: Mount,
+    /// `[load_encoder]`.
+    pub load_encoder: Option<LoadEncoder>,
+    /// Of `[loop]`.
+    pub sampling: LoopSide,
 }
 
 impl SheetTables {
@@ -59,7 +77,7 @@ impl SheetTables {
     /// Returns an error with the missing table, or with the key, the value found and the allowed
     /// values.
     pub fn sheet(self) -> Result<Option<DataSheet>, SheetRefusal> {
-        let Self { motor, gear, load, friction, supply, encoder } = self;
+        let Self { motor, gear, load, friction, supply, encoder, load_encoder, sampling } = self;
         let others = [
             ("gear", gear.is_some()),
             ("load", load.is_some()),
@@ -72,6 +90,8 @@ impl SheetTables {
                 ("encoder.lines", encoder.lines.is_some()),
                 ("encoder.at", encoder.at.is_some()),
                 ("encoder.noise_counts", encoder.noise_counts > 0),
+                ("load_encoder", load_encoder.is_some()),
+                ("loop.position", sampling.position.is_some()),
             ];
             let stray = of_encoder.iter().find(|(_, there)| *there);
             return match first {
@@ -103,6 +123,8 @@ impl SheetTables {
             friction: friction.ok_or_else(|| missing("friction"))?,
             supply,
             encoder,
+            load_encoder,
+            sampling,
         };
         sheet.check()?;
         Ok(Some(sheet))
@@ -131,7 +153,21 @@ impl DataSheet {
         angle(self.gear.backlash_deg, self.gear.backlash_rad)
     }
 
-    /// Backlash between the motor and an encoder on the load, rad; zero with the encoder on the
+    /// Returns the side of the gear whose encoder closes the position loop, the load with an
+    /// encoder on either side; `None` if the file does not set it.
+    pub fn position_side(&self) -> Option<EncoderPlace> {
+        match self.load_encoder {
+            Some(_) => self.sampling.position.or(Some(EncoderPlace::Load)),
+            None => self.encoder.at,
+        }
+    }
+
+    /// Returns the encoder of the load if the motor has one as well, and both are in the loop.
+    pub fn load_encoder_in_loop(&self) -> Option<LoadEncoder> {
+        self.load_encoder.filter(|_| self.position_side() == Some(EncoderPlace::Load))
+    }
+
+    /// Backlash between the motor and an encoder on the load, rad; zero with an encoder on the
     /// motor.
     pub fn backlash_to_encoder(&self) -> f64 {
         match self.encoder.at {

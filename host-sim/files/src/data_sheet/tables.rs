@@ -212,3 +212,26 @@ pub enum EncoderPlace {
     /// On the joint.
     Load,
 }
+
+/// `[load_encoder]`: an encoder on the load, beside that of the motor.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(rename = "LoadEncoder")]
+pub struct LoadEncoder {
+    /// Counts in a turn of the joint.
+    pub counts_per_turn: u32,
+    /// Noise of a reading, 0 or 1 counts.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub noise_counts: u32,
+}
+
+const fn is_zero(counts: &u32) -> bool {
+    *counts == 0
+}
+
+impl LoadEncoder {
+    /// Returns the angle of a count, deg.
+    pub fn count_deg(&self) -> f64 {
+        360.0 / f64::from(self.counts_per_turn)
+    }
+}

@@ -30,11 +30,11 @@ pub struct UnseenSlack {
 }
 
 impl UnseenSlack {
-    /// Returns the slack of a data sheet's gear; none if the encoder is on the load or the gear is
-    /// rigid. One count is `count_deg`, deg.
+    /// Returns the slack of a data sheet's gear; none if the position loop has an encoder on the
+    /// load, or the gear is rigid. One count is `count_deg`, deg.
     pub fn of(sheet: &DataSheet, count_deg: f64) -> Option<Self> {
         let stiffness =
-            sheet.stiffness().filter(|_| sheet.encoder.at == Some(EncoderPlace::Motor))?;
+            sheet.stiffness().filter(|_| sheet.position_side() == Some(EncoderPlace::Motor))?;
         let backlash_deg = sheet.backlash().unwrap_or(0.0).to_degrees();
         let [forward, backward] = sheet.stick();
         let load_share = 1.0 - sheet.friction.motor_share.unwrap_or(MOTOR_SHARE);

@@ -271,7 +271,7 @@ impl Document {
     /// As [`machine`](Self::machine).
     pub fn unseen_slack(&self) -> Result<Option<UnseenSlack>, Error> {
         let Some(sheet) = self.data_sheet()? else { return Ok(None) };
-        Ok(UnseenSlack::of(&sheet, self.machine()?.encoder.resolution_deg()))
+        Ok(UnseenSlack::of(&sheet, self.machine()?.count_deg()))
     }
 
     /// Returns warnings, one sentence each: implausible values of the data sheet, and doubts of the

@@ -2,7 +2,7 @@
 
 use stiction::control::drive::DriveConfig;
 use stiction::control::encoder::Encoder;
-use stiction::control::laws::Gains;
+use stiction::control::laws::{Gains, RobustDualGains};
 use stiction::control::pd::PdGains;
 use stiction::motion::jog::JogBounds;
 use stiction::parameters::DeviceConfig;
@@ -71,10 +71,17 @@ pub(crate) fn shown(law: &Gains) -> String {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AllGains;
 
+/// Returns the laws that a file can name, with the declarations of their gains. Last is that of
+/// `robust` with two encoders, which a file names `robust` as well.
+pub fn laws() -> impl Iterator<Item = (Gains, &'static [About])> {
+    let listed = Gains::EXAMPLES.iter().copied().zip(Gains::ABOUT.iter().copied());
+    listed.chain([(Gains::RobustDual(RobustDualGains::EXAMPLE), RobustDualGains::ABOUT)])
+}
+
 impl DeclaredTable for AllGains {
     fn about() -> Vec<&'static About> {
         let mut all: Vec<&About> = PdGains::ABOUT.iter().collect();
-        for about in Gains::ABOUT.iter().flat_map(|law| law.iter()) {
+        for about in laws().flat_map(|(_, law)| law) {
             // RI and RVI share a name, and therefore a key.
             if all.iter().all(|other| other.name != about.name) {
                 all.push(about);
@@ -88,26 +95,27 @@ impl DeclaredTable for AllGains {
     }
 
     fn allowed(about: &About) -> Option<Allowed> {
-        let of_laws = || Gains::EXAMPLES.iter().find_map(|law| law.allowed(about.key));
+        let of_laws = || laws().find_map(|(law, _)| law.allowed(about.key));
         PdGains::EXAMPLE.allowed(about.key).or_else(of_laws)
     }
 
     fn otherwise(about: &About) -> Option<FileScalar> {
-        let bits = Gains::EXAMPLES.iter().find_map(|law| law.get(about.key))?;
+        let bits = laws().find_map(|(law, _)| law.get(about.key))?;
         (about.absent == Absent::Default).then(|| scalar(about.kind, bits))
     }
 
     /// A default belongs to a law whose required gains are present.
     fn belongs(about: &About, has: &dyn Fn(&str) -> bool) -> bool {
-        Gains::ABOUT.iter().any(|law| {
+        laws().any(|(_, law)| {
             let mut needed = law.iter().filter(|gain| gain.absent == Absent::Needed);
             law.iter().any(|gain| gain.name == about.name) && needed.all(|gain| has(gain.name))
         })
     }
 
     fn laws(about: &About) -> Vec<String> {
-        let all = Gains::EXAMPLES.iter().zip(Gains::ABOUT);
-        let takes = |law: &&[About]| law.iter().any(|gain| gain.name == about.name);
-        all.filter(|(_, law)| takes(law)).map(|(law, _)| shown(law)).collect()
+        let takes = |law: &[About]| law.iter().any(|gain| gain.name == about.name);
+        // A file names the law for two encoders `robust`, which needs the same gains.
+        let named = laws().filter(|(law, _)| !matches!(law, Gains::RobustDual(_)));
+        named.filter(|(_, law)| takes(law)).map(|(law, _)| shown(&law)).collect()
     }
 }

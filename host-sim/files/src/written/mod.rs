@@ -21,7 +21,7 @@ use stiction::control::encoder::Encoder;
 use stiction::units::value::{About, Kind, Table, Values};
 
 pub(crate) use self::declared::shown as shown_law;
-pub use self::declared::{AllGains, DeclaredTable};
+pub use self::declared::{AllGains, DeclaredTable, laws};
 
 /// The word for a limit that is off; it is zero.
 pub const OFF: &str = "off";

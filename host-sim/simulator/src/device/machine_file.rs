@@ -126,8 +126,9 @@ fn of(parameters: &Parameters) -> MachineFile {
     gains.put(PdGains::ABOUT, &config.pd);
     config.compensator.iter().for_each(|law| gains.put(about_law(law), law));
     let encoder = ParameterTable::out(&config.encoder);
-    let mut sampling = ParameterTable::with(machine::ControllerNames {
+    let mut sampling = ParameterTable::with(machine::LoopExtras {
         controller: Some(Names::One(name.clone())),
+        position: None,
     });
     sampling.put(ControllerConfig::ABOUT, config);
     let (reference, identification) =
@@ -141,6 +142,7 @@ fn of(parameters: &Parameters) -> MachineFile {
         load: None,
         friction: None,
         supply: None,
+        load_encoder: None,
         joint: JointTable {
             gain_deg_per_s2_per_v: 0.0,
             viscous_v_per_deg_per_s: 0.0,

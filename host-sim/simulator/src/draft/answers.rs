@@ -85,6 +85,13 @@ impl Answers {
             Some(OnlyFor::Unbalanced) => {
                 self.range("load.unbalance_nm").is_some_and(|[_, high]| high > 0.0)
             }
+            Some(OnlyFor::BehindAGear) => {
+                let at = self.get("encoder.at").and_then(|answer| answer.value.as_str());
+                let is_elastic = ["gear.stiffness_nm_per_rad", "gear.backlash_deg"]
+                    .iter()
+                    .any(|key| self.range(key).is_some_and(|[_, high]| high > 0.0));
+                at == Some("motor") && is_elastic
+            }
         }
     }
 
@@ -148,9 +155,10 @@ impl Answers {
 /// Whether an answer is the absence of its quantity: no backlash, a rigid gear.
 fn is_nothing(question: &Question, answer: &Answer) -> bool {
     match (question.kind, &answer.value) {
-        (AnswerKind::RangeOr(word) | AnswerKind::Around(word), Value::String(answer)) => {
-            answer == word
-        }
+        (
+            AnswerKind::RangeOr(word) | AnswerKind::Around(word) | AnswerKind::WholeOr(word),
+            Value::String(answer),
+        ) => answer == word,
         (AnswerKind::Range, Value::Float(number)) => question.otherwise.is_some() && *number == 0.0,
         _ => false,
     }

@@ -15,6 +15,8 @@ pub mod range;
 pub mod spread;
 mod text;
 pub mod trial;
+#[cfg(test)]
+mod two_encoders_tests;
 pub mod typical;
 mod written;
 

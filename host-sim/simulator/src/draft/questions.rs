@@ -21,6 +21,8 @@ pub enum AnswerKind {
     Around(&'static str),
     /// A whole number.
     Whole,
+    /// The same, or this word.
+    WholeOr(&'static str),
     /// One of these words.
     Words(&'static [&'static str]),
 }
@@ -34,6 +36,8 @@ pub enum OnlyFor {
     Current,
     /// The load is unbalanced.
     Unbalanced,
+    /// The encoder is on the motor, and the gear has slack or a stiffness.
+    BehindAGear,
 }
 
 /// A question.
@@ -54,7 +58,7 @@ pub struct Question {
 }
 
 /// Number of questions.
-const COUNT: usize = 22;
+const COUNT: usize = 23;
 
 /// The questions. Motor and gear come first, so that a friction or a load that the motor cannot
 /// move is refused when it is typed.
@@ -153,6 +157,16 @@ pub const QUESTIONS: [Question; COUNT] = {
             ..number("encoder.at", "where the encoder sits: on the motor or on the load")
         },
         Question {
+            kind: AnswerKind::WholeOr("none"),
+            only: Some(OnlyFor::BehindAGear),
+            help: "an AS5047 on the joint's shaft has 16384; none for the motor's encoder alone",
+            otherwise: Some("none"),
+            ..number(
+                "load_encoder.counts_per_turn",
+                "counts a turn of a second encoder, on the load",
+            )
+        },
+        Question {
             kind: AnswerKind::Around("none"),
             help: "0 is where the joint is at power-on: -30..90, or none for no limits",
             otherwise: Some("none"),
@@ -188,19 +202,27 @@ impl Question {
             AnswerKind::Text if typed.is_empty() => Err("nothing was typed; type a title".into()),
             AnswerKind::Text => Ok(Value::String(typed.into())),
             AnswerKind::Number => typed_number::parse(typed).map(Value::Float),
-            AnswerKind::Whole => match typed.parse::<u32>() {
-                Ok(whole) => Ok(Value::Integer(whole.into())),
-                Err(_) => Err(format!("`{typed}` is not a whole number; type one such as 512")),
-            },
+            AnswerKind::Whole => {
+                whole(typed).ok_or(format!("`{typed}` is not a whole number; type one such as 512"))
+            }
             AnswerKind::Words(words) if words.contains(&typed) => Ok(Value::String(typed.into())),
             AnswerKind::Words(words) => Err(format!("`{typed}` must be {}", words.join(" or "))),
-            AnswerKind::RangeOr(word) | AnswerKind::Around(word) if typed == word => {
+            AnswerKind::RangeOr(word) | AnswerKind::Around(word) | AnswerKind::WholeOr(word)
+                if typed == word =>
+            {
                 Ok(Value::String(word.into()))
             }
             AnswerKind::Range | AnswerKind::RangeOr(_) => not_negative(range::read(typed)?),
             AnswerKind::Around(word) => around_zero(typed, word),
+            AnswerKind::WholeOr(word) => whole(typed).ok_or(format!(
+                "`{typed}` is not a whole number; type one such as 16384, or {word}"
+            )),
         }
     }
+}
+
+fn whole(typed: &str) -> Option<Value> {
+    typed.parse::<u32>().ok().map(|whole| Value::Integer(whole.into()))
 }
 
 fn not_negative([low, high]: [f64; 2]) -> Result<Value, String> {

@@ -17,7 +17,7 @@ use crate::rules::{
 use files::data_sheet::{DataSheet, Mapping};
 use files::document::Document;
 use files::error::{Error, rounded};
-use files::written::single;
+use files::written::{laws, single};
 
 /// Where the comments of a line begin.
 const COMMENT_AT: usize = 36;
@@ -87,7 +87,7 @@ pub fn text_with(name: &str, answers: &Answers, style: &DraftStyle) -> Result<St
     if let Some(source) = source {
         text += &format!("source = {source:?}\n");
     }
-    for table in ["motor", "gear", "load", "friction", "supply", "encoder"] {
+    for table in ["motor", "gear", "load", "friction", "supply", "encoder", "load_encoder"] {
         let lines: String = answers
             .given()
             .filter_map(|(question, answer)| {
@@ -259,13 +259,14 @@ fn known(
     let sampled = SampledLoop {
         largest_effort,
         lsb: machine.drive.lsb_v(),
-        count: machine.encoder.resolution_deg(),
+        count: machine.count_deg(),
         sample_time: machine.sampling.sample_time_s(),
     };
     let stiffest = at_the_ends(&sheet, answers);
     let estimate =
         identified.copied().unwrap_or_else(|| JointEstimate::of_sheet(&stiffest, &mapping));
-    let joint = JointBounds::of(&estimate, sampled).with_encoder_of(&sheet);
+    let count_deg = machine.encoder.resolution_deg();
+    let joint = JointBounds::of(&estimate, sampled).with_encoders_of(&sheet, count_deg);
     Ok((joint, breakaway(stiffest, &mapping, answers).min(largest_effort)))
 }
 
@@ -335,7 +336,7 @@ fn controller(gains: &ControllerGains, joint: &JointBounds, sources: &Sources) -
         PdGains::ABOUT.iter().for_each(|about| add(about, gains.pd.get(about.key)));
     }
     for law in &gains.laws {
-        let example = Gains::EXAMPLES.iter().find(|example| example.id() == law.id());
+        let example = laws().map(|(example, _)| example).find(|example| example.id() == law.id());
         let is_default = |about: &About| {
             about.absent != Absent::Needed
                 && example.is_some_and(|example| example.get(about.key) == law.get(about.key))
@@ -382,6 +383,7 @@ fn why(key: &str, joint: &JointBounds, sources: &Sources) -> String {
         "breakaway_low_v" => of_low,
         "breakaway_high_v" => of_high,
         "encoder_side" => "the transmission springs",
+        "jitter_counts" | "motor_jitter_counts" => "a reading is a count off either way",
         "load_v" => "the friction does not hold it",
         _ => "",
     }

@@ -77,12 +77,15 @@ fn sheet(answers: &Answers, place: usize, pick: Pick) -> Result<DataSheet, Strin
         let answer = || answers.get(question.key).map(|answer| answer.value.clone());
         let value = match (at <= place, neutral(question.key)) {
             // The word of an absence.
-            (true, _) if number.is_none() && question.otherwise.is_some() => None,
+            (true, _) if question.otherwise.is_some() && number.is_none() => {
+                answer().filter(Value::is_integer)
+            }
             (true, neutral) => number.or_else(answer).or(neutral),
             (false, neutral) => neutral,
         };
-        if let (Some(value), Value::Table(table)) =
-            (value, tables.entry(table).or_insert_with(|| Value::Table(Table::new())))
+        let Some(value) = value else { continue };
+        if let Value::Table(table) =
+            tables.entry(table).or_insert_with(|| Value::Table(Table::new()))
         {
             table.insert(key.into(), value);
         }

@@ -51,11 +51,33 @@ impl RunPlan {
         })
     }
 
-    /// Builds the model of the encoder's disc.
+    /// Builds the model of the encoder that closes the position loop. One on the load, beside that
+    /// of the motor, counts from the joint's zero, in the direction of the joint.
     ///
     /// # Errors
     /// Returns an error with the key, the value found and the allowed values.
     pub fn encoder(&self) -> Result<EncoderModel, Error> {
+        let encoder = self.written_encoder()?;
+        let core = self.position_encoder();
+        Ok(self.machine.load_encoder_in_loop().map_or(encoder, |load| EncoderModel {
+            resolution: load.count_deg(),
+            phase: 0.0,
+            counter_bits: core.counter_bits,
+            direction: core.direction,
+            ..encoder
+        }))
+    }
+
+    /// Builds the model of the motor's encoder if the position loop has another one on the load.
+    ///
+    /// # Errors
+    /// Returns an error with the key, the value found and the allowed values.
+    pub fn motor_encoder(&self) -> Result<Option<EncoderModel>, Error> {
+        self.machine.load_encoder_in_loop().map(|_| self.written_encoder()).transpose()
+    }
+
+    /// Builds the model of the encoder of `[encoder]`.
+    fn written_encoder(&self) -> Result<EncoderModel, Error> {
         let written = &self.machine.encoder;
         let core = written.core(Encoder::EXAMPLE);
         let phase = written.extras.phase;
@@ -84,6 +106,7 @@ impl RunPlan {
             course: self.course()?,
             controller,
             encoder: self.encoder()?,
+            motor_encoder: self.motor_encoder()?,
             lsb_v: machine.drive.lsb_v(),
             sample_time_s: machine.sampling.sample_time_s(),
             delay: self.delay(),

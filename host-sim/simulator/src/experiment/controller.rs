@@ -2,8 +2,9 @@
 
 use heapless::Vec as FixedVec;
 use stiction::control::drive::DriveConfig;
-use stiction::control::encoder::Encoder;
-use stiction::control::laws::{Gains, MAX_TERMS};
+use stiction::control::encoder::{CounterBits, Direction, Encoder};
+use stiction::control::laws::{Gains, MAX_TERMS, RobustDualGains};
+use stiction::control::motor_encoder::MotorEncoder;
 use stiction::control::pd::PdGains;
 use stiction::control::velocity::MAX_WINDOW;
 use stiction::units::value::{About, Absent, Table};
@@ -15,7 +16,7 @@ use crate::rules::ControllerGains;
 use files::error::Error;
 use files::hardware::STM32F405;
 use files::machine::{LawName, Laws, PD};
-use files::written::{AllGains, ParameterTable};
+use files::written::{AllGains, ParameterTable, laws};
 
 impl RunPlan {
     /// Builds the control core with this run's controller; with no controller, all gains are zero.
@@ -67,13 +68,30 @@ impl RunPlan {
             laws.extend(guest.laws);
         }
         let config = ControllerConfig {
-            encoder: machine.encoder.core(Encoder::EXAMPLE),
+            encoder: self.position_encoder(),
+            motor: MotorEncoder {
+                count: machine
+                    .load_encoder_in_loop()
+                    .map_or(0.0, |_| machine.encoder.resolution_deg() as f32),
+            },
             drive: machine.drive.core(DriveConfig::EXAMPLE),
             pd,
             compensator: laws,
             ..ControllerConfig::EXAMPLE
         };
         Ok(machine.sampling.core(config))
+    }
+
+    /// Returns the encoder that closes the position loop. That of a load beside the motor's counts
+    /// in the direction of the joint, without end.
+    pub(super) fn position_encoder(&self) -> Encoder {
+        let encoder = self.machine.encoder.core(Encoder::EXAMPLE);
+        self.machine.load_encoder_in_loop().map_or(encoder, |load| Encoder {
+            resolution: load.count_deg() as f32,
+            counter_bits: CounterBits::ThirtyTwo,
+            direction: Direction::Forward,
+            ..encoder
+        })
     }
 
     /// Returns the gains of this run's controller if it is a law of another program, for the joint
@@ -138,6 +156,13 @@ impl RunPlan {
         }
         let mut gains = FixedVec::new();
         for law in laws.iter().filter_map(|law| law.0) {
+            let law = match law {
+                // The law of a file is one; that of the core reads the encoders of the loop.
+                Gains::Robust(_) if self.machine.load_encoder_in_loop().is_some() => {
+                    Gains::RobustDual(RobustDualGains::EXAMPLE)
+                }
+                other => other,
+            };
             if gains.push(self.gains(name, table, law)?).is_err() {
                 let why = format!("at most {MAX_TERMS} beside {PD}");
                 return Err(Error::Input(format!("{origin}: `{key}` has too many entries; {why}")));
@@ -174,8 +199,7 @@ impl RunPlan {
 
 /// Returns the declarations of a law's gains.
 pub fn about_law(law: &Gains) -> &'static [About] {
-    let place = Gains::EXAMPLES.iter().position(|example| example.id() == law.id());
-    place.and_then(|place| Gains::ABOUT.get(place)).copied().unwrap_or_default()
+    laws().find(|(example, _)| example.id() == law.id()).map(|(_, about)| about).unwrap_or_default()
 }
 
 /// Returns two laws of a list that use the same key of a table, and that key.

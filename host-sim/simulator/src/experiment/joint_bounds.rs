@@ -23,7 +23,7 @@ impl RunPlan {
             largest_effort: machine.drive.full_scale_v()
                 * machine.drive.number("duty_max").unwrap_or(1.0),
             lsb: machine.drive.lsb_v(),
-            count: machine.encoder.resolution_deg(),
+            count: machine.count_deg(),
             sample_time: machine.sampling.sample_time_s(),
         };
         let Some((mut sheet, mapping)) = self.sheet()? else {
@@ -42,6 +42,7 @@ impl RunPlan {
         sheet.friction.stick_nm = end("friction.stick_nm", 1, sheet.friction.stick_nm);
         sheet.load.unbalance_nm = end("load.unbalance_nm", 1, sheet.load.unbalance_nm);
         let estimate = JointEstimate::of_sheet(&sheet, &mapping);
-        Ok(JointBounds::of(&estimate, sampled).with_encoder_of(&sheet))
+        let count_deg = machine.encoder.resolution_deg();
+        Ok(JointBounds::of(&estimate, sampled).with_encoders_of(&sheet, count_deg))
     }
 }

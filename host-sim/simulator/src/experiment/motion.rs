@@ -123,7 +123,7 @@ impl RunPlan {
             return Err(self.refuse(&key("amplitude_deg"), "0", "an amplitude other than 0"));
         }
         // The far turn is a position, too.
-        let most = 0.5 * MAX_COUNTS * self.machine.encoder.resolution_deg();
+        let most = 0.5 * MAX_COUNTS * self.machine.count_deg();
         self.check(&key("amplitude_deg"), amplitude_deg, amplitude_deg.abs() <= most, || {
             let most = rounded(most);
             format!("a number from -{most} to {most}, 2^29 counts")
@@ -135,13 +135,13 @@ impl RunPlan {
             let fastest = rounded(fastest);
             format!("a number from {} to {fastest} (a quarter of the sample rate)", shown(slowest))
         })?;
-        let amplitude = (amplitude_deg / self.machine.encoder.resolution_deg()) as f32;
+        let amplitude = (amplitude_deg / self.machine.count_deg()) as f32;
         let frequency = frequency_hz as f32;
         Ok(Motion::Sine { from: Position::default(), amplitude, frequency })
     }
 
     fn position(&self, key: &str, deg: f64) -> Result<Position, Error> {
-        let resolution = self.machine.encoder.resolution_deg();
+        let resolution = self.machine.count_deg();
         self.check(key, deg, (deg / resolution).abs() <= MAX_COUNTS, || {
             let furthest = rounded(MAX_COUNTS * resolution);
             format!("a number from -{furthest} to {furthest}, 2^30 counts")

@@ -5,8 +5,8 @@ use super::plan::RunPlan;
 use crate::plant::{Delay, Plant};
 use dynamics::joint::{RunJoint, Substitute};
 use files::data_sheet::{
-    DataSheet, Mapping, Mount, SheetAxis, SheetFactors, SheetRefusal, SheetTables, UnseenSlack,
-    WrittenDrive,
+    DataSheet, LoopSide, Mapping, Mount, SheetAxis, SheetFactors, SheetRefusal, SheetTables,
+    UnseenSlack, WrittenDrive,
 };
 use files::error::Error;
 use files::machine::AxisSolverName;
@@ -21,6 +21,7 @@ impl RunPlan {
         if let Some(truth) = &self.truth {
             return truth.plant();
         }
+        self.has_one_encoder()?;
         let (axis, encoder) = (self.axis()?, self.encoder()?);
         let sample_time_s = self.machine.sampling.sample_time_s();
         let solver = self.joint()?;
@@ -67,7 +68,7 @@ impl RunPlan {
     /// # Errors
     /// Returns an error that names the invalid value.
     pub fn unseen_slack(&self) -> Result<Option<UnseenSlack>, Error> {
-        let count_deg = self.machine.encoder.resolution_deg();
+        let count_deg = self.machine.count_deg();
         Ok(self.sheet()?.and_then(|(sheet, _)| UnseenSlack::of(&sheet, count_deg)))
     }
 
@@ -92,6 +93,8 @@ impl RunPlan {
             friction: machine.friction.clone(),
             supply: machine.supply.clone(),
             encoder,
+            load_encoder: machine.load_encoder,
+            sampling: LoopSide { position: machine.sampling.extras.position },
         };
         let refused = |why: SheetRefusal| Error::Input(self.origin.refusal(&why));
         let Some(sheet) = tables.sheet().map_err(refused)? else { return Ok(None) };
@@ -121,6 +124,19 @@ impl RunPlan {
             return Err(self.refuse("run.solver", "\"rk4\"", allowed));
         }
         Ok(axis)
+    }
+
+    /// Refuses a loop with two encoders: a device reads one.
+    pub(super) fn has_one_encoder(&self) -> Result<(), Error> {
+        if self.machine.load_encoder_in_loop().is_none() {
+            return Ok(());
+        }
+        Err(Error::Input(format!(
+            "{}: a device reads one encoder so far; `stiction run`, `benchmark`, `ensemble` and \
+             `tune` simulate a `[load_encoder]`. To run the device with the motor's encoder alone, \
+             set `loop.position` to \"motor\"",
+            self.origin.of("load_encoder")
+        )))
     }
 
     /// Refuses a drive or a noise that only a run simulates.

@@ -1,7 +1,9 @@
 //! Errors about invalid values, with the key and the value of the file.
 
+use stiction::control::laws::RobustDualGains;
 use stiction::parameters;
 use stiction::parameters::names::{NamedBounds, NamedError};
+use stiction::units::value::Table as _;
 use toml::Value;
 
 use super::plan::RunPlan;
@@ -28,7 +30,8 @@ impl RunPlan {
     /// Converts an error of the core to one with the key and the value of the file. The declaration
     /// of the value has its table.
     pub fn explain(&self, error: &stiction::InvalidValue) -> Error {
-        let Some(about) = parameters::about(error.key) else {
+        let of_two_encoders = || RobustDualGains::ABOUT.iter().find(|about| about.key == error.key);
+        let Some(about) = parameters::about(error.key).or_else(of_two_encoders) else {
             return Error::Input(NamedError(*error).to_string());
         };
         let controller = self.controller.as_deref().unwrap_or_default();

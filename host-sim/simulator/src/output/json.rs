@@ -115,7 +115,7 @@ pub fn render(experiment: &Experiment, results: &[RunResult]) -> serde_json::Res
 
 /// Returns the goal of a run.
 fn goal(plan: &RunPlan) -> GoalInBothUnits {
-    plan.machine.goal.in_both_units(plan.machine.encoder.resolution_deg())
+    plan.machine.goal.in_both_units(plan.machine.count_deg())
 }
 
 /// Returns the tables of the machine's file for this run, with its own controller only.

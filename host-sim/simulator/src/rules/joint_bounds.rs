@@ -127,14 +127,19 @@ impl JointBounds {
         }
     }
 
-    /// Adds where the encoder of a data sheet sits, and its noise.
+    /// Adds where the encoders of a data sheet sit, and their noise; `count_deg` is the angle of a
+    /// count of `[encoder]`, deg.
     #[must_use]
-    pub fn with_encoder_of(self, sheet: &DataSheet) -> Self {
+    pub fn with_encoders_of(self, sheet: &DataSheet, count_deg: f64) -> Self {
+        // A reading that is a count off either way changes by two.
+        let jitter = |noise_counts: u32| 2.0 * f64::from(noise_counts);
+        let of_encoder = jitter(sheet.encoder.noise_counts);
+        let load = sheet.load_encoder_in_loop();
         Self {
             encoder_at_load: sheet.stiffness().is_some()
-                && sheet.encoder.at == Some(EncoderPlace::Load),
-            // A reading that is a count off either way changes by two.
-            jitter: 2.0 * f64::from(sheet.encoder.noise_counts),
+                && sheet.position_side() == Some(EncoderPlace::Load),
+            jitter: load.map_or(of_encoder, |load| jitter(load.noise_counts)),
+            motor_encoder: load.map(|_| MotorEncoder { count: count_deg, jitter: of_encoder }),
             ..self
         }
     }

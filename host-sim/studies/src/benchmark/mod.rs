@@ -153,7 +153,7 @@ fn score(controller: &str, results: &[&RunResult], watched: &[RunResult]) -> Sco
         tracking_rms_deg: largest(&mut trajectories.iter().map(|r| r.metrics.rms_error_deg)),
         chatter_v_per_s: largest(&mut runs().map(|r| r.metrics.control_total_variation_v_per_s)),
         hunting_counts: largest(&mut watched.iter().map(|r| {
-            let resolution_deg = r.plan.machine.encoder.resolution_deg();
+            let resolution_deg = r.plan.machine.count_deg();
             Some(r.metrics.hunting_peak_to_peak_deg.unwrap_or(0.0) / resolution_deg)
         })),
         sticks_in_motion: largest(
@@ -185,7 +185,7 @@ fn settles(result: &RunResult) -> bool {
 /// Returns whether the joint left its place by a count.
 fn moves(result: &RunResult) -> bool {
     let RunTrace::Loop(moments) = &result.trace else { return false };
-    let count_deg = result.plan.machine.encoder.resolution_deg();
+    let count_deg = result.plan.machine.count_deg();
     let Some(first) = moments.first() else { return false };
     moments.iter().any(|moment| (moment.position_deg - first.position_deg).abs() > count_deg)
 }

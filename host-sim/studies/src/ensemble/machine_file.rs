@@ -337,7 +337,7 @@ fn step(
     goal: &PositionGoal,
 ) -> Result<(), Error> {
     let h = joint.machine.sampling.sample_time_s();
-    let count = joint.machine.encoder.resolution_deg();
+    let count = joint.machine.count_deg();
     let mut judge = StepJudge::new(joint.samples()?, f64::INFINITY, h).by(goal, count);
     let mut last = CaseSample::default();
     let driven = drive([nominal, joint], joint.samples()?, |sample| {
@@ -362,7 +362,7 @@ fn step(
 fn trajectory(row: &mut CaseResult, nominal: &RunPlan, joint: &RunPlan) -> Result<(), Error> {
     let Task::Trajectory(motion) = &joint.task else { return Ok(()) };
     let h = joint.machine.sampling.sample_time_s();
-    let count = joint.machine.encoder.resolution_deg();
+    let count = joint.machine.count_deg();
     let [first, last] = [motion.corner_times_s.first(), motion.corner_times_s.last()]
         .map(|corner_s| corner_s.copied().unwrap_or(0.0));
     let [from_s, until_s] = [first - motion.half_blend_s, last + motion.half_blend_s];

@@ -8,7 +8,7 @@ use super::drawn_case::{Case, DrawOptions};
 use super::family::Family;
 use simulator::draft::{Answers, DraftStyle, text_with};
 use simulator::experiment::{Document, Experiment, parameters};
-use simulator::rules::{JointBounds, MoveProfile, rules};
+use simulator::rules::{JointBounds, MotorEncoder, MoveProfile, rules};
 
 /// Effort of a volt of the data sheet, N m/V. The gains do not depend on it.
 const NM_PER_V: f64 = 12.0;
@@ -18,10 +18,11 @@ const CONTROLLERS: [(&str, &str); 4] =
     [("robust", "robust"), ("srnf", "srnf"), ("both", "feedforward+srnf"), ("pd", "pd")];
 
 /// Returns the part of a joint's bounds that a data sheet describes. The effort that holds a load
-/// is measured where the joint is armed (`overhauling` and its kind), and `new` asks neither for
-/// the noise of the encoder (`noisy-declared`) nor for a second encoder (`two-encoders`).
+/// is measured where the joint is armed (`overhauling` and its kind), and `new` does not ask for
+/// the noise of an encoder (`noisy-declared`).
 fn described(bounds: &JointBounds) -> JointBounds {
-    JointBounds { hold_effort: 0.0, jitter: 0.0, motor_encoder: None, ..*bounds }
+    let motor_encoder = bounds.motor_encoder.map(|motor| MotorEncoder { jitter: 0.0, ..motor });
+    JointBounds { hold_effort: 0.0, jitter: 0.0, motor_encoder, ..*bounds }
 }
 
 /// Returns the first file of a joint: the bounds of its friction are half of the slip and twice the
@@ -31,7 +32,9 @@ fn first_file(bounds: &JointBounds) -> String {
     let [low, high] = bounds.breakaway;
     let sampled = &bounds.sampled;
     // A disc has whole lines: 37190 of the thesis's axis are 0.002420005 deg a count.
-    let lines = (90.0 / sampled.count).round() as i64;
+    let of_motor = bounds.motor_encoder.map_or(sampled.count, |motor| motor.count);
+    let lines = (90.0 / of_motor).round() as i64;
+    let at_load = bounds.encoder_at_load && bounds.motor_encoder.is_none();
     let inertia = bounds.inertia * per_radian;
     // An elastic gear has an inertia on both sides.
     let of_rotor = if bounds.encoder_at_load { 0.5 } else { 0.0 };
@@ -51,13 +54,17 @@ fn first_file(bounds: &JointBounds) -> String {
         ("friction.slip_nm", number(2.0 * low * NM_PER_V)),
         ("friction.viscous_nm_s_per_rad", number(bounds.viscous * per_radian)),
         ("encoder.lines", Value::Integer(lines)),
-        ("encoder.at", word(if bounds.encoder_at_load { "load" } else { "motor" })),
+        ("encoder.at", word(if at_load { "load" } else { "motor" })),
         ("loop.sample_time_s", number(sampled.sample_time)),
     ] {
         answers.put(key, value, "");
     }
     if bounds.encoder_at_load {
         answers.put("gear.stiffness_nm_per_rad", number(1e3), "");
+    }
+    if bounds.motor_encoder.is_some() {
+        let counts = Value::Integer((360.0 / sampled.count).round() as i64);
+        answers.put("load_encoder.counts_per_turn", counts, "");
     }
     let lsb = format!("lsb_v = {:?}\n", sampled.lsb);
     let mut style = DraftStyle { drive: lsb.leak(), ..DraftStyle::of(None) };

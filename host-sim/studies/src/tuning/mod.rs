@@ -303,7 +303,7 @@ impl GainSearch {
     /// Names what is wrong with the file.
     pub fn charts(&self, tuned: &[TuningResult]) -> Result<Vec<Chart>, Error> {
         let machine = self.document.machine()?;
-        let count_deg = machine.encoder.resolution_deg();
+        let count_deg = machine.count_deg();
         Ok(pareto::charts(&self.file, tuned, &machine.goal, count_deg))
     }
 

@@ -30,7 +30,7 @@ table! {
         /// Counts by which the load's encoder changes at rest; 2 for noise of a count to either
         /// side.
         jitter: f32 = 0x1905 "jitter_counts", Between(0.0, 100.0), Default(0.0);
-        /// Counts by which the motor's encoder changes at rest.
+        /// Counts by which the motor's encoder changes at rest, beside one on the load.
         motor_jitter: f32 = 0x1906 "motor_jitter_counts", Between(0.0, 100.0), Default(0.0);
         /// Largest load that drives the joint u_L, V. Off: no load does.
         load: f32 = 0x1907 "load_v", OrOff(0.0, HUGE), Default(0.0);
@@ -40,9 +40,10 @@ table! {
         stop_band: f32 = 0x1909 "stop_band_counts", Between(0.0, HUGE), Default(1.25);
         /// Attempts without success after which it gives up, eight times as many. 0: it never does.
         attempts: u32 = 0x190A "give_up_attempts", Between(0.0, 60000.0), Default(50);
-        /// Stiffness K of the gear, V/deg. 0: unknown.
+        /// Stiffness K of the gear between two encoders, V/deg. 0: unknown.
         stiffness: f32 = 0x190B "stiffness_v_per_deg", Between(0.0, HUGE), Default(0.0);
-        /// Moment of inertia of the motor alone J_m, V s^2/deg. 0: a fifth of all to begin with.
+        /// Moment of inertia of the motor alone J_m, V s^2/deg, for a joint with two encoders. 0: a
+        /// fifth of all to begin with.
         motor_inertia: f32 = 0x190C "motor_inertia_v_s2_per_deg",
             Between(0.0, HUGE), Default(0.0);
         /// Speed of the inner profile v_m, deg/s. 0: that of the rule.

@@ -25,7 +25,8 @@ fn sheet(set: &[(&str, &str)]) -> (DataSheet, Mapping) {
     for (key, value) in set {
         let (of, key) = key.split_once('.').unwrap();
         let value = format!("v = {value}").parse::<Table>().unwrap().remove("v").unwrap();
-        table.get_mut(of).unwrap().as_table_mut().unwrap().insert(key.to_owned(), value);
+        let of = table.entry(of).or_insert_with(|| Table::new().into());
+        of.as_table_mut().unwrap().insert(key.to_owned(), value);
     }
     let tables: SheetTables = table.try_into().unwrap();
     let sheet = tables.sheet().unwrap().unwrap();

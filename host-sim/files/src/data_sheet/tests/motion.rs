@@ -167,3 +167,36 @@ fn noise_is_a_count_either_way_on_the_readings_alone() {
     }
     assert!(seen.iter().all(|times| *times > 60), "{seen:?}");
 }
+
+#[test]
+fn each_of_two_encoders_has_its_own_side_and_its_own_noise() {
+    let elastic = ("gear.stiffness_nm_per_rad", "100.0");
+    let load = ("load_encoder.counts_per_turn", "16384");
+    let (mut joint, friction) = axis(&[elastic, load]);
+    // 3 N m on the motor, whose friction is 0.7 of 5 N m: 3.5 N m hold it. 4 N m move the motor,
+    // and wind the gear up by less than 1.5 N m / 100 N m/rad, which hold the load.
+    hold(&mut joint, &friction, volts(3.0), 0.2);
+    assert_eq!((joint.measured(), joint.measured_at_motor()), (0.0, 0.0));
+    hold(&mut joint, &friction, volts(4.0), 0.2);
+    assert_eq!(joint.measured(), 0.0);
+    let twist = joint.measured_at_motor().to_radians();
+    assert!((1e-3..1.5e-2).contains(&twist), "{twist}");
+    let noises = [
+        ("load_encoder.noise_counts", 360.0 / 16384.0, 0.0),
+        ("encoder.noise_counts", 0.0, 360.0 / 200_000.0),
+    ];
+    for (key, of_load, of_motor) in noises {
+        let (mut joint, friction) = axis(&[elastic, load, (key, "1")]);
+        let mut largest = [0.0_f64; 2];
+        for _ in 0..30 {
+            joint.advance(0.0, SAMPLE_S, &friction, &mut |_| {});
+            for (largest, of) in
+                largest.iter_mut().zip([joint.measured(), joint.measured_at_motor()])
+            {
+                *largest = largest.max(of.abs());
+            }
+        }
+        let off = [largest[0] - of_load, largest[1] - of_motor];
+        assert!(off.iter().all(|off| off.abs() < 1e-12), "{key}: {largest:?}");
+    }
+}

@@ -30,6 +30,9 @@ fn only_an_elastic_gear_behind_an_encoder_on_the_motor_has_unseen_slack() {
     assert_eq!(of(&[]), None);
     let stiff = ("gear.stiffness_nm_per_rad", "1000.0");
     assert_eq!(of(&[stiff, ("encoder.at", "'load'")]), None);
+    let second = ("load_encoder.counts_per_turn", "16384");
+    assert_eq!(of(&[stiff, second]), None);
+    assert!(of(&[stiff, second, ("loop.position", "'motor'")]).is_some());
     let slack = of(&[stiff, ("load.constant_nm", "-2.0")]).unwrap();
     assert_eq!(slack.backlash_counts, 0.0);
     // 0.3 of 5 N m and 2 N m behind 1000 N m/rad.

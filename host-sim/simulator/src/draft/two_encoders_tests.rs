@@ -1,0 +1,87 @@
+//! A first file of a joint with an encoder on either side of its gear: what it configures, and
+//! where its load rests.
+
+use stiction::control::laws::Gains;
+use stiction::control::motor_encoder::MotorEncoder;
+use toml::Value;
+
+use super::{Question, Typical, text};
+use crate::experiment::{Experiment, RunPlan, for_a_device};
+use crate::run::run;
+use files::document::Document;
+
+/// The harmonic joint with a soft gear of 0.3 deg of slack, and its file with keys set.
+fn document(set: &[&str]) -> Document {
+    let mut answers = Typical::find("harmonic").unwrap().answers().unwrap();
+    for (key, value) in [
+        ("gear.backlash_deg", Value::Float(0.3)),
+        ("gear.stiffness_nm_per_rad", Value::Float(1000.0)),
+        ("load_encoder.counts_per_turn", Value::Integer(16384)),
+    ] {
+        answers.put(key, value, "");
+    }
+    let mut document = Document::parse("two", &text("two", &answers, None).unwrap()).unwrap();
+    document.set(&set.iter().map(|text| (*text).to_owned()).collect::<Vec<_>>()).unwrap();
+    document
+}
+
+fn plan(set: &[&str]) -> RunPlan {
+    Experiment::plan(&document(set), &["robust".into()], &[]).unwrap().runs.remove(0)
+}
+
+#[test]
+fn loop_counts_at_the_load_unless_the_file_chooses_the_motor() {
+    let both = plan(&[]).controller_config().unwrap();
+    assert_eq!(both.encoder.resolution, 360.0 / 16384.0);
+    // 500 lines behind a gear of 50.
+    assert_eq!(both.motor, MotorEncoder { count: 0.0036 });
+    assert!(matches!(both.compensator[..], [Gains::RobustDual(_)]));
+    let motor = plan(&["loop.position=motor"]).controller_config().unwrap();
+    assert_eq!((motor.encoder.resolution, motor.motor), (0.0036, MotorEncoder::NONE));
+    assert!(matches!(motor.compensator[..], [Gains::Robust(_)]));
+}
+
+#[test]
+fn load_rests_where_its_own_encoder_closes_the_loop_and_not_behind_the_motor_s() {
+    for (position, within_deg) in [("load", [0.0, 2.0 * 360.0 / 16384.0]), ("motor", [0.1, 0.4])] {
+        let plan = plan(&[&format!("loop.position={position}")]);
+        let result = run(&plan).unwrap();
+        let counts = result.metrics.sides.rest_at_load_counts.unwrap();
+        let off_deg = counts.abs() * plan.machine.count_deg();
+        assert!((within_deg[0]..=within_deg[1]).contains(&off_deg), "{position}: {off_deg} deg");
+        assert_eq!(result.unseen_slack.is_some(), position == "motor");
+    }
+}
+
+#[test]
+fn gain_of_two_encoders_is_refused_by_its_key() {
+    let set = "controller.robust.motor_jitter_counts=101";
+    let refused = Experiment::plan(&document(&[set]), &["robust".into()], &[]).unwrap_err();
+    let message = refused.to_string();
+    let expected = "`controller.robust.motor_jitter_counts` is 101; must be a number from 0 to 100";
+    assert!(message.contains(expected), "{message}");
+}
+
+#[test]
+fn device_refuses_a_loop_with_two_encoders_and_takes_the_motor_s() {
+    let message = for_a_device(&plan(&[])).unwrap_err().to_string();
+    assert!(message.contains("a device reads one encoder"), "{message}");
+    assert_eq!(plan(&[]).plant().unwrap_err().to_string(), message);
+    let motor = plan(&["loop.position=motor"]);
+    assert!(for_a_device(&motor).is_ok() && motor.plant().is_ok());
+}
+
+#[test]
+fn second_encoder_is_asked_for_behind_a_gear_with_the_first_on_the_motor() {
+    let question = super::QUESTIONS[Question::place("load_encoder.counts_per_turn").unwrap()];
+    let mut answers = Typical::find("harmonic").unwrap().answers().unwrap();
+    assert!(!answers.asks(&question));
+    answers.put("gear.backlash_deg", Value::Float(0.3), "");
+    assert!(answers.asks(&question) && answers.open().is_empty());
+    answers.put("encoder.at", Value::String("load".into()), "");
+    assert!(!answers.asks(&question));
+    for (typed, expected) in [("none", "none".into()), ("16384", Value::Integer(16384))] {
+        assert_eq!(question.read(typed).unwrap(), expected);
+    }
+    assert!(question.read("16384.5").unwrap_err().contains("or none"));
+}
