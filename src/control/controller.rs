@@ -5,6 +5,8 @@ use heapless::Vec;
 use crate::control::drive::{Drive, DriveConfig};
 use crate::control::encoder::Encoder;
 use crate::control::hardware::Hardware;
+#[cfg(feature = "two-encoders")]
+use crate::control::laws::FIRST_LAW;
 use crate::control::laws::{Compensator, CompensatorState, Gains, LawInput, Loop, MAX_TERMS};
 use crate::control::motor_encoder::MotorEncoder;
 use crate::control::output::{Applied, OutputStage, OutputState, Rise};
@@ -12,6 +14,8 @@ use crate::control::pd::PdGains;
 use crate::control::reference::{Reference, Setpoint};
 use crate::control::signal::{MAX_LAW_SIGNALS, Tick};
 use crate::control::velocity::{MAX_WINDOW, Velocity, VelocityState};
+#[cfg(feature = "two-encoders")]
+use crate::units::error::Allowed;
 use crate::units::error::InvalidValue;
 use crate::units::position::Position;
 use crate::units::value::{Key, Table, Values, key, table};
@@ -156,6 +160,22 @@ impl ControllerState {
     }
 }
 
+#[cfg(feature = "two-encoders")]
+impl ControllerConfig {
+    /// Refuses the law for two encoders in a loop with one.
+    fn has_the_encoders_of_its_laws(&self) -> Result<(), InvalidValue> {
+        let is_missing =
+            |law: &&Gains| matches!(law, Gains::RobustDual(_)) && self.motor.count().is_none();
+        self.compensator.iter().find(is_missing).map_or(Ok(()), |law| {
+            Err(InvalidValue {
+                key: FIRST_LAW,
+                found: law.id().into(),
+                allowed: Allowed::AnotherLaw,
+            })
+        })
+    }
+}
+
 impl Controller {
     /// Validates a configuration and prepares everything that a tick needs.
     ///
@@ -166,6 +186,8 @@ impl Controller {
         // declaration.
         let drive = Drive::new(&config.drive, hardware)?;
         config.validate()?;
+        #[cfg(feature = "two-encoders")]
+        config.has_the_encoders_of_its_laws()?;
         let count = config.motor.count().unwrap_or(config.encoder.resolution);
         let velocity = Velocity::new(config.velocity_window, count, config.sample_time);
         Ok(Self {

@@ -17,6 +17,12 @@ pub struct MotorEncoder {
     /// Angle of a count, deg of the joint; zero: there is none.
     #[cfg(feature = "two-encoders")]
     pub count: f32,
+    /// Largest twist at which a healthy gear rests, deg of the joint; zero: it is not watched.
+    #[cfg(feature = "two-encoders")]
+    pub twist: f32,
+    /// Largest twist of a healthy gear while its sides move opposite ways, deg of the joint.
+    #[cfg(feature = "two-encoders")]
+    pub swing: f32,
 }
 
 impl MotorEncoder {
@@ -24,6 +30,10 @@ impl MotorEncoder {
     pub const NONE: Self = Self {
         #[cfg(feature = "two-encoders")]
         count: 0.0,
+        #[cfg(feature = "two-encoders")]
+        twist: 0.0,
+        #[cfg(feature = "two-encoders")]
+        swing: 0.0,
     };
 
     /// Returns the angle of a count (deg of the joint) if the joint has one on either side.

@@ -118,7 +118,11 @@ mod tests {
         for &fault in Fault::ALL {
             let doubts = matches!(
                 fault,
-                Fault::EncoderJump | Fault::Stall | Fault::EncoderReversed | Fault::EncoderOpen
+                Fault::EncoderJump
+                    | Fault::Stall
+                    | Fault::EncoderReversed
+                    | Fault::EncoderOpen
+                    | Fault::EncodersDisagree
             );
             assert_eq!(EncoderProof::Given.after(fault).is_due(), doubts, "{fault:?}");
             assert!(in_doubt().after(fault).is_due(), "{fault:?}");

@@ -185,6 +185,9 @@ faults! {
     25 EncoderOpen "open line of the encoder", "25 Open line of the encoder",
         "open lines" "(1: A, 2: B, 3: both)",
         "42 ms at rest, or 33 ticks; then every second", Clear, [];
+    /// The encoders of motor and load are further apart than the gear allows, and one is silent.
+    26 EncodersDisagree "encoders disagree", "26 Encoders disagree",
+        "twist of the gear" "deg", "25 ms after one falls silent, in motion", Clear, [];
 }
 
 impl Fault {
@@ -207,7 +210,14 @@ impl Fault {
 
     /// Returns whether the fault may come from the encoder, so that its counts are in doubt.
     pub const fn doubts_encoder(self) -> bool {
-        matches!(self, Self::EncoderJump | Self::Stall | Self::EncoderReversed | Self::EncoderOpen)
+        matches!(
+            self,
+            Self::EncoderJump
+                | Self::Stall
+                | Self::EncoderReversed
+                | Self::EncoderOpen
+                | Self::EncodersDisagree
+        )
     }
 
     /// Returns whether valid parameters end the fault.

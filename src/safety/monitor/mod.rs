@@ -28,6 +28,8 @@ mod supply;
 #[cfg(test)]
 mod tests;
 mod thermal;
+#[cfg(feature = "two-encoders")]
+mod twist;
 mod wind_up;
 
 pub use limits::Limits;
@@ -55,6 +57,8 @@ use stall::{Stall, StallState};
 use stall_impulse::{StallImpulse, StallImpulseState};
 use supply::{Supply, SupplyState};
 use thermal::{Thermal, ThermalState};
+#[cfg(feature = "two-encoders")]
+use twist::{Twist, TwistState};
 use wind_up::WindUp;
 
 /// A joint that has stood still for this long is at rest, s.
@@ -67,6 +71,8 @@ pub(crate) struct Monitors {
     /// Angle of a count of what the effort acts on, deg.
     #[cfg(feature = "two-encoders")]
     driven_count: f32,
+    #[cfg(feature = "two-encoders")]
+    twist: Option<Twist>,
     rest: u32,
     is_friction_unknown: bool,
     jump: EncoderJump,
@@ -96,6 +102,8 @@ pub(crate) struct MonitorState {
     code: i32,
     overspeed: OverspeedState,
     reversal: ReversalState,
+    #[cfg(feature = "two-encoders")]
+    twist: TwistState,
     following: FollowingState,
     stall: StallState,
     impulse: StallImpulseState,
@@ -187,6 +195,8 @@ impl Monitors {
             units,
             #[cfg(feature = "two-encoders")]
             driven_count: driven.count,
+            #[cfg(feature = "two-encoders")]
+            twist: Twist::new(&controller.motor, &units),
             rest: Units::whole(REST, units.tick),
             is_friction_unknown: limits.is_friction_unknown(),
             jump: EncoderJump::new(limits, &units),
@@ -201,7 +211,8 @@ impl Monitors {
             stall: Stall::new(limits, &driven),
             impulse: StallImpulse::new(limits, &driven),
             net: NetTravel::new(limits, &driven),
-            play: Play::new(limits, &driven),
+            // With an encoder of its own, the motor counts in its play.
+            play: Play::new(limits, &driven).filter(|_| controller.motor.count().is_none()),
             probe: EncoderProbe::new(limits, &units),
             abrupt: AbruptStop::new(limits, &driven),
             progress: Progress::new(limits, &driven),
@@ -347,6 +358,12 @@ impl Monitors {
             #[cfg(feature = "two-encoders")]
             let deg = |counts: i32| counts as f32 * self.driven_count;
             return trip(Fault::EncoderReversed, deg(travel));
+        }
+        #[cfg(feature = "two-encoders")]
+        if let Some(twist) = &self.twist
+            && let Some(deg) = twist.check(&mut state.twist, seen)
+        {
+            return trip(Fault::EncodersDisagree, deg);
         }
         let (setpoint, speed) = (tick.reference_counts, tick.reference_velocity);
         if let Some(error) =

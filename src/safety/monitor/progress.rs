@@ -23,7 +23,8 @@
 //!
 //! [`super::stall`] and [`super::stall_impulse`] take counts anywhere for a living encoder. An
 //! open line picks up noise, and its counts go to and fro. This monitor requires counts that go
-//! where the effort pushes, as far as it pushes.
+//! where the effort pushes, as far as it pushes. With an encoder on either side of a gear it looks
+//! at the motor, which the gear holds within its twist of the load: `play_deg` is that twist there.
 //!
 //! Guarantees: under an effort above F, an encoder whose error stays within n counts is detected
 //! before the weakest joint has moved the larger of 64 and 4 n counts, plus one tick, if it starts

@@ -266,7 +266,7 @@ fn known(
     let estimate =
         identified.copied().unwrap_or_else(|| JointEstimate::of_sheet(&stiffest, &mapping));
     let count_deg = machine.encoder.resolution_deg();
-    let joint = JointBounds::of(&estimate, sampled).with_encoders_of(&sheet, count_deg);
+    let joint = JointBounds::of(&estimate, sampled).with_encoders_of(&sheet, &mapping, count_deg);
     Ok((joint, breakaway(stiffest, &mapping, answers).min(largest_effort)))
 }
 

@@ -34,7 +34,10 @@ fn loop_counts_at_the_load_unless_the_file_chooses_the_motor() {
     let both = plan(&[]).controller_config().unwrap();
     assert_eq!(both.encoder.resolution, 360.0 / 16384.0);
     // 500 lines behind a gear of 50.
-    assert_eq!(both.motor, MotorEncoder { count: 0.0036 });
+    assert_eq!(both.motor.count, 0.0036);
+    // Twice: 0.3 deg of slack, twice 4.9 N m behind 1000 N m/rad, two counts of both.
+    let twist = 2.0 * (0.3 + (9.8 / 1000.0_f32).to_degrees() + 2.0 * (0.0036 + 360.0 / 16384.0));
+    assert!((both.motor.twist - twist).abs() < 1e-3 * twist, "{} {twist}", both.motor.twist);
     assert!(matches!(both.compensator[..], [Gains::RobustDual(_)]));
     let motor = plan(&["loop.position=motor"]).controller_config().unwrap();
     assert_eq!((motor.encoder.resolution, motor.motor), (0.0036, MotorEncoder::NONE));

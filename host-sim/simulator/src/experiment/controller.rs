@@ -4,7 +4,6 @@ use heapless::Vec as FixedVec;
 use stiction::control::drive::DriveConfig;
 use stiction::control::encoder::{CounterBits, Direction, Encoder};
 use stiction::control::laws::{Gains, MAX_TERMS, RobustDualGains};
-use stiction::control::motor_encoder::MotorEncoder;
 use stiction::control::pd::PdGains;
 use stiction::control::velocity::MAX_WINDOW;
 use stiction::units::value::{About, Absent, Table};
@@ -69,11 +68,7 @@ impl RunPlan {
         }
         let config = ControllerConfig {
             encoder: self.position_encoder(),
-            motor: MotorEncoder {
-                count: machine
-                    .load_encoder_in_loop()
-                    .map_or(0.0, |_| machine.encoder.resolution_deg() as f32),
-            },
+            motor: self.joint_bounds()?.motor_config(),
             drive: machine.drive.core(DriveConfig::EXAMPLE),
             pd,
             compensator: laws,

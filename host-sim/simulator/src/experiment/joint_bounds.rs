@@ -43,6 +43,6 @@ impl RunPlan {
         sheet.load.unbalance_nm = end("load.unbalance_nm", 1, sheet.load.unbalance_nm);
         let estimate = JointEstimate::of_sheet(&sheet, &mapping);
         let count_deg = machine.encoder.resolution_deg();
-        Ok(JointBounds::of(&estimate, sampled).with_encoders_of(&sheet, count_deg))
+        Ok(JointBounds::of(&estimate, sampled).with_encoders_of(&sheet, &mapping, count_deg))
     }
 }

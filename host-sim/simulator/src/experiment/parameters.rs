@@ -83,7 +83,8 @@ pub fn assembled(plan: &RunPlan) -> Result<Parameters, Error> {
         derived.back_emf = heat.back_emf.to_radians() as f32;
     }
     if let Some((sheet, _)) = &sheet {
-        derived.play = sheet.backlash_to_encoder().to_degrees() as f32;
+        let of_one_encoder = sheet.backlash_to_encoder().to_degrees() as f32;
+        derived.play = of_one_encoder.max(plan.joint_bounds()?.known_twist());
     }
     if let Some(tolerance_deg) = plan.machine.goal.tolerance_deg {
         derived.probe_error = tolerance_deg as f32;

@@ -12,7 +12,10 @@
 //! that of one day: hence the factors of two. A load that the friction holds is a friction that
 //! depends on the direction (constant load) and on the place (unbalance).
 
+use std::f64::consts::TAU;
+
 use stiction::ControllerConfig;
+use stiction::control::motor_encoder;
 
 use files::data_sheet::tables::EncoderPlace;
 use files::data_sheet::{DataSheet, Mapping};
@@ -50,6 +53,27 @@ pub struct MotorEncoder {
     pub count: f64,
     /// Counts by which it changes at rest.
     pub jitter: f64,
+    /// The gear between both encoders; `None`: nothing is known of it.
+    pub gear: Option<GearBounds>,
+}
+
+/// Gear between two encoders.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GearBounds {
+    /// Whole width of its slack, deg.
+    pub backlash: f64,
+    /// Torsional stiffness K, V/deg.
+    pub stiffness: f64,
+}
+
+impl GearBounds {
+    /// Returns the gear that is supposed where nothing is known: a degree of slack, and the softest
+    /// one that `robust` is made for. With the motor held still, a load of a fifth of the inertia
+    /// (V s^2/deg) swings on it at 5 Hz.
+    fn softest(inertia: f64) -> Self {
+        let frequency = TAU * 5.0;
+        Self { backlash: 1.0, stiffness: 0.2 * inertia * frequency * frequency }
+    }
 }
 
 /// Sampled loop around a joint: what its drive and its encoder resolve.
@@ -127,10 +151,10 @@ impl JointBounds {
         }
     }
 
-    /// Adds where the encoders of a data sheet sit, and their noise; `count_deg` is the angle of a
-    /// count of `[encoder]`, deg.
+    /// Adds where the encoders of a data sheet sit, their noise, and the gear between them;
+    /// `count_deg` is the angle of a count of `[encoder]`, deg.
     #[must_use]
-    pub fn with_encoders_of(self, sheet: &DataSheet, count_deg: f64) -> Self {
+    pub fn with_encoders_of(self, sheet: &DataSheet, mapping: &Mapping, count_deg: f64) -> Self {
         // A reading that is a count off either way changes by two.
         let jitter = |noise_counts: u32| 2.0 * f64::from(noise_counts);
         let of_encoder = jitter(sheet.encoder.noise_counts);
@@ -139,9 +163,54 @@ impl JointBounds {
             encoder_at_load: sheet.stiffness().is_some()
                 && sheet.position_side() == Some(EncoderPlace::Load),
             jitter: load.map_or(of_encoder, |load| jitter(load.noise_counts)),
-            motor_encoder: load.map(|_| MotorEncoder { count: count_deg, jitter: of_encoder }),
+            motor_encoder: load.map(|_| MotorEncoder {
+                count: count_deg,
+                jitter: of_encoder,
+                gear: sheet.stiffness().map(|stiffness| GearBounds {
+                    backlash: sheet.backlash().unwrap_or(0.0).to_degrees(),
+                    stiffness: mapping.units.per_degree(stiffness),
+                }),
+            }),
             ..self
         }
+    }
+
+    /// Returns the configuration of the motor's encoder beside one on the load, with the largest
+    /// twists that a device tolerates: twice what the gear allows at rest, and what the full effort
+    /// winds up, which overshoots by as much again.
+    ///
+    /// ```text
+    /// w_max = 2 (bl + (F_hi + u_L) / K + 2 (q + q_m))
+    /// w_dyn = 2 (bl + 2 u_m / K + 2 (q + q_m)), at most w_max of an unknown gear
+    /// ```
+    ///
+    /// with the slack bl, the stiffness K and the counts q and q_m of load and motor. A stiffness
+    /// that is configured too high makes them too small. An unknown gear counts as a soft one; its
+    /// w_max is wide enough for both.
+    pub fn motor_config(&self) -> motor_encoder::MotorEncoder {
+        let Some(motor) = &self.motor_encoder else { return motor_encoder::MotorEncoder::NONE };
+        let under = |effort: f64, gear: &GearBounds| {
+            let counts = 2.0 * (self.sampled.count + motor.count);
+            2.0 * (gear.backlash + effort / gear.stiffness + counts)
+        };
+        let [highest, full] = [self.breakaway[1] + self.load, 2.0 * self.sampled.largest_effort];
+        let of_unknown = under(highest, &GearBounds::softest(self.inertia));
+        let [twist, swing] = motor.gear.map_or([of_unknown; 2], |gear| {
+            let twist = under(highest, &gear);
+            [twist, under(full, &gear).min(of_unknown).max(twist)]
+        });
+        motor_encoder::MotorEncoder {
+            count: motor.count as f32,
+            twist: twist as f32,
+            swing: swing as f32,
+        }
+    }
+
+    /// Returns the largest twist of a known gear between two encoders, deg: within it the motor can
+    /// be held or thrown back by its gear. Zero of an unknown gear, and with one encoder.
+    pub fn known_twist(&self) -> f32 {
+        let is_known = self.motor_encoder.is_some_and(|motor| motor.gear.is_some());
+        if is_known { self.motor_config().twist } else { 0.0 }
     }
 
     /// Returns the geometric middle of both bounds of the breakaway effort, V.

@@ -39,7 +39,7 @@ use std::ops::RangeInclusive;
 use stiction::control::laws::Gains;
 use stiction::control::pd::PdGains;
 
-pub use self::joint_bounds::{JointBounds, JointEstimate, MotorEncoder, SampledLoop};
+pub use self::joint_bounds::{GearBounds, JointBounds, JointEstimate, MotorEncoder, SampledLoop};
 pub use self::move_profile::MoveProfile;
 pub use self::pd_loop::{DAMPING_RATIO, PdLoop};
 use files::error::{Error, suggestion};

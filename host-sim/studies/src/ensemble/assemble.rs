@@ -3,7 +3,6 @@
 
 use stiction::control::drive::DriveConfig;
 use stiction::control::encoder::{CounterBits, Encoder};
-use stiction::control::motor_encoder::MotorEncoder;
 use stiction::control::reference::{Corner, Reference, Trajectory};
 use stiction::motion::jog::JogBounds;
 use stiction::parameters::DeviceConfig;
@@ -30,7 +29,7 @@ pub fn parameters(bounds: &JointBounds, gains: &ControllerGains) -> Parameters {
     let controller = ControllerConfig {
         sample_time: bounds.sampled.sample_time as f32,
         encoder,
-        motor: MotorEncoder { count: bounds.motor_encoder.map_or(0.0, |motor| motor.count as f32) },
+        motor: bounds.motor_config(),
         drive: DriveConfig { full_scale, lsb, ..DriveConfig::EXAMPLE },
         velocity_window: gains.velocity_window,
         pd: gains.pd,
@@ -42,6 +41,7 @@ pub fn parameters(bounds: &JointBounds, gains: &ControllerGains) -> Parameters {
     // Every encoder here lives. A probe of it would move joints that a law leaves where they stick.
     let limits = Limits {
         breakaway_min: breakaway,
+        play: bounds.known_twist(),
         ..Limits::derived(&controller, &device, breakaway).of_gain(gain, &controller)
     };
     let profile = ProfileLimits::derived(&controller, limits.overspeed, gain);

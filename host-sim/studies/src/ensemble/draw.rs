@@ -166,8 +166,11 @@ fn in_si(draws: &mut Draws, family: Family, number: u64, kind: DrawOptions) -> C
     let bounds = JointBounds {
         encoder_at_load: side == DiscSide::Load,
         jitter,
-        motor_encoder: motor_encoder
-            .map(|motor| MotorEncoder { count: motor.count / scale.angle, jitter }),
+        motor_encoder: motor_encoder.map(|motor| MotorEncoder {
+            count: motor.count / scale.angle,
+            jitter,
+            gear: None,
+        }),
         hold_effort: -known * load.at(start) / scale.effort,
         ..bounds
     };

@@ -53,6 +53,10 @@ mod rows;
 #[cfg(test)]
 mod rows_tests;
 
+#[cfg(test)]
+mod failed_sensor;
+#[cfg(test)]
+mod failed_sensor_tests;
 mod run;
 mod selection;
 #[cfg(test)]

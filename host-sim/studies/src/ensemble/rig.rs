@@ -14,6 +14,8 @@ use stiction::safety::fault::Fault;
 use super::assemble::parameters;
 use super::condition::{Condition, EccentricDisc, JitteringTicks};
 use super::drawn_case::Case;
+#[cfg(test)]
+use super::failed_sensor::FailedSensor;
 use super::measures::CaseSample;
 use super::motions::Approach;
 use dynamics::joint::{AnyJoint, CountNoise, DiscSide, Joint, JointEncoder, Turn};
@@ -36,6 +38,9 @@ pub struct Rig {
     condition: Condition,
     jitter: Option<JitteringTicks>,
     disc: Option<EccentricDisc>,
+    /// Encoder that has failed, of two.
+    #[cfg(test)]
+    failed: Option<FailedSensor>,
     /// Time since arming, s.
     time_s: f64,
     amplified: Amplified,
@@ -146,6 +151,8 @@ impl Rig {
             jitter: (case.condition == Condition::SamplingJitter)
                 .then(|| JitteringTicks::new(case.number)),
             disc,
+            #[cfg(test)]
+            failed: None,
             time_s: 0.0,
             amplified: Amplified::new(servo, &case.bounds, case.delay, scale),
             bounds: case.bounds,
@@ -178,6 +185,12 @@ impl Rig {
         approach.start(&mut self.amplified.servo, to, &self.bounds)
     }
 
+    /// Has an encoder of two fail from the next tick on.
+    #[cfg(test)]
+    pub(super) const fn fail(&mut self, failed: FailedSensor) {
+        self.failed = Some(failed);
+    }
+
     /// Returns the fault that has ended the motion, if there was one.
     pub fn fault(&self) -> Option<Fault> {
         self.amplified.servo.fault.map(|(latched, _)| latched.fault)
@@ -204,9 +217,18 @@ impl Rig {
         let [noise, motor_noise] =
             self.noise.as_mut().map_or([0; 2], |each| each.each_mut().map(CountNoise::next));
         let reading = read(&self.encoder, self.disc.as_ref(), &self.joint);
+        #[cfg(test)]
+        let reading =
+            self.failed.as_mut().map_or(reading, |failed| failed.read(DiscSide::Load, reading));
         let counter = reading.wrapping_add(noise) as u32;
         if let Some(motor) = &self.motor_encoder {
-            let counts = motor.read(&self.joint).wrapping_add(motor_noise);
+            let of_motor = motor.read(&self.joint);
+            #[cfg(test)]
+            let of_motor = self
+                .failed
+                .as_mut()
+                .map_or(of_motor, |failed| failed.read(DiscSide::Motor, of_motor));
+            let counts = of_motor.wrapping_add(motor_noise);
             self.amplified.servo.see_motor(counts as i32);
         }
         let tick = self.amplified.servo.tick(counter).unwrap_or_default();

@@ -52,7 +52,7 @@ impl Trace {
             full_scale: limit,
             lsb: self.figure("uq") as f32,
             kp: 0.0,
-            motor: MotorEncoder { count: self.figure("qm") as f32 },
+            motor: MotorEncoder { count: self.figure("qm") as f32, ..MotorEncoder::NONE },
         };
         Supervisor::new(&gains, &around)
     }

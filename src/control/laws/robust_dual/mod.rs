@@ -40,7 +40,6 @@
 //! smallest slide, `jump (dF/(u_m - F_m)) (J_m/J_l)`, where it is more than some counts; ticks of
 //! 2 ms and more with hard friction; noise of an encoder that is not declared; a wrong ratio of the
 //! encoders; set points that move slowly, which it does not follow by attempts as `robust` does.
-//! With noise that is declared, a wall is found late.
 //!
 //! The thresholds are those of a prototype. The law is compiled with the feature `two-encoders`,
 //! which the simulator turns on: no image reads a second encoder yet, and nothing of it has run on
@@ -50,6 +49,8 @@ pub mod bump_memory;
 #[cfg(test)]
 mod golden_traces;
 pub mod motor_bump;
+#[cfg(test)]
+mod origin_tests;
 mod parameters;
 pub mod push;
 mod supervisor;
@@ -68,9 +69,10 @@ use supervisor::{Seen, Supervisor};
 const AT_REST: u32 = 1 << 14;
 const ON_THE_WAY: u32 = 1 << 16;
 
-/// The same of the motor, whose encoder may be finer: an `f32` has every whole number up to 2^24.
-const MOTOR_AT_REST: u32 = 1 << 20;
-const MOTOR_ON_THE_WAY: u32 = 1 << 22;
+/// The same of the motor, whose encoder can be finer. A position is then within 1/32 of a count at
+/// rest, and 1/16 on the way: less than the tenth that a rest tolerates.
+const MOTOR_AT_REST: u32 = 1 << 18;
+const MOTOR_ON_THE_WAY: u32 = 1 << 19;
 
 /// The law `robust-dual`, prepared for a joint and a loop.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -120,7 +122,7 @@ impl RobustDual {
         let by = [motor as f32 * self.counts[0], load as f32 * self.counts[1]];
         // The motor's origin keeps its distance from that of the load, to half a count, so that a
         // twist stays a small number.
-        let wound_up = ((by[0] - by[1]) / self.counts[0]) as i32;
+        let wound_up = libm::roundf((by[0] - by[1]) / self.counts[0]) as i32;
         let motor = motor.wrapping_sub(wound_up);
         let by = [motor as f32 * self.counts[0], by[1]];
         self.supervisor.rebase(&mut state.supervisor, by);

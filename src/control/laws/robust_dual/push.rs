@@ -14,8 +14,7 @@
 //!
 //! Guarantees: no more than that effort; its time is bounded. Does badly: a load that moves jumps
 //! as far as its gear was wound up for, as in any slow motion; a joint with more friction than
-//! `F_hi` is given up. Noise of a count counts as motion of the load: with it no push comes due,
-//! and a wall is left after all attempts.
+//! `F_hi` is given up. With noise, a load that moves by no more than its jitter counts as at rest.
 
 /// Attempts in a row without travel, after which it pushes.
 const ATTEMPTS: u8 = 4;
@@ -35,8 +34,10 @@ pub struct Push {
     /// What it grows by in a tick, V.
     step: f32,
     held_ticks: u16,
-    /// Travel of a load that moves, deg.
+    /// Travel of a load that moves under a push, deg: 1.5 counts and the jitter.
     moves: f32,
+    /// Travel beyond which an attempt has moved the load, deg: half a count and the jitter.
+    moved: f32,
 }
 
 /// The push that runs, and the attempts before it.
@@ -62,15 +63,16 @@ pub enum Pushed {
 }
 
 impl Push {
-    /// Prepares pushes up to an effort (V) for ticks of `sample_time` (s), and the angle of a count
-    /// of the load (deg).
-    pub const fn new(strong: f32, sample_time: f32, count: f32) -> Self {
+    /// Prepares pushes up to an effort (V) for ticks of `sample_time` (s), for a load whose count
+    /// has an angle (deg), with its jitter (counts).
+    pub const fn new(strong: f32, sample_time: f32, count: f32, jitter: f32) -> Self {
         let held = (HELD_S / sample_time + 0.5) as u16;
         Self {
             strong,
             step: strong * sample_time / GROWS_S,
             held_ticks: if held > LEAST_TICKS { held } else { LEAST_TICKS },
-            moves: 1.5 * count,
+            moves: (1.5 + jitter) * count,
+            moved: (0.5 + jitter) * count,
         }
     }
 
@@ -88,14 +90,14 @@ impl Push {
         }
         Pushed::On(push.effort)
     }
+
+    /// Takes an attempt that has been judged, and how far the load moved at most, deg.
+    pub fn judge(&self, push: &mut PushState, peak: f32) {
+        push.without = if peak >= self.moved { 0 } else { push.without.saturating_add(1) };
+    }
 }
 
 impl PushState {
-    /// Takes an attempt that has been judged: whether the load moved.
-    pub const fn judge(&mut self, moved: bool) {
-        self.without = if moved { 0 } else { self.without.saturating_add(1) };
-    }
-
     /// Returns whether the next attempt is a push.
     pub const fn is_due(&self) -> bool {
         self.without >= ATTEMPTS
@@ -112,18 +114,20 @@ mod tests {
     use super::*;
 
     /// 18 V in 200 ticks, then 20 more; a count is 1 deg.
-    const PUSH: Push = Push::new(18.0, 0.001, 1.0);
+    const PUSH: Push = Push::new(18.0, 0.001, 1.0, 0.0);
 
     #[test]
     fn fourth_attempt_in_a_row_without_travel_lets_it_push() {
         let mut push = PushState::default();
-        let mut due_after = |moves: &[bool]| {
+        let mut due_after = |with: &Push, peaks: &[f32]| {
             push = PushState::default();
-            moves.iter().for_each(|moved| push.judge(*moved));
+            peaks.iter().for_each(|peak| with.judge(&mut push, *peak));
             push.is_due()
         };
-        assert!(due_after(&[false; 4]) && !due_after(&[false; 3]));
-        assert!(!due_after(&[false, false, true, false, false, false]));
+        assert!(due_after(&PUSH, &[0.4; 4]) && !due_after(&PUSH, &[0.4; 3]));
+        assert!(!due_after(&PUSH, &[0.4, 0.4, 0.6, 0.4, 0.4, 0.4]));
+        let noisy = Push::new(18.0, 0.001, 1.0, 2.0);
+        assert!(due_after(&noisy, &[2.4; 4]) && !due_after(&noisy, &[2.6; 4]));
     }
 
     #[test]

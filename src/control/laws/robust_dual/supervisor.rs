@@ -67,8 +67,6 @@ pub(super) struct SupervisorState {
     twist: f32,
     /// Where the load rested as the motion began, deg.
     set_out: f32,
-    /// Where motor and load rested as a push began, deg.
-    set_off: [f32; 2],
     /// Effort that a HOLD keeps u_hold, V.
     latched: f32,
     /// Effort that the motion needs beside the model w, V.
@@ -242,7 +240,7 @@ impl Supervisor {
             leave_ticks: rules.leave,
             guard_ticks: rules.guard,
             gives_up: gains.attempts > 0,
-            push: Push::new(strong, sample_time, count),
+            push: Push::new(strong, sample_time, count, gains.jitter),
         }
     }
 
@@ -278,7 +276,6 @@ impl Supervisor {
             before.iter_mut().for_each(|position| *position -= by);
         }
         state.set_out -= load;
-        state.set_off = [state.set_off[MOTOR] - motor, state.set_off[LOAD] - load];
         state.twist += twist;
         state.levels.rebase(load, twist);
         state.memory.rebase(twist);
@@ -335,6 +332,9 @@ impl Supervisor {
         }
         if runs {
             s.attempts = Attempts::default();
+            // The guard's count goes on where that at rest has ended.
+            s.guarded.motion = s.guarded.motion.max(s.restless);
+            s.restless = 0;
             let speeds = [s.profile.velocity, s.estimate.velocity];
             self.guard.in_motion(&mut s.guarded, motor, speeds, rests && velocity != 0.0);
         } else {

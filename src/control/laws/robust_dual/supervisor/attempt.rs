@@ -53,7 +53,7 @@ impl Supervisor {
         let started = Attempt { error, ..Attempt::default() };
         if s.push.is_due() && self.gives_up {
             s.push.begin();
-            s.set_off = [seen.motor, s.rest[LOAD].mean];
+            s.bump.from = [seen.motor, s.rest[LOAD].mean];
             s.attempt = Attempt { kind: Kind::Push, ..started };
             s.mode = Mode::Pulse;
         } else if is_soft {
@@ -116,12 +116,12 @@ impl Supervisor {
     /// A push: its effort, until the load moves. If it does not, there is something in the way.
     fn push(&self, s: &mut SupervisorState, seen: &MotorSeen, load: f32) -> f32 {
         let sign = if s.attempt.error > 0.0 { 1.0 } else { -1.0 };
-        let rested = s.set_off[LOAD];
+        let [_, rested] = s.bump.from;
         match self.push.update(&mut s.push, sign * (load - rested)) {
             Pushed::On(effort) => s.held.effort + sign * effort,
             Pushed::Moved => {
                 let end = load + s.levels.neutral;
-                s.bump = BumpState::led_back(s.set_off, sign, end);
+                s.bump = BumpState::led_back(s.bump.from, sign, end);
                 s.mode = Mode::Coast;
                 s.attempt.wait = self.coast_ticks;
                 self.hold_after_bump(s, seen)
@@ -199,7 +199,9 @@ impl Supervisor {
     /// Learns from an attempt after which both sides rest. Returns whether it is time to give up.
     fn judge(&self, s: &mut SupervisorState, sign: f32, wanted: f32, moved: f32) -> bool {
         let peak = s.attempt.peak;
-        s.push.judge(s.attempt.kind == Kind::Step || peak >= 0.5 * self.count);
+        // A step waits for a load that is held by the gear, and says nothing of a wall.
+        let travel = if s.attempt.kind == Kind::Step { f32::INFINITY } else { peak };
+        self.push.judge(&mut s.push, travel);
         match s.attempt.kind {
             Kind::Bump => {
                 let half_width = s.levels.half_width();

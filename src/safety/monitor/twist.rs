@@ -1,0 +1,154 @@
+//! The twist between two encoders: what a dead encoder or a broken coupling shows.
+//!
+//! With the motor at `y` and the load at `l`, both since arming, in deg of the joint:
+//!
+//! ```text
+//! a fault:  five ticks in a row with
+//!           |y - l| > w_max,    and motor or load has stood still for 20 ms, or
+//!           |y - l| > w_dyn,    and they moved opposite ways
+//! ```
+//!
+//! The load's friction holds a twist of its slack and of what the breakaway effort winds up of the
+//! gear. `w_max` is twice that, since a joint can be armed wound up one way and wind up the other
+//! way. In motion a healthy load can lag more, but then it goes the way of its motor; or its motor
+//! draws back while it still slides, within `w_dyn`, what the full effort can wind up.
+//!
+//! Guarantees: with a right `w_max`, a joint that is moved by hand, by its load or by its motor
+//! does not trip. Does badly: while nothing moves, nothing is seen. Noise of a count is no silence:
+//! a dead encoder whose wires pick up noise is left to the other monitors. A `w_max` that is too
+//! small for the gear trips falsely: a prototype did with the stiffness configured twice too high,
+//! and never with half of it. A wrong ratio adds to the twist with the way of the joint.
+
+use super::Seen;
+use super::limits::Units;
+use crate::control::motor_encoder::MotorEncoder;
+
+/// Time without a count after which an encoder is silent, s.
+const SILENT_S: f32 = 0.02;
+
+/// Least ticks of that: a slow loop has few.
+const LEAST_TICKS: u32 = 3;
+
+/// Ticks in a row that trip.
+const TICKS: u8 = 5;
+
+/// The monitor, prepared for the counts of both encoders.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Twist {
+    /// Angles of a count of motor and load, deg.
+    counts: [f32; 2],
+    /// w_max and w_dyn, deg.
+    most: [f32; 2],
+    /// Ticks of silence.
+    silent: u32,
+}
+
+/// Where both sides were armed, and the ticks so far.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct TwistState {
+    /// Positions of motor and load at arming, counts since power-on; none before the first tick.
+    armed_at: Option<[i32; 2]>,
+    ticks: u8,
+}
+
+impl Twist {
+    /// Prepares the monitor; `None` with one encoder, or without a largest twist.
+    pub fn new(motor: &MotorEncoder, units: &Units) -> Option<Self> {
+        let count = motor.count()?;
+        (motor.twist > 0.0).then(|| Self {
+            counts: [count, units.count],
+            most: [motor.twist, motor.swing],
+            silent: Units::whole(SILENT_S, units.tick).max(LEAST_TICKS),
+        })
+    }
+
+    /// Checks a tick, and returns the twist (deg) that trips.
+    pub fn check(&self, state: &mut TwistState, seen: &Seen) -> Option<f32> {
+        let motor = seen.motor?;
+        let now = [motor.position, seen.position];
+        let armed_at = state.armed_at.get_or_insert(now);
+        let [motor_deg, load_deg] =
+            [0, 1].map(|side| now[side].wrapping_sub(armed_at[side]) as f32 * self.counts[side]);
+        let twist = motor_deg - load_deg;
+        let is_silent = motor.standstill.max(seen.standstill) >= self.silent;
+        let is_opposite = motor.travel.signum() * seen.travel.signum() < 0;
+        let (twist_deg, [at_rest, in_motion]) = (twist.abs(), self.most);
+        let disagree = is_silent && twist_deg > at_rest || is_opposite && twist_deg > in_motion;
+        state.ticks = if disagree { state.ticks + 1 } else { 0 };
+        (state.ticks >= TICKS).then_some(twist)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::SeenMotor;
+    use super::*;
+
+    /// A count of the motor is 1 deg, one of the load 2 deg, a tick 1 ms.
+    const UNITS: Units = Units { count: 2.0, code: 1.0, tick: 0.001, supply: 1.0 };
+
+    fn monitor() -> Twist {
+        Twist::new(&MotorEncoder { count: 1.0, twist: 10.0, swing: 40.0 }, &UNITS).unwrap()
+    }
+
+    /// Counts of motor and load, and the ticks for which they have stood still.
+    const fn seen([motor, load]: [i32; 2], [motor_still, load_still]: [u32; 2]) -> Seen {
+        let motor = SeenMotor { travel: 0, position: motor, standstill: motor_still };
+        Seen { travel: 0, position: load, standstill: load_still, motor: Some(motor) }
+    }
+
+    /// Returns the tick that trips and its twist, of ten ticks after arming at 7 and 7 counts.
+    fn trips(counts: [i32; 2], still: [u32; 2]) -> Option<(usize, f32)> {
+        let (monitor, mut state) = (monitor(), TwistState::default());
+        assert_eq!(monitor.check(&mut state, &seen([7, 7], [99, 99])), None);
+        let now = seen([7 + counts[0], 7 + counts[1]], still);
+        (1..=10).find_map(|tick| Some((tick, monitor.check(&mut state, &now)?)))
+    }
+
+    #[test]
+    fn silent_side_and_a_twist_beyond_the_largest_trip_in_the_fifth_tick() {
+        assert_eq!(trips([11, 0], [0, 20]), Some((5, 11.0)), "dead encoder of the load");
+        assert_eq!(trips([0, -6], [20, 0]), Some((5, 12.0)), "dead encoder of the motor");
+        assert_eq!(trips([-11, 0], [0, 20]), Some((5, -11.0)));
+        assert_eq!(trips([10, 0], [0, 20]), None, "wound up as far as allowed");
+        assert_eq!(trips([11, 0], [0, 19]), None, "both have moved lately");
+        assert_eq!(trips([100, 50], [0, 20]), None, "both went as far");
+    }
+
+    #[test]
+    fn sides_that_go_opposite_ways_disagree_and_a_load_that_lags_does_not() {
+        let monitor = monitor();
+        let trips = |travels: [i32; 2]| {
+            let mut state = TwistState::default();
+            let at = |tick: i32| {
+                let [motor, load] = travels.map(|travel| travel * tick);
+                let of_motor = SeenMotor { travel: travels[0], position: motor, standstill: 0 };
+                Seen { travel: travels[1], position: load, standstill: 0, motor: Some(of_motor) }
+            };
+            (0..20).find_map(|tick| Some((tick, monitor.check(&mut state, &at(tick))?)))
+        };
+        // 3 deg a tick: beyond 40 deg from the 14th tick on.
+        assert_eq!(trips([1, -1]), Some((18, 54.0)));
+        assert_eq!(trips([4, 1]), None, "2 deg a tick");
+    }
+
+    #[test]
+    fn four_ticks_and_a_tick_within_begin_anew() {
+        let (monitor, mut state) = (monitor(), TwistState::default());
+        let mut check = |motor| monitor.check(&mut state, &seen([motor, 0], [0, 20]));
+        assert_eq!(check(0), None);
+        for _ in 0..3 {
+            assert!((0..4).all(|_| check(11).is_none()) && check(10).is_none());
+        }
+        assert!((0..4).all(|_| check(11).is_none()) && check(11).is_some());
+    }
+
+    #[test]
+    fn nothing_is_watched_with_one_encoder_or_without_a_largest_twist() {
+        assert!(Twist::new(&MotorEncoder::NONE, &UNITS).is_none());
+        assert!(Twist::new(&MotorEncoder { count: 1.0, ..MotorEncoder::NONE }, &UNITS).is_none());
+        let mut state = TwistState::default();
+        let one = Seen { motor: None, ..seen([0, 0], [0, 99]) };
+        assert_eq!(monitor().check(&mut state, &one), None);
+    }
+}
