@@ -187,7 +187,9 @@ faults! {
         "42 ms at rest, or 33 ticks; then every second", Clear, [];
     /// The encoders of motor and load are further apart than the gear allows, and one is silent.
     26 EncodersDisagree "encoders disagree", "26 Encoders disagree",
-        "twist of the gear" "deg", "25 ms after one falls silent, in motion", Clear, [];
+        "twist of the gear" "deg",
+        "5 ticks beyond the twist of the gear, with one silent for 20 ms or both in opposite motion",
+        Clear, [];
 }
 
 impl Fault {

@@ -29,6 +29,7 @@ pub fn parameters(plan: &RunPlan) -> Result<Parameters, Error> {
 
 /// Returns a board's parameters, but for the start: automatically, and from zero.
 fn by_itself(plan: &RunPlan) -> Result<Parameters, Error> {
+    plan.has_one_encoder()?;
     check_laws(plan)?;
     let mut parameters = assembled(plan)?;
     // The device calls the place zero in which it is armed. The host's joint rests there too, but

@@ -132,7 +132,8 @@ table! {
         /// Play between the motor and the encoder, whole width, deg: the motor crosses it without a
         /// count. Effort without a count is no stall before the joint of the file has crossed it,
         /// and counts that stop abruptly are none. Derived: the backlash of the file's gear, if the
-        /// encoder is on the load.
+        /// encoder is on the load. With an encoder on either side: the twist within which the gear
+        /// holds the motor, derived of a gear with stiffness.
         play: f32 = 0x0918 "play_deg", Between(0.0, TURN), Derived(0.0);
     }
 }

@@ -196,7 +196,7 @@ impl Monitors {
             #[cfg(feature = "two-encoders")]
             driven_count: driven.count,
             #[cfg(feature = "two-encoders")]
-            twist: Twist::new(&controller.motor, &units),
+            twist: Twist::new(&controller.motor, limits, &units),
             rest: Units::whole(REST, units.tick),
             is_friction_unknown: limits.is_friction_unknown(),
             jump: EncoderJump::new(limits, &units),
@@ -361,7 +361,7 @@ impl Monitors {
         }
         #[cfg(feature = "two-encoders")]
         if let Some(twist) = &self.twist
-            && let Some(deg) = twist.check(&mut state.twist, seen)
+            && let Some(deg) = twist.check(&mut state.twist, seen, before)
         {
             return trip(Fault::EncodersDisagree, deg);
         }

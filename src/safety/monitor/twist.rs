@@ -4,14 +4,16 @@
 //!
 //! ```text
 //! a fault:  five ticks in a row with
-//!           |y - l| > w_max,    and motor or load has stood still for 20 ms, or
-//!           |y - l| > w_dyn,    and they moved opposite ways
+//!           |y - l| > w_max,  and the motor silent for 20 ms, but not the load, or
+//!                             the load silent for 20 ms, and so long no effort > breakaway_v
+//!           |y - l| > w_dyn,  and the load silent for 20 ms, or both moved opposite ways
 //! ```
 //!
 //! The load's friction holds a twist of its slack and of what the breakaway effort winds up of the
 //! gear. `w_max` is twice that, since a joint can be armed wound up one way and wind up the other
 //! way. In motion a healthy load can lag more, but then it goes the way of its motor; or its motor
-//! draws back while it still slides, within `w_dyn`, what the full effort can wind up.
+//! draws back while it still slides. A load that is blocked or held is wound up further by a larger
+//! effort. Both stay within `w_dyn`, what the full effort can wind up.
 //!
 //! Guarantees: with a right `w_max`, a joint that is moved by hand, by its load or by its motor
 //! does not trip. Does badly: while nothing moves, nothing is seen. Noise of a count is no silence:
@@ -20,7 +22,7 @@
 //! and never with half of it. A wrong ratio adds to the twist with the way of the joint.
 
 use super::Seen;
-use super::limits::Units;
+use super::limits::{Limits, Units};
 use crate::control::motor_encoder::MotorEncoder;
 
 /// Time without a count after which an encoder is silent, s.
@@ -28,6 +30,10 @@ const SILENT_S: f32 = 0.02;
 
 /// Least ticks of that: a slow loop has few.
 const LEAST_TICKS: u32 = 3;
+
+/// Distance from where both were armed at which that place moves on, counts: up to there the twist
+/// is within half a count.
+const FARTHEST: u32 = 1 << 22;
 
 /// Ticks in a row that trip.
 const TICKS: u8 = 5;
@@ -41,6 +47,8 @@ pub(super) struct Twist {
     most: [f32; 2],
     /// Ticks of silence.
     silent: u32,
+    /// Effort that moves any healthy load, codes.
+    breakaway: i32,
 }
 
 /// Where both sides were armed, and the ticks so far.
@@ -48,32 +56,49 @@ pub(super) struct Twist {
 pub(super) struct TwistState {
     /// Positions of motor and load at arming, counts since power-on; none before the first tick.
     armed_at: Option<[i32; 2]>,
+    /// Ticks since the effort was beyond the breakaway.
+    calm: u16,
     ticks: u8,
 }
 
 impl Twist {
     /// Prepares the monitor; `None` with one encoder, or without a largest twist.
-    pub fn new(motor: &MotorEncoder, units: &Units) -> Option<Self> {
+    pub fn new(motor: &MotorEncoder, limits: &Limits, units: &Units) -> Option<Self> {
         let count = motor.count()?;
         (motor.twist > 0.0).then(|| Self {
             counts: [count, units.count],
             most: [motor.twist, motor.swing],
             silent: Units::whole(SILENT_S, units.tick).max(LEAST_TICKS),
+            breakaway: units.codes(limits.breakaway_effort),
         })
     }
 
-    /// Checks a tick, and returns the twist (deg) that trips.
-    pub fn check(&self, state: &mut TwistState, seen: &Seen) -> Option<f32> {
+    /// Checks a tick with the code that was applied, and returns the twist (deg) that trips.
+    pub fn check(&self, state: &mut TwistState, seen: &Seen, code: i32) -> Option<f32> {
         let motor = seen.motor?;
         let now = [motor.position, seen.position];
         let armed_at = state.armed_at.get_or_insert(now);
-        let [motor_deg, load_deg] =
-            [0, 1].map(|side| now[side].wrapping_sub(armed_at[side]) as f32 * self.counts[side]);
-        let twist = motor_deg - load_deg;
-        let is_silent = motor.standstill.max(seen.standstill) >= self.silent;
+        let ways = [0, 1].map(|side| now[side].wrapping_sub(armed_at[side]));
+        let twist = ways[0] as f32 * self.counts[0] - ways[1] as f32 * self.counts[1];
+        if ways.iter().any(|way| way.unsigned_abs() > FARTHEST) {
+            let wound_up = libm::roundf(twist / self.counts[0]) as i32;
+            *armed_at = [now[0].wrapping_sub(wound_up), now[1]];
+        }
+        let beyond = self.breakaway > 0 && code.abs() > self.breakaway;
+        state.calm = if beyond { 0 } else { state.calm.saturating_add(1) };
+        let [at_rest, in_motion] = self.most;
+        let is_silent = |standstill: u32| standstill >= self.silent;
         let is_opposite = motor.travel.signum() * seen.travel.signum() < 0;
-        let (twist_deg, [at_rest, in_motion]) = (twist.abs(), self.most);
-        let disagree = is_silent && twist_deg > at_rest || is_opposite && twist_deg > in_motion;
+        let most = if is_silent(seen.standstill) {
+            if u32::from(state.calm) >= self.silent { at_rest } else { in_motion }
+        } else if is_silent(motor.standstill) {
+            at_rest
+        } else if is_opposite {
+            in_motion
+        } else {
+            f32::INFINITY
+        };
+        let disagree = twist.abs() > most;
         state.ticks = if disagree { state.ticks + 1 } else { 0 };
         (state.ticks >= TICKS).then_some(twist)
     }
@@ -88,7 +113,14 @@ mod tests {
     const UNITS: Units = Units { count: 2.0, code: 1.0, tick: 0.001, supply: 1.0 };
 
     fn monitor() -> Twist {
-        Twist::new(&MotorEncoder { count: 1.0, twist: 10.0, swing: 40.0 }, &UNITS).unwrap()
+        let motor = MotorEncoder { count: 1.0, twist: 10.0, swing: 40.0 };
+        let limits = Limits { breakaway_effort: 5.0, ..Limits::OFF };
+        Twist::new(&motor, &limits, &UNITS).unwrap()
+    }
+
+    /// A joint that no effort beyond its breakaway has wound up.
+    fn calm() -> TwistState {
+        TwistState { calm: 99, ..TwistState::default() }
     }
 
     /// Counts of motor and load, and the ticks for which they have stood still.
@@ -99,10 +131,10 @@ mod tests {
 
     /// Returns the tick that trips and its twist, of ten ticks after arming at 7 and 7 counts.
     fn trips(counts: [i32; 2], still: [u32; 2]) -> Option<(usize, f32)> {
-        let (monitor, mut state) = (monitor(), TwistState::default());
-        assert_eq!(monitor.check(&mut state, &seen([7, 7], [99, 99])), None);
+        let (monitor, mut state) = (monitor(), calm());
+        assert_eq!(monitor.check(&mut state, &seen([7, 7], [99, 99]), 0), None);
         let now = seen([7 + counts[0], 7 + counts[1]], still);
-        (1..=10).find_map(|tick| Some((tick, monitor.check(&mut state, &now)?)))
+        (1..=10).find_map(|tick| Some((tick, monitor.check(&mut state, &now, 5)?)))
     }
 
     #[test]
@@ -119,13 +151,13 @@ mod tests {
     fn sides_that_go_opposite_ways_disagree_and_a_load_that_lags_does_not() {
         let monitor = monitor();
         let trips = |travels: [i32; 2]| {
-            let mut state = TwistState::default();
+            let mut state = calm();
             let at = |tick: i32| {
                 let [motor, load] = travels.map(|travel| travel * tick);
                 let of_motor = SeenMotor { travel: travels[0], position: motor, standstill: 0 };
                 Seen { travel: travels[1], position: load, standstill: 0, motor: Some(of_motor) }
             };
-            (0..20).find_map(|tick| Some((tick, monitor.check(&mut state, &at(tick))?)))
+            (0..20).find_map(|tick| Some((tick, monitor.check(&mut state, &at(tick), 0)?)))
         };
         // 3 deg a tick: beyond 40 deg from the 14th tick on.
         assert_eq!(trips([1, -1]), Some((18, 54.0)));
@@ -134,8 +166,8 @@ mod tests {
 
     #[test]
     fn four_ticks_and_a_tick_within_begin_anew() {
-        let (monitor, mut state) = (monitor(), TwistState::default());
-        let mut check = |motor| monitor.check(&mut state, &seen([motor, 0], [0, 20]));
+        let (monitor, mut state) = (monitor(), calm());
+        let mut check = |motor| monitor.check(&mut state, &seen([motor, 0], [0, 20]), 0);
         assert_eq!(check(0), None);
         for _ in 0..3 {
             assert!((0..4).all(|_| check(11).is_none()) && check(10).is_none());
@@ -145,10 +177,37 @@ mod tests {
 
     #[test]
     fn nothing_is_watched_with_one_encoder_or_without_a_largest_twist() {
-        assert!(Twist::new(&MotorEncoder::NONE, &UNITS).is_none());
-        assert!(Twist::new(&MotorEncoder { count: 1.0, ..MotorEncoder::NONE }, &UNITS).is_none());
+        assert!(Twist::new(&MotorEncoder::NONE, &Limits::OFF, &UNITS).is_none());
+        let unwatched = MotorEncoder { count: 1.0, ..MotorEncoder::NONE };
+        assert!(Twist::new(&unwatched, &Limits::OFF, &UNITS).is_none());
         let mut state = TwistState::default();
         let one = Seen { motor: None, ..seen([0, 0], [0, 99]) };
-        assert_eq!(monitor().check(&mut state, &one), None);
+        assert_eq!(monitor().check(&mut state, &one, 0), None);
+    }
+
+    /// A load that is blocked: 30 deg under an effort of 6, of which 5 move any healthy load.
+    #[test]
+    fn effort_that_winds_a_blocked_load_up_is_no_fault_within_what_it_can_wind_up() {
+        let (monitor, mut state) = (monitor(), calm());
+        let _ = monitor.check(&mut state, &seen([0, 0], [99, 99]), 0);
+        let mut check = |motor, code, ticks: u32| {
+            (0..ticks).find_map(|_| monitor.check(&mut state, &seen([motor, 0], [0, 99]), code))
+        };
+        assert_eq!(check(30, -6, 100), None);
+        assert_eq!(check(30, 0, 19), None, "the motor has 20 ms to spring back");
+        assert_eq!(check(30, 0, 9), Some(30.0));
+        assert_eq!(check(41, 6, 100), Some(41.0), "more than the full effort winds up");
+    }
+
+    #[test]
+    fn counts_that_wrap_are_no_twist() {
+        let (monitor, mut state) = (monitor(), calm());
+        let mut at = [0_i32; 2];
+        // Twice around the range of the motor's counts, with 6 deg of twist.
+        for _ in 0..5000 {
+            at = [at[0].wrapping_add(2_000_000), at[1].wrapping_add(1_000_000)];
+            let now = [at[0].wrapping_add(6), at[1]];
+            assert_eq!(monitor.check(&mut state, &seen(now, [99, 99]), 0), None, "{at:?}");
+        }
     }
 }

@@ -10,8 +10,8 @@ use crate::experiment::{Experiment, RunPlan, for_a_device};
 use crate::run::run;
 use files::document::Document;
 
-/// The harmonic joint with a soft gear of 0.3 deg of slack, and its file with keys set.
-fn document(set: &[&str]) -> Document {
+/// Returns the file of the harmonic joint with a soft gear of 0.3 deg of slack.
+fn first_file() -> String {
     let mut answers = Typical::find("harmonic").unwrap().answers().unwrap();
     for (key, value) in [
         ("gear.backlash_deg", Value::Float(0.3)),
@@ -20,7 +20,12 @@ fn document(set: &[&str]) -> Document {
     ] {
         answers.put(key, value, "");
     }
-    let mut document = Document::parse("two", &text("two", &answers, None).unwrap()).unwrap();
+    text("two", &answers, None).unwrap()
+}
+
+/// Returns that file with keys set.
+fn document(set: &[&str]) -> Document {
+    let mut document = Document::parse("two", &first_file()).unwrap();
     document.set(&set.iter().map(|text| (*text).to_owned()).collect::<Vec<_>>()).unwrap();
     document
 }
@@ -63,6 +68,40 @@ fn gain_of_two_encoders_is_refused_by_its_key() {
     let message = refused.to_string();
     let expected = "`controller.robust.motor_jitter_counts` is 101; must be a number from 0 to 100";
     assert!(message.contains(expected), "{message}");
+}
+
+#[test]
+fn key_of_the_law_for_other_encoders_is_refused_and_a_default_is_not() {
+    for (set, position, why) in [
+        ("encoder_side=load", "load", "has no effect beside a `[load_encoder]`"),
+        ("bandwidth_rad_per_s=20", "load", "has no effect beside a `[load_encoder]`"),
+        ("motor_jitter_counts=2", "motor", "needs a `[load_encoder]` in the loop"),
+    ] {
+        let set = format!("controller.robust.{set}");
+        let document = document(&[&set, &format!("loop.position={position}")]);
+        let refused = Experiment::plan(&document, &["robust".into()], &[]).unwrap_err();
+        let message = refused.to_string();
+        assert!(message.contains("must be left out") && message.contains(why), "{message}");
+    }
+    let _ = plan(&["controller.robust.encoder_side=motor"]);
+    let _ = plan(&["controller.robust.motor_jitter_counts=0", "loop.position=motor"]);
+}
+
+#[test]
+fn spread_of_the_gear_widens_the_twist_that_is_tolerated() {
+    let nominal = plan(&[]).controller_config().unwrap().motor;
+    let spread = "\n[spread]\n\"gear.stiffness_nm_per_rad\" = [500.0, 2000.0]\n";
+    let document = Document::parse("two", &(first_file() + spread)).unwrap();
+    let plan = Experiment::plan(&document, &["robust".into()], &[]).unwrap().runs.remove(0);
+    let spread = plan.controller_config().unwrap().motor;
+    // 9.8 N m behind 500 instead of 1000 N m/rad, twice.
+    let more = 2.0 * (9.8 / 1000.0_f32).to_degrees();
+    assert!(
+        (spread.twist - nominal.twist - more).abs() < 1e-3,
+        "{} {}",
+        spread.twist,
+        nominal.twist
+    );
 }
 
 #[test]

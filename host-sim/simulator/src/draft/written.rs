@@ -29,6 +29,18 @@ pub fn complete(answers: &Answers) -> Result<(), String> {
         let names = TYPICAL.map(|typical| typical.name).join(", ");
         return Err(format!("missing: {} (or use --typical NAME: {names})", missing.join(", ")));
     }
+    let second = "load_encoder.counts_per_turn";
+    let is_stray = |question: &&Question| {
+        let typed = answers.get(second).is_some_and(|answer| answer.value.is_integer());
+        question.key == second && typed && !answers.asks(question)
+    };
+    if let Some(question) = QUESTIONS.iter().find(is_stray) {
+        return Err(format!(
+            "{} is for a joint with its first encoder on the motor, and a gear with slack or a \
+             stiffness",
+            question.option()
+        ));
+    }
     trial::check(&answers.with_assumptions(), QUESTIONS.len())
 }
 

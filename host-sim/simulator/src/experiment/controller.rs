@@ -3,10 +3,10 @@
 use heapless::Vec as FixedVec;
 use stiction::control::drive::DriveConfig;
 use stiction::control::encoder::{CounterBits, Direction, Encoder};
-use stiction::control::laws::{Gains, MAX_TERMS, RobustDualGains};
+use stiction::control::laws::{Gains, MAX_TERMS, RobustDualGains, RobustGains};
 use stiction::control::pd::PdGains;
 use stiction::control::velocity::MAX_WINDOW;
-use stiction::units::value::{About, Absent, Table};
+use stiction::units::value::{About, Absent, Table, Values as _};
 use stiction::{Controller, ControllerConfig};
 
 use super::plan::RunPlan;
@@ -151,19 +151,42 @@ impl RunPlan {
         }
         let mut gains = FixedVec::new();
         for law in laws.iter().filter_map(|law| law.0) {
-            let law = match law {
-                // The law of a file is one; that of the core reads the encoders of the loop.
-                Gains::Robust(_) if self.machine.load_encoder_in_loop().is_some() => {
-                    Gains::RobustDual(RobustDualGains::EXAMPLE)
-                }
-                other => other,
-            };
+            let law = self.law_of_its_encoders(name, table, law)?;
             if gains.push(self.gains(name, table, law)?).is_err() {
                 let why = format!("at most {MAX_TERMS} beside {PD}");
                 return Err(Error::Input(format!("{origin}: `{key}` has too many entries; {why}")));
             }
         }
         Ok(gains)
+    }
+
+    /// Returns the law that reads the encoders of the loop: a file has one name for `robust` with
+    /// one encoder and with two.
+    fn law_of_its_encoders(
+        &self,
+        name: &str,
+        table: &ParameterTable<AllGains, Laws>,
+        law: Gains,
+    ) -> Result<Gains, Error> {
+        let Gains::Robust(_) = law else { return Ok(law) };
+        let one = Gains::Robust(RobustGains::EXAMPLE);
+        let two = Gains::RobustDual(RobustDualGains::EXAMPLE);
+        let (used, other, why) = if self.machine.load_encoder_in_loop().is_some() {
+            (two, one, "it has no effect beside a `[load_encoder]`")
+        } else {
+            (one, two, "it needs a `[load_encoder]` in the loop")
+        };
+        let mut given = other;
+        table.apply(about_law(&other), &mut given);
+        let is_used = |key: &str| about_law(&used).iter().any(|about| about.name == key);
+        let stray = about_law(&other)
+            .iter()
+            .find(|about| !is_used(about.name) && given.get(about.key) != other.get(about.key));
+        stray.map_or(Ok(used), |about| {
+            let key = format!("controller.{name}.{}", about.name);
+            let origin = self.origin.of(&key);
+            Err(Error::Input(format!("{origin}: `{key}` must be left out: {why}")))
+        })
     }
 
     /// Returns the law with the gains of a table. A gain without a default is required.

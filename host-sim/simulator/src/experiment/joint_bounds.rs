@@ -7,7 +7,7 @@ use files::error::Error;
 impl RunPlan {
     /// Returns the bounds of this run's joint: that of the data sheet or of `[joint]`. The file's
     /// `[spread]` widens them by its lowest slip friction, highest stick friction and largest
-    /// unbalance.
+    /// unbalance, and of a gear between two encoders by its lowest stiffness and largest slack.
     ///
     /// # Errors
     /// Returns an error that names the invalid value.
@@ -41,6 +41,15 @@ impl RunPlan {
         sheet.friction.slip_nm = end("friction.slip_nm", 0, sheet.friction.slip_nm);
         sheet.friction.stick_nm = end("friction.stick_nm", 1, sheet.friction.stick_nm);
         sheet.load.unbalance_nm = end("load.unbalance_nm", 1, sheet.load.unbalance_nm);
+        let gear = &mut sheet.gear;
+        for (value, key, side) in [
+            (&mut gear.stiffness_nm_per_rad, "gear.stiffness_nm_per_rad", 0),
+            (&mut gear.stiffness_nm_per_deg, "gear.stiffness_nm_per_deg", 0),
+            (&mut gear.backlash_rad, "gear.backlash_rad", 1),
+            (&mut gear.backlash_deg, "gear.backlash_deg", 1),
+        ] {
+            *value = value.map(|value| end(key, side, value));
+        }
         let estimate = JointEstimate::of_sheet(&sheet, &mapping);
         let count_deg = machine.encoder.resolution_deg();
         Ok(JointBounds::of(&estimate, sampled).with_encoders_of(&sheet, &mapping, count_deg))

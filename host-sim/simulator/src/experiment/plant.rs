@@ -127,14 +127,17 @@ impl RunPlan {
     }
 
     /// Refuses a loop with two encoders: a device reads one.
-    pub(super) fn has_one_encoder(&self) -> Result<(), Error> {
+    ///
+    /// # Errors
+    /// Returns an error with the key that chooses the motor's encoder.
+    pub fn has_one_encoder(&self) -> Result<(), Error> {
         if self.machine.load_encoder_in_loop().is_none() {
             return Ok(());
         }
         Err(Error::Input(format!(
-            "{}: a device reads one encoder so far; `stiction run`, `benchmark`, `ensemble` and \
-             `tune` simulate a `[load_encoder]`. To run the device with the motor's encoder alone, \
-             set `loop.position` to \"motor\"",
+            "{}: a device reads one encoder so far; `stiction run`, `benchmark`, `ensemble`, \
+             `tune` and `report` simulate a `[load_encoder]`. To run the device with the motor's \
+             encoder alone, set `loop.position` to \"motor\"",
             self.origin.of("load_encoder")
         )))
     }

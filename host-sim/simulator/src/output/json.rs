@@ -136,8 +136,10 @@ fn parameters(plan: &RunPlan) -> Value {
     json!({
         "joint": machine.joint,
         "encoder": machine.encoder,
+        "load_encoder": machine.load_encoder,
         "drive": machine.drive,
         "loop": {
+            "position": machine.sampling.extras.position,
             "sample_time_s": machine.sampling.sample_time_s(),
             "velocity_window": machine.sampling.velocity_window(),
             "controller": plan.controller,

@@ -176,12 +176,13 @@ impl JointBounds {
     }
 
     /// Returns the configuration of the motor's encoder beside one on the load, with the largest
-    /// twists that a device tolerates: twice what the gear allows at rest, and what the full effort
-    /// winds up, which overshoots by as much again.
+    /// twists that a device tolerates: twice what the gear allows at rest, and twice what the full
+    /// effort winds up after it has driven the motor through the slack.
     ///
     /// ```text
     /// w_max = 2 (bl + (F_hi + u_L) / K + 2 (q + q_m))
-    /// w_dyn = 2 (bl + 2 u_m / K + 2 (q + q_m)), at most w_max of an unknown gear
+    /// w_dyn = 2 (bl + t + sqrt(t^2 + 2 t bl) + 2 (q + q_m)),   t = u_m / K;
+    ///         at most w_max of an unknown gear
     /// ```
     ///
     /// with the slack bl, the stiffness K and the counts q and q_m of load and motor. A stiffness
@@ -189,15 +190,20 @@ impl JointBounds {
     /// w_max is wide enough for both.
     pub fn motor_config(&self) -> motor_encoder::MotorEncoder {
         let Some(motor) = &self.motor_encoder else { return motor_encoder::MotorEncoder::NONE };
-        let under = |effort: f64, gear: &GearBounds| {
-            let counts = 2.0 * (self.sampled.count + motor.count);
-            2.0 * (gear.backlash + effort / gear.stiffness + counts)
+        let counts = 2.0 * (self.sampled.count + motor.count);
+        let at_rest = |gear: &GearBounds| {
+            2.0 * (gear.backlash + (self.breakaway[1] + self.load) / gear.stiffness + counts)
         };
-        let [highest, full] = [self.breakaway[1] + self.load, 2.0 * self.sampled.largest_effort];
-        let of_unknown = under(highest, &GearBounds::softest(self.inertia));
+        // The full effort drives the motor through the slack; its energy winds the gear up.
+        let in_motion = |gear: &GearBounds| {
+            let static_twist = self.sampled.largest_effort / gear.stiffness;
+            let squared = static_twist * static_twist + 2.0 * static_twist * gear.backlash;
+            2.0 * (gear.backlash + static_twist + squared.sqrt() + counts)
+        };
+        let of_unknown = at_rest(&GearBounds::softest(self.inertia));
         let [twist, swing] = motor.gear.map_or([of_unknown; 2], |gear| {
-            let twist = under(highest, &gear);
-            [twist, under(full, &gear).min(of_unknown).max(twist)]
+            let twist = at_rest(&gear);
+            [twist, in_motion(&gear).min(of_unknown).max(twist)]
         });
         motor_encoder::MotorEncoder {
             count: motor.count as f32,

@@ -38,7 +38,7 @@ fn load_rests_at_its_target_behind_a_gear_that_nothing_is_known_of() {
     }
 }
 
-/// 487, 493 and 495 of 500 do. PID in the classical dual loop brings a fifth of the joints there,
+/// 488, 495 and 494 of 500 do. PID in the classical dual loop brings a fifth of the joints there,
 /// and 4 % of the hard ones.
 #[test]
 fn hard_friction_known_noise_and_a_driving_load_cost_few_joints() {

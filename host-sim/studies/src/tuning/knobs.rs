@@ -43,6 +43,8 @@ pub fn knobs(plan: &RunPlan) -> Result<Vec<Knob>, Error> {
             let gains = Gains::Robust(robust.written_out(&config.around()));
             let turned = RobustGains::ABOUT.iter().filter(|about| OF_ROBUST.contains(&about.name));
             turned.for_each(|about| add(about, gains.get(about.key)));
+        } else if matches!(law, Gains::RobustDual(_)) {
+            // What is needed are facts of the joint, and the rest follows by rule.
         } else {
             let gains = about_law(law).iter().filter(|about| about.absent == Absent::Needed);
             gains.for_each(|about| add(about, law.get(about.key)));

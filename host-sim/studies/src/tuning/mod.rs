@@ -167,7 +167,8 @@ impl GainSearch {
         })?;
         let knobs = knobs::knobs(plan)?;
         if knobs.is_empty() {
-            let why = "has no gain above zero to turn";
+            let why = "has no gain above zero to turn (`robust` with two encoders has facts of the \
+                joint alone); --controller names another one";
             return Err(Error::Input(format!("{}: the controller {controller} {why}", self.file)));
         }
         if !goes_on() {
