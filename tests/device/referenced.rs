@@ -121,7 +121,7 @@ fn a_fault_of_the_encoder_ends_the_reference_and_no_other_does() {
         }
     }
     let doubts = Fault::ALL.iter().filter(|fault| fault.doubts_encoder()).count();
-    assert_eq!(doubts, 4, "stall, jump, reversal and open line");
+    assert_eq!(doubts, 5, "stall, jump, reversal, open line and disagreeing encoders");
 }
 
 /// A client that is connected to a device of the thesis's robot, and the parameters.
