@@ -188,7 +188,7 @@ faults! {
     /// The encoders of motor and load are further apart than the gear allows, and one is silent.
     26 EncodersDisagree "encoders disagree", "26 Encoders disagree",
         "twist of the gear" "deg",
-        "5 ticks beyond the twist of the gear, with one silent for 20 ms or both in opposite motion",
+        "5 ticks beyond the gear's twist, with one silent for 20 ms or both in opposite motion",
         Clear, [];
 }
 
