@@ -4,6 +4,7 @@
 #![allow(clippy::unwrap_used, clippy::panic)]
 
 pub mod axis_with_play;
+pub mod axis_with_stops;
 #[cfg(feature = "emulator")]
 pub mod flash_image;
 pub mod matrix;

@@ -401,6 +401,37 @@ fn a_self_test_passes_on_the_joint_that_it_believes_and_fails_on_another_truth()
     assert!(said.contains("selftest   FAIL: sliding"), "{said}");
 }
 
+/// The stops of a data sheet are those of the simulated joint, which starts at zero.
+#[test]
+fn a_joint_is_homed_to_a_stop_of_its_data_sheet_and_one_without_a_stop_says_so() {
+    let directory = tempfile::tempdir().unwrap();
+    let free = joint(&directory, "free.toml", &[]);
+    let stops = "[load]\nstop_min_deg = -7.0\nstop_max_deg = 12.0\n";
+    let sheet = std::fs::read_to_string(&free).unwrap().replace("[load]\n", stops);
+    let between = directory.path().join("between.toml").to_str().unwrap().to_owned();
+    std::fs::write(&between, sheet).unwrap();
+    let home = |file: &str, arguments: &[&str]| {
+        device(&[&["--simulated", "--machine", file, "home"], arguments].concat())
+    };
+    for (towards, at, moved_deg) in [("plus", "40", 12.0), ("minus", "-10", -7.0)] {
+        let found = home(&between, &["--towards", towards, "--at", at, "--json"]);
+        assert!(found.status.success(), "{}", text(&found.stderr));
+        let found: serde_json::Value = serde_json::from_slice(&found.stdout).unwrap();
+        assert_eq!((&found["ended_by"], &found["referenced"]), (&"stop".into(), &true.into()));
+        let moved = found["moved_deg"].as_f64().unwrap();
+        assert!((moved - moved_deg).abs() < 0.01, "{found}");
+        // It has gone back by half of jog.travel_deg, which is 2 deg, and a little more to rest.
+        let back = (at.parse::<f64>().unwrap() - found["position_deg"].as_f64().unwrap()).abs();
+        assert!((0.9..2.0).contains(&back), "{found}");
+    }
+    let none = home(&free, &["--towards", "plus", "--at", "40", "--travel", "5"]);
+    assert_eq!(none.status.code(), Some(2));
+    assert!(text(&none.stdout).contains("no stop within the travel"), "{}", text(&none.stderr));
+    assert!(text(&none.stderr).contains("not referenced"), "{}", text(&none.stderr));
+    let beyond = home(&free, &["--towards", "plus", "--at", "0", "--effort", "1000"]);
+    assert!(text(&beyond.stderr).contains("home.effort_v"), "{}", text(&beyond.stderr));
+}
+
 #[test]
 fn a_truth_that_no_device_could_have_is_refused() {
     let directory = tempfile::tempdir().unwrap();

@@ -207,6 +207,11 @@ impl Controller {
         self.output.on_device(soft_start, nominal_supply);
     }
 
+    /// Bounds the effort of the motion that begins, V.
+    pub(crate) fn bound_effort(&mut self, effort: f32) {
+        self.output.bound_effort(effort);
+    }
+
     /// Returns the ticks that are left of the soft start.
     pub(crate) const fn soft_start_left(&self, state: &ControllerState) -> u32 {
         self.output.soft_start_left(&state.output)

@@ -53,9 +53,10 @@ table! {
         /// link that falls silent. 0: the output is off at once, and the joint coasts.
         stop_time: f32 = 0x080B "stop_s", Between(0.0, 10.0), Default(1.0);
         /// What makes the position known on which `position_min_deg` and `position_max_deg` rest.
-        /// `command`: after a reset, and after a stall, a jump or a reversal, only a jog moves a
-        /// joint with a range, until `device reference` says where it stands. `power-on`: it
-        /// stands at zero after each reset. Another `[encoder]` ends either.
+        /// `command`: after a reset, and after a stall, a jump or a reversal, only a jog and a
+        /// homing move a joint with a range, until `device home` finds a stop or `device reference`
+        /// sets where it stands. `power-on`: it stands at zero after each reset. Another
+        /// `[encoder]` and a homing that finds no stop end either.
         reference: PositionReference =
             0x080C "reference", Any, Default(PositionReference::PowerOn);
         /// Whether the bridge's high-side drivers are bootstrapped: their capacitors charge only

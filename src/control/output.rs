@@ -6,7 +6,8 @@
 //!            v                                                       code                duty
 //! ```
 //!
-//! `v` is limited to the full scale. If the supply is measured and has a nominal value, the duty is
+//! `v` is limited to the full scale, or to less by a motion with a bound of its own
+//! ([`OutputStage::bound_effort`]). If the supply is measured and has a nominal value, the duty is
 //! scaled by nominal over measured, so that the motor gets the volts that it was asked for. After
 //! arming, the limit of the code rises in a straight line from zero to the largest code (soft
 //! start). The cap limits the code for good.
@@ -32,6 +33,8 @@ pub struct OutputStage {
     soft_start: u32,
     /// The largest code that is let through.
     cap: i32,
+    /// Largest output of the present motion, V.
+    most: f32,
 }
 
 /// The state of the output stage from tick to tick.
@@ -75,13 +78,19 @@ impl OutputStage {
         // Towards zero: the cap is never more than what was asked for. A share of less than a code
         // lets nothing through.
         let cap = (duty_max * f32::from(drive.max_code())) as i32;
-        Self { full_scale, lsb, nominal_supply: 0.0, soft_start: 0, cap, drive }
+        Self { full_scale, lsb, nominal_supply: 0.0, soft_start: 0, cap, most: full_scale, drive }
     }
 
     /// Sets a soft start (ticks) and the nominal supply by which the duty is scaled (the
     /// converter's units; 0: the duty is not scaled).
     pub(crate) fn on_device(&mut self, soft_start: u32, nominal_supply: f32) {
         (self.soft_start, self.nominal_supply) = (soft_start, nominal_supply);
+    }
+
+    /// Bounds the effort of the motion that begins, V at the nominal supply; infinity: by the full
+    /// scale alone. What is applied exceeds it by half a code at most.
+    pub(crate) fn bound_effort(&mut self, effort: f32) {
+        self.most = self.full_scale.min(effort);
     }
 
     /// Returns the ticks that are left of the soft start.
@@ -101,7 +110,7 @@ impl OutputStage {
         rise: Rise,
     ) -> Applied {
         let asked = if state.least == 0 { asked } else { self.at_least(state, asked) };
-        let (v, mut saturated) = saturate(asked, self.full_scale);
+        let (v, mut saturated) = saturate(asked, self.most);
         let (mut scaled, mut volts) = (v, self.lsb);
         if self.nominal_supply > 0.0 {
             let ratio = supply_ratio(self.nominal_supply, supply);
@@ -270,6 +279,33 @@ mod tests {
                 let expected =
                     Applied { v: asked, v_applied: asked, code: scaled, duty, saturated: false };
                 assert_eq!(once(&stage, asked, supply), expected, "{asked} V at {supply}");
+            }
+        }
+    }
+
+    /// 0.999 V are 255.7 codes, at any supply that the duty makes up for.
+    #[test]
+    fn a_motion_bounds_the_effort_at_every_supply_and_the_next_one_is_free_of_it() {
+        for (nominal, supply) in
+            [(0, 17), (NOMINAL, NOMINAL / 2), (NOMINAL, NOMINAL), (NOMINAL, 2 * NOMINAL - 1)]
+        {
+            let mut stage = stage(0, nominal);
+            let applied = |stage: &OutputStage, asked| {
+                let found = once(stage, asked, supply);
+                (found.v_applied, found.saturated)
+            };
+            stage.bound_effort(0.999);
+            for asked in [2.0, -2.0f32] {
+                let (v, saturated) = applied(&stage, asked);
+                let error = (v * asked.signum() - 0.999).abs();
+                assert!(error <= 0.5 * LSB && saturated, "{v} V of {asked} at {supply}");
+            }
+            let (v, saturated) = applied(&stage, 0.5);
+            assert!((v - 0.5).abs() <= 0.5 * LSB && !saturated, "{v} V at {supply}");
+            for none in [f32::INFINITY, 9.0] {
+                stage.bound_effort(none);
+                let (v, saturated) = applied(&stage, 2.0);
+                assert!((v - 2.0).abs() <= 0.5 * LSB && !saturated, "{v} V at {supply}");
             }
         }
     }

@@ -8,6 +8,7 @@ use super::request::NumberedMessage;
 use super::sample::Sample;
 use crate::control::signal::{self, Form};
 use crate::identification::{MapPoint, SPEEDS, Summary};
+use crate::motion::home::HomeFindings;
 use crate::motion::jog::JogFindings;
 use crate::parameters::DecodeError;
 use crate::parameters::store::SaveError;
@@ -66,6 +67,9 @@ pub enum Reply {
     Map(Option<[[MapPoint; 2]; SPEEDS]>),
     /// The answer to [`Request::Open`](super::Request::Open): the number of the session.
     Session(u32),
+    /// The answer to [`Request::ReadHome`](super::Request::ReadHome). There is nothing if the
+    /// homing is not over, if a stop or a fault ended it, or if there was none.
+    Home(Option<HomeFindings>),
 }
 
 /// A signal, as a device announces it.
@@ -160,7 +164,7 @@ pub struct Status {
     /// Whether the joint swings to and fro around a set point that rests.
     pub oscillates: bool,
     /// Whether the position is that of the joint, on which its range rests; if not, a joint with a
-    /// range only jogs.
+    /// range only jogs and homes.
     pub is_referenced: bool,
 }
 

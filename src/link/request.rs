@@ -8,6 +8,7 @@ use super::CHUNK;
 use super::frame::{Frame, encode};
 use crate::identification;
 use crate::motion::Motion;
+use crate::motion::home::HomeRequest;
 use crate::motion::jog::JogRequest;
 
 /// A request or a reply with its number.
@@ -191,6 +192,12 @@ pub enum Request {
     },
     /// Stop, and end the session that there is: the next hello begins another one.
     TakeOver,
+    /// Find the joint's position: arm, and go one way, slowly and with a bounded effort, until a
+    /// hard stop blocks the joint. It stands at the position of the request then. The homing ends
+    /// by itself.
+    Home(HomeRequest),
+    /// What has the last homing found?
+    ReadHome,
 }
 
 impl Request {
@@ -204,6 +211,7 @@ impl Request {
                 | Self::Signal { .. }
                 | Self::ReadLevels
                 | Self::ReadJog
+                | Self::ReadHome
                 | Self::ReadMap
         )
     }

@@ -5,6 +5,7 @@
 //!                   data                         prepared +-> Profile   the same, with a state
 //!                                                         +-> Ramp      efforts, loop open
 //!                                           a link -------+-> Jog
+//!                                             Home ---------> Profile   watched until a hard stop
 //! ```
 //!
 //! The positions of a [`Motion`] count from the place where the joint was armed. [`Motion::Hold`]
@@ -12,6 +13,7 @@
 //! place zero) as later.
 
 mod course;
+pub mod home;
 pub mod jog;
 
 pub use course::{Course, CourseState};
@@ -149,6 +151,10 @@ pub(crate) const ABOUT: &[About] = &[
         Kind::Number,
         "Longest time of an identification, s.",
     ),
+    about(home::EFFORT, "home", "effort_v", Kind::Number, "Largest effort of a homing, V."),
+    about(home::TRAVEL, "home", "travel_deg", Kind::Number, "Largest travel of a homing, deg."),
+    about(home::SPEED, "home", "speed_deg_per_s", Kind::Number, "Speed of a homing, deg/s."),
+    about(home::TIME, "home", "time_s", Kind::Number, "Longest time of a homing, s."),
     about(
         Key(CORNERS),
         "reference.trajectories",

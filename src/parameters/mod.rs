@@ -18,6 +18,7 @@ use crate::control::laws::{self, Gains};
 use crate::control::pd::PdGains;
 use crate::control::profile::ProfileLimits;
 use crate::identification::{self, IdentificationPlan, Ramp};
+use crate::motion::home::{Home, HomeRequest};
 use crate::motion::jog::{Jog, JogBounds, JogRequest};
 use crate::motion::{self, Course, Motion};
 use crate::safety::monitor::Limits;
@@ -202,6 +203,14 @@ impl Parameters {
         let ControllerConfig { sample_time, encoder, .. } = &self.controller;
         let bounds = self.jog.less(asked, encoder.resolution)?;
         Ok(Jog::new(&bounds, *sample_time, encoder.resolution))
+    }
+
+    /// Prepares a homing for this machine, within what a client asks for.
+    ///
+    /// # Errors
+    /// Names the bound that the machine does not allow.
+    pub fn home(&self, asked: &HomeRequest) -> Result<Home, InvalidValue> {
+        Home::new(asked, &self.controller, &self.limits, &self.profile, &self.jog)
     }
 
     /// Prepares an identification for this machine, within what a client asks for.

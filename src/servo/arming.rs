@@ -56,8 +56,9 @@ impl Servo {
             return Err(Refusal::Stopping);
         }
         if let (State::Armed, Some(control_loop)) = (self.state, &mut self.control_loop) {
-            // The loop of a ramp and of a jog is open, and must not be reported as closed.
-            if ramp.is_some() || control_loop.course.is_open() {
+            // The loop of a ramp and of a jog is open, and must not be reported as closed. A homing
+            // is not at the place that a client moves to.
+            if ramp.is_some() || control_loop.ends_by_itself() {
                 return Err(Refusal::Armed);
             }
             control_loop.watch.listen();
@@ -142,6 +143,7 @@ impl Servo {
     // Not in the tick, which it would make longer.
     #[inline(never)]
     pub(super) fn end_course(&mut self) {
+        self.take_home();
         let proves = self.jogged().is_some_and(|found| found.verdict() == Verdict::Agrees);
         self.stop();
         if proves {

@@ -90,7 +90,7 @@ impl Servo {
             control_loop.watch = control_loop.monitors.warm(boot.thermal_effort);
         }
         if boot.is_at_zero {
-            self.referenced = Referenced::ByCommand;
+            self.referenced = Referenced::Set;
         }
         self.countdown = autostart.filter(|_| is_sure);
         let refused = match prepared {

@@ -10,6 +10,7 @@ use crate::control::hardware::Hardware;
 use crate::control::profile::Profile;
 use crate::control::reference::{Reference, Setpoint};
 use crate::control::signal::Tick;
+use crate::motion::home::HomeWatch;
 use crate::motion::{Course, CourseState};
 use crate::parameters::Parameters;
 use crate::safety::monitor::{MonitorState, Monitors, PositionLimits};
@@ -27,6 +28,8 @@ pub struct ControlLoop {
     /// Whether a link has replaced the motion of the parameters.
     pub(super) replaced: bool,
     pub(super) state: CourseState,
+    /// The watch over the course, if it is the profile of a homing.
+    pub(super) home: Option<HomeWatch>,
     /// The position in which the loop was armed, counts since power-on.
     pub(super) zero: i32,
     /// Position of the motor, counts of its own encoder since power-on.
@@ -83,6 +86,7 @@ impl ControlLoop {
             course: Course::default(),
             replaced: false,
             state: CourseState::default(),
+            home: None,
             zero: 0,
             #[cfg(feature = "two-encoders")]
             motor_counts: 0,
@@ -113,8 +117,14 @@ impl ControlLoop {
     /// Begins the loop's course at `position` (counts since power-on), which becomes zero.
     pub(super) fn begin_at(&mut self, position: i32) {
         self.zero = position;
+        let most = self.home.as_ref().map_or(f32::INFINITY, HomeWatch::effort);
+        self.controller.bound_effort(most);
         self.state = CourseState::start(&self.controller, 0);
-        self.course.restart(self.state.soft_start_left(&self.controller));
+        let wait = self.state.soft_start_left(&self.controller);
+        self.course.restart(wait);
+        if let Some(home) = &mut self.home {
+            home.restart(wait);
+        }
     }
 
     /// Forgets the state of the law, but not what a ramp or a jog has found. The monitors begin
@@ -129,6 +139,7 @@ impl ControlLoop {
     /// Replaces the motion of the parameters by the course that a link asks for.
     pub(super) fn begin(&mut self, course: Course) {
         self.course = course;
+        self.home = None;
         self.goes_on();
     }
 
@@ -228,9 +239,28 @@ impl ControlLoop {
         tick
     }
 
-    /// Returns whether the course has ended. A ramp and a jog end; a reference does not.
+    /// Takes what the last tick has made of the course, and returns whether it has ended.
+    #[inline]
+    pub(super) fn ends(&mut self, tick: &Tick) -> bool {
+        // Not by `is_over` for all: the longest ticks are those of the first two.
+        match &mut self.course {
+            Course::Follow(_) => false,
+            Course::Profile(_) => self.home.is_some() && self.homing_ends(tick),
+            course => self.state.is_over(course),
+        }
+    }
+
+    /// Returns whether the course has ended. A ramp, a jog and a homing end; a reference does not.
     pub(super) const fn is_over(&self) -> bool {
-        self.state.is_over(&self.course)
+        match &self.home {
+            Some(home) => home.is_over(),
+            None => self.state.is_over(&self.course),
+        }
+    }
+
+    /// Returns whether the course ends by itself and obeys nothing but a stop until then.
+    pub(super) const fn ends_by_itself(&self) -> bool {
+        self.course.is_open() || self.home.is_some()
     }
 }
 

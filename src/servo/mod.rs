@@ -16,7 +16,7 @@
 //! To be armed, the servo has to be stopped, with a fault cleared if there was one. After a stall,
 //! a jump or a reversal the encoder has to [prove itself](crate::safety::encoder_proof). A joint
 //! with a range of positions has to be [referenced](Servo::set_reference); for a jog both need not
-//! be. The joint has to be at rest for 50 ms, and supply, position and motor must be such that no
+//! be, and for a homing the reference need not. The joint has to be at rest for 50 ms, and supply, position and motor must be such that no
 //! monitor would trip at once. The position in which the servo is armed becomes the joint's zero. A
 //! command arms the servo ([`Servo::arm`]). If the parameters say `autostart` (off by default) and
 //! nothing went wrong before, the servo arms itself, `autostart_delay` after the first tick. The
@@ -35,13 +35,15 @@
 //! A ramp that identifies the friction is its own soft start, and no faster than the one that is
 //! configured. While it runs, the servo obeys nothing but a stop. The ramp stops the servo by
 //! itself when it is over. If the supply is too low for its effort, it is over at once, without a
-//! level. A [jog](crate::motion::jog) is obeyed and ended likewise.
+//! level. A [jog](crate::motion::jog) and a [homing](crate::motion::home) are obeyed and ended
+//! likewise.
 
 mod arming;
 mod boot;
 mod control_loop;
 mod faults;
 mod follower;
+mod homing;
 mod identification;
 mod jog;
 mod moves;
@@ -298,8 +300,8 @@ impl Servo {
                 return self.off(tick);
             }
         }
-        let Some(control_loop) = &self.control_loop else { return self.off(tick) };
-        if control_loop.is_over() {
+        let Some(control_loop) = &mut self.control_loop else { return self.off(tick) };
+        if control_loop.ends(&tick) {
             self.end_course();
             return self.off(tick);
         }

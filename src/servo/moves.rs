@@ -76,8 +76,9 @@ impl Servo {
             return Err(Refusal::Stopping);
         }
         match (self.state, &mut self.control_loop) {
-            // A ramp and a jog measure the response to their own effort alone.
-            (State::Armed, Some(ControlLoop { course, .. })) if course.is_open() => {
+            // A ramp and a jog measure the response to their own effort alone, and a homing ends
+            // with a reference that no move may shift.
+            (State::Armed, Some(control_loop)) if control_loop.ends_by_itself() => {
                 Err(Refusal::Armed)
             }
             (State::Armed, Some(control_loop)) => Ok(control_loop),

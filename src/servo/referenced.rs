@@ -2,17 +2,21 @@
 //!
 //! ```text
 //!   reset ------> not referenced -- a command, with the joint at rest --> referenced
-//!                       ^                                                     |
-//!                       +-- stall, jump, reversal, or another `[encoder]` ----+
+//!                   ^   ^       +-- a homing that has found its stop ------>  |
+//!                   |   |                                                     |
+//!                   |   +-- stall, jump, reversal, or another `[encoder]` ----+
+//!                   +------ a homing that begins -----------------------------+
 //! ```
 //!
 //! An incremental encoder counts travel. Where the joint stands is known once a command says so
-//! ([`Servo::set_reference`]). Counts that were lost or added end that, and so does an encoder that
-//! counts in another direction or unit. A joint with a range of positions is driven by jogs only
-//! until it is referenced, and its range does not hold for them: a jog has its own travel.
+//! ([`Servo::set_reference`]), or a [homing](crate::motion::home) has found a stop. Counts that
+//! were lost or added end that, and so does an encoder that counts in another direction or unit. A
+//! joint with a range of positions is driven by jogs and homings only until it is referenced, and
+//! its range does not hold for them: they have travels of their own.
 //!
 //! With [`PositionReference::PowerOn`] the joint counts as referenced from each reset on, and only
-//! another encoder ends that. The range is then only as good as the place of the last reset.
+//! another encoder and a homing without a stop end that. The range is then only as good as the
+//! place of the last reset.
 //!
 //! Does badly: no sensor confirms the command. A load that turns the joint faster than the counter
 //! follows, while the output is off, is not seen.
@@ -26,9 +30,9 @@ pub(super) enum Referenced {
     /// The position counts from the place of the last reset.
     #[default]
     AtReset,
-    /// A command has said where the joint stands.
-    ByCommand,
-    /// The encoder was changed, or its counts are in doubt.
+    /// A command or a homing has set where the joint stands.
+    Set,
+    /// The encoder was changed, its counts are in doubt, or a homing has found no stop yet.
     No,
 }
 
@@ -37,7 +41,7 @@ impl Servo {
     pub fn is_referenced(&self) -> bool {
         match self.referenced {
             Referenced::No => false,
-            Referenced::ByCommand => true,
+            Referenced::Set => true,
             Referenced::AtReset => self.is_referenced_at_reset(),
         }
     }
@@ -71,7 +75,7 @@ impl Servo {
         // The counts since power-on go on: a shift would look like counts of a living encoder.
         self.origin = self.follower.seen.position.wrapping_sub(position);
         self.countdown = None;
-        self.referenced = Referenced::ByCommand;
+        self.referenced = Referenced::Set;
         Ok(())
     }
 

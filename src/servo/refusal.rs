@@ -27,8 +27,8 @@ pub enum Refusal {
     /// The friction of the joint is unknown (`breakaway_min_v` is zero), so that no closed loop is
     /// armed. An identification finds it.
     FrictionUnknown,
-    /// The joint has a range of positions, and its position is unknown: only a jog may drive it
-    /// until a command says where it stands.
+    /// The joint has a range of positions, and its position is unknown: only a jog and a homing
+    /// may drive it until a homing or a command sets where it stands.
     NotReferenced,
     /// The motion leads out of the range of positions.
     OutOfRange,

@@ -7,8 +7,8 @@
 //! ```
 //!
 //! The set point rests after two thirds of `stop_s` at the latest, so that the joint has time to
-//! trail. The effort is that of the law, within the drive's limits. All monitors stay on; a fault
-//! turns the output off at once.
+//! trail. The effort is that of the law, within the limits of the drive and of a homing. All
+//! monitors stay on; a fault turns the output off at once.
 //!
 //! There is no controlled stop, and the joint coasts, if `stop_s` is 0, if the joint rests, if the
 //! loop is open, or if the driver still wakes up. A second stop turns the output off at once.

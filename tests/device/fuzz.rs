@@ -13,6 +13,7 @@ use stiction::control::laws::{Gains, MAX_TERMS, ResetIntegralGains, SmoothRobust
 use stiction::control::pd::PdGains;
 use stiction::identification;
 use stiction::link::{CHUNK, NO_SESSION, PROTOCOL, Request, encode_request};
+use stiction::motion::home::HomeRequest;
 use stiction::motion::jog::JogRequest;
 use stiction::parameters::{ROOM, record as form};
 use stiction::units::position::Position;
@@ -158,7 +159,7 @@ fn request(random: &mut Random, record: &[u8]) -> Request {
             Request::Subscribe { signals, every: random.below(20) as u16 }
         }
         14 => Request::Fault { index: random.next() as u8 },
-        15 => match random.below(8) {
+        15 => match random.below(10) {
             0 => Request::ReadLevels,
             4 => Request::ReadIdentification,
             5 => Request::ReadMap,
@@ -167,6 +168,8 @@ fn request(random: &mut Random, record: &[u8]) -> Request {
                 ..identification::IdentificationRequest::default()
             }),
             1 => Request::ReadJog,
+            8 => Request::ReadHome,
+            9 => Request::Home(HomeRequest { time: Some(random.real()), ..HomeRequest::default() }),
             3 => Request::SetBrownOut,
             2 => Request::Jog(JogRequest { effort: Some(random.real()), ..JogRequest::default() }),
             _ => Request::Identify { rate: random.real(), hold: random.real() },

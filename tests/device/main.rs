@@ -34,6 +34,7 @@ mod following_error;
 mod fuzz;
 mod heat;
 mod held_effort;
+mod homing;
 mod hostile;
 mod jog;
 mod link;

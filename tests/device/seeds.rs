@@ -15,6 +15,7 @@ use stiction::identification;
 use stiction::link::{
     CHUNK, NO_SESSION, NumberedMessage, PROTOCOL, REQUEST, Request, encode_request,
 };
+use stiction::motion::home::HomeRequest;
 use stiction::motion::jog::JogRequest;
 use stiction::parameters::{ROOM, record};
 use stiction::units::position::Position;
@@ -80,6 +81,9 @@ fn requests() -> Vec<Request> {
         Request::Stop,
         Request::ReadIdentification,
         Request::ReadMap,
+        Request::Home(HomeRequest { time: Some(2.0), ..HomeRequest::default() }),
+        Request::Stop,
+        Request::ReadHome,
         Request::Clear,
         Request::Fault { index: 0 },
     ]);

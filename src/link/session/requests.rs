@@ -9,6 +9,7 @@ use crate::control::drive::DriveConfig;
 use crate::control::laws::Gains;
 use crate::control::signal::{self, LawSignal, SIGNALS};
 use crate::identification;
+use crate::motion::home::HomeRequest;
 use crate::motion::jog::JogRequest;
 use crate::motion::{Course, Motion};
 use crate::parameters::{Parameters, ROOM};
@@ -82,6 +83,8 @@ impl<const RING: usize> Session<RING> {
             Request::SetReference { position } => {
                 machine.servo(|servo| servo.set_reference(position))?;
             }
+            Request::Home(asked) => self.home(&asked, machine)?,
+            Request::ReadHome => return Ok(Reply::Home(machine.servo(|servo| servo.homed()))),
             Request::ReadJog => return Ok(Reply::Jog(machine.servo(|servo| servo.jogged()))),
         }
         Ok(Reply::Done)
@@ -181,6 +184,12 @@ impl<const RING: usize> Session<RING> {
     fn jog(&self, asked: &JogRequest, machine: &mut impl Machine) -> Result<(), RequestRefusal> {
         let jog = self.parameters.as_ref().ok_or(RequestRefusal::NoParameters)?.jog(asked)?;
         Ok(machine.servo(|servo| servo.jog(jog))?)
+    }
+
+    #[inline(never)]
+    fn home(&self, asked: &HomeRequest, machine: &mut impl Machine) -> Result<(), RequestRefusal> {
+        let home = self.parameters.as_ref().ok_or(RequestRefusal::NoParameters)?.home(asked)?;
+        Ok(machine.servo(|servo| servo.home(home))?)
     }
 
     #[inline(never)]

@@ -32,7 +32,7 @@ const PIECE: f32 = 0.02;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct AbruptStop {
     /// Ticks of a piece.
-    ticks: u32,
+    ticks: i32,
     /// Codes beyond any friction, F.
     friction: i32,
     /// Counts per code, 2.5 g T^2.
@@ -51,16 +51,26 @@ struct Piece {
 pub(super) struct AbruptStopState {
     /// Where the joint was going when it last made two counts in a piece.
     backwards: bool,
-    ticks: u32,
+    /// Ticks of the present piece; below zero it has not begun yet.
+    ticks: i32,
     now: Piece,
     before: Piece,
     first: Piece,
 }
 
+impl AbruptStopState {
+    /// Expects a stop of the joint: no piece begins for 2^31 ticks, two days at 10 kHz, or until
+    /// the state is made anew. A flag would cost every tick.
+    pub const fn expect(&mut self) {
+        self.ticks = i32::MIN;
+    }
+}
+
 impl AbruptStop {
     pub fn new(limits: &Limits, units: &Units) -> Self {
         // Disabled together with the stall monitor.
-        let ticks = Units::whole(PIECE, units.tick);
+        // 200 at most, at 10 kHz.
+        let ticks = Units::whole(PIECE, units.tick).min(1 << 16) as i32;
         let piece = ticks as f32 * units.tick;
         let counts = match limits.stop_gain {
             gain if gain > 0.0 && limits.stall_effort > 0.0 => {

@@ -450,6 +450,14 @@ impl MonitorState {
         self.reversal.suppose();
     }
 
+    /// Whether a stop of the joint is expected, and shall not trip: a homing finds it.
+    pub fn expect_stop(&mut self, is_expected: bool) {
+        self.abrupt = AbruptStopState::default();
+        if is_expected {
+            self.abrupt.expect();
+        }
+    }
+
     /// Whether the silence of a link is watched.
     pub const fn is_watched(&self) -> bool {
         self.link.is_watched()

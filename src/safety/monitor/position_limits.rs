@@ -1,8 +1,8 @@
 //! The range of positions, counted from the [reference](crate::servo) of the joint.
 //!
 //! Arming anew shifts the zero of the controller, not this one: otherwise a joint could be walked
-//! out of its range in steps. A joint whose position is unknown has no range, and only jogs. Does
-//! badly: the range is only as good as the reference, which no sensor confirms.
+//! out of its range in steps. A joint whose position is unknown has no range, and only jogs and
+//! homes. Does badly: the range is only as good as the reference, which no sensor confirms.
 
 use super::limits::{Limits, Units};
 

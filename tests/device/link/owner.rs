@@ -7,6 +7,7 @@ use simulator::device::wire::SimulatedWire;
 use stiction::Fault;
 use stiction::link::{NO_SESSION, Reply, Request, RequestRefusal};
 use stiction::motion::Motion;
+use stiction::motion::home::HomeRequest;
 use stiction::servo::State;
 use stiction::units::position::Position;
 
@@ -88,6 +89,7 @@ fn while_the_motor_is_driven_another_client_only_reads() {
         Request::Change { entries: Default::default() },
         Request::Subscribe { signals: 1, every: 1 },
         Request::SetReference { position: 0 },
+        Request::Home(HomeRequest::default()),
         Request::SetBrownOut,
         Request::ReadIdentification,
     ];
@@ -101,6 +103,7 @@ fn while_the_motor_is_driven_another_client_only_reads() {
         Request::ReadParameters { offset: 0 },
         Request::Signal { index: 0 },
         Request::ReadJog,
+        Request::ReadHome,
     ];
     for (number, request) in (30..).zip(reads) {
         let [(answered, reply)] = &say(&mut simulated, &of_a_guest(number, request))[..] else {

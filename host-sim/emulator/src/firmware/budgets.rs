@@ -15,9 +15,10 @@ pub const INTERRUPT_INSTRUCTIONS: u32 = 1400;
 pub const INTERRUPT_INSTRUCTIONS_ALONE: u32 = 2000;
 /// Bytes of flash, of the 768 KiB that `memory.x` leaves below the parameters' two sectors.
 ///
-/// Sectors 0 to 4 of the part. The identification on the board takes 17 KiB of it: the sequence,
-/// the regression, the search for the Stribeck speed, and their messages on the link.
-pub const FLASH_BYTES: u64 = 128 << 10;
+/// Sectors 0 to 5 of the part; 0 to 4, 128 KiB, have no room for a homing any more. The
+/// identification on the board takes 17 KiB of it: the sequence, the regression, the search for the
+/// Stribeck speed, and their messages on the link.
+pub const FLASH_BYTES: u64 = 256 << 10;
 /// Bytes of variables, and of the room for the stack: a quarter of the part's RAM. The 64 KiB of
 /// core-coupled memory are not used.
 pub const RAM_BYTES: u64 = 32 << 10;

@@ -12,7 +12,8 @@ use crate::error::Error;
 use dynamics::friction::{AddedFriction, Coulomb};
 use dynamics::joint::{
     self, AnyJoint, Body, Bristle, CountNoise, Description, Gravity, InCoreUnits, Joint,
-    LoadTorque, Ripple, SetValuedFriction, ShaftDescription, StribeckCurve, Substitute, Train,
+    LoadTorque, Ripple, SetValuedFriction, ShaftDescription, Stops, StribeckCurve, Substitute,
+    Train,
 };
 use dynamics::mechanism::RobotAxis;
 use dynamics::solver::{AxisSolver, Event};
@@ -183,12 +184,14 @@ impl DataSheet {
 
     /// Returns the keys of effects that an axis in closed form does not have, and whether each is
     /// used.
-    pub fn asks_for(&self) -> [(&'static str, bool); 10] {
+    pub fn asks_for(&self) -> [(&'static str, bool); 12] {
         let reverse = [self.stick(), self.slip()].iter().any(|[one, other]| one != other);
         [
             ("gear.stiffness_nm_per_rad", self.stiffness().is_some()),
             ("load.constant_nm", self.load.constant_nm != 0.0),
             ("load.unbalance_nm", self.load.unbalance_nm != 0.0),
+            ("load.stop_min_deg", self.load.stop_min_deg.is_some()),
+            ("load.stop_max_deg", self.load.stop_max_deg.is_some()),
             ("friction.stick_reverse_nm", reverse),
             ("friction.stribeck_rad_per_s", self.stribeck().is_some_and(|speed| speed > 0.0)),
             ("friction.bristle_stiffness_nm_per_rad", self.bristle_stiffness().is_some()),
@@ -313,6 +316,10 @@ impl DataSheet {
         Description {
             load: LoadTorque { constant, gravity },
             lag_s: self.lag_s(),
+            stops: Stops {
+                lower: self.load.stop_min_deg.map_or(f64::NEG_INFINITY, f64::to_radians),
+                upper: self.load.stop_max_deg.map_or(f64::INFINITY, f64::to_radians),
+            },
             ..Description::of(train, count)
         }
     }

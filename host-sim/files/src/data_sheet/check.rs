@@ -9,6 +9,7 @@ use crate::error::shown;
 #[derive(Clone, Copy)]
 enum May {
     Positive,
+    Negative,
     NotNegative,
     Finite,
 }
@@ -17,6 +18,7 @@ impl May {
     fn check(self, key: &str, found: f64) -> Result<(), SheetRefusal> {
         let (is_allowed, what) = match self {
             Self::Positive => (found > 0.0, "a finite number above 0"),
+            Self::Negative => (found < 0.0, "a finite number below 0"),
             Self::NotNegative => (found >= 0.0, "a finite number not below 0"),
             Self::Finite => (true, "a finite number"),
         };
@@ -47,7 +49,7 @@ impl DataSheet {
     }
 
     fn check_numbers(&self) -> Result<(), SheetRefusal> {
-        use May::{Finite, NotNegative, Positive};
+        use May::{Finite, Negative, NotNegative, Positive};
         let (motor, gear, load, friction) = (&self.motor, &self.gear, &self.load, &self.friction);
         let supply = self.supply.as_ref();
         let all = [
@@ -72,6 +74,8 @@ impl DataSheet {
             ("load.unbalance_nm", Some(load.unbalance_nm), NotNegative),
             ("load.hangs_at_deg", load.hangs_at_deg, Finite),
             ("load.hangs_at_rad", load.hangs_at_rad, Finite),
+            ("load.stop_min_deg", load.stop_min_deg, Negative),
+            ("load.stop_max_deg", load.stop_max_deg, Positive),
             ("friction.slip_nm", Some(friction.slip_nm), NotNegative),
             ("friction.slip_reverse_nm", friction.slip_reverse_nm, NotNegative),
             ("friction.stribeck_deg_per_s", friction.stribeck_deg_per_s, NotNegative),

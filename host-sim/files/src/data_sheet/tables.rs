@@ -122,6 +122,16 @@ pub struct LoadTable {
     /// `hangs_at_deg` in rad.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub hangs_at_rad: Option<f64>,
+    // One line of the schema.
+    #[doc = "Lower hard stop of the joint, deg from where it is at power-on; below 0. Left out: \
+             there is none."]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stop_min_deg: Option<f64>,
+    // One line of the schema.
+    #[doc = "Upper hard stop of the joint, deg from where it is at power-on; above 0. Left out: \
+             there is none."]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stop_max_deg: Option<f64>,
 }
 
 /// `[friction]` of a data sheet, at the joint.

@@ -76,7 +76,9 @@ fn origin(parameters: &Parameters, about: &About) -> String {
                     "set by the file; from where the joint stands at each reset, since \
                      `device.reference` is \"power-on\""
                 }
-                PositionReference::Command => "set by the file; from `device reference`",
+                PositionReference::Command => {
+                    "set by the file; from `device home` or `device reference`"
+                }
             }
             .into();
         }

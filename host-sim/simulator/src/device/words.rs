@@ -96,8 +96,9 @@ pub fn refused(refused: &RequestRefusal) -> String {
         RequestRefusal::NotReferenced => {
             "the joint has a range (`limits.position_min_deg`, `limits.position_max_deg`), and \
              where it stands is unknown since a reset, a fault of the encoder or another \
-             `[encoder]`: bring it to a known place, by hand or by `jog`, and set that position \
-             with `reference --at DEG`"
+             `[encoder]`, or since a homing that found no stop: find it with `home`, or bring it \
+             to a known place, by hand or by `jog`, and set that position with \
+             `reference --at DEG`"
                 .into()
         }
         RequestRefusal::NoParameters => {
@@ -327,7 +328,8 @@ pub fn status(status: &Status) -> String {
     if !status.is_referenced {
         let what =
             "warning    where the joint stands is unknown (`device.reference`): if it has a range,";
-        let then = "           only `jog` moves it until `reference --at DEG` sets its position";
+        let then =
+            "           only `jog` and `home` move it until `home` or `reference --at DEG` sets it";
         lines.extend([what, then].map(String::from));
     }
     if status.is_damaged {

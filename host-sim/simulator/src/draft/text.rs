@@ -152,7 +152,10 @@ pub fn text_with(name: &str, answers: &Answers, style: &DraftStyle) -> Result<St
     let device = match answers.range("limits.travel_deg") {
         Some(_) => {
             "\n[device]\n".to_owned()
-                + &commented("reference = \"command\"", "after a reset, `device reference` first")
+                + &commented(
+                    "reference = \"command\"",
+                    "after a reset, `device home` or `reference`",
+                )
         }
         None => String::new(),
     };
@@ -215,7 +218,12 @@ fn of_the_gear(answers: &Answers) -> Option<Line> {
 fn of_the_limits(answers: &Answers, breakaway: f64) -> Vec<Line> {
     let mut lines = Vec::new();
     if let Some([low, high]) = answers.range("limits.travel_deg") {
-        lines.push(("limits", "position_min_deg", low, "from the position that `reference` sets"));
+        lines.push((
+            "limits",
+            "position_min_deg",
+            low,
+            "from the position that `home` or `reference` sets",
+        ));
         lines.push(("limits", "position_max_deg", high, ""));
     }
     if spread::highest_stick(answers).is_some() {

@@ -1,6 +1,7 @@
 //! `stiction device`.
 
 mod edit;
+mod home;
 mod identify;
 mod jog;
 mod moves;
@@ -102,6 +103,9 @@ enum Action {
     /// Push a new joint a little each way, without a loop, and check the sense of its encoder: the
     /// first powered motion
     Jog(jog::JogArguments),
+    /// Find the joint's position: go one way, slowly and with a bounded effort, until a hard stop
+    /// blocks the joint, and set the reference there
+    Home(home::HomeArguments),
     /// Set the position at which the joint stands, from which its range counts
     Reference {
         /// Position of the joint, deg
@@ -335,6 +339,11 @@ fn with(
             print(&jog.shown(&jogged, client.warning())?)?;
             jog::agrees(&jogged)
         }
+        Action::Home(home) => {
+            let result = then_off(&mut client, |client| home.run(client))?;
+            print(&home.shown(&result, client.warning()))?;
+            home::found(&result)
+        }
         Action::Reference { at } => {
             client.set_reference(*at)?;
             let status = client.status()?;
@@ -394,7 +403,12 @@ impl Action {
     const fn ends_on_ctrl_c(&self) -> bool {
         matches!(
             self,
-            Self::Arm { .. } | Self::Move(_) | Self::Jog(_) | Self::Identify(_) | Self::Log { .. }
+            Self::Arm { .. }
+                | Self::Move(_)
+                | Self::Jog(_)
+                | Self::Home(_)
+                | Self::Identify(_)
+                | Self::Log { .. }
         )
     }
 }

@@ -2,6 +2,7 @@
 
 use stiction::identification::{self, LEAST_TRAVEL_COUNTS, MapPoint, SPEEDS, Summary};
 use stiction::link::{Reply, Request, RequestRefusal, StateCode};
+use stiction::motion::home::{HomeFindings, HomeRequest};
 use stiction::motion::jog::{JogFindings, JogRequest};
 use stiction::servo::FrictionLevels;
 use stiction::units::position::Position;
@@ -153,24 +154,53 @@ impl<W: Wire> Client<W> {
         self.done("jog", Request::Jog(asked))
     }
 
+    /// Arms and starts a homing, within the limits of the device and those of the request. The
+    /// homing ends automatically; [`homed`](Self::homed) returns its result. Meanwhile the client
+    /// must send a request within the device's link timeout.
+    ///
+    /// # Errors
+    /// Returns why the device refuses.
+    pub fn home(&mut self, asked: HomeRequest) -> Result<(), Error> {
+        self.done("home", Request::Home(asked))
+    }
+
+    /// Returns the result of the last homing; `None` before its end or if it was interrupted.
+    ///
+    /// # Errors
+    /// Returns an error if the device does not answer.
+    pub fn homed(&mut self) -> Result<Option<HomeFindings>, Error> {
+        match self.ask(Request::ReadHome)? {
+            Reply::Home(found) => Ok(found),
+            _ => Err(self.unexpected()),
+        }
+    }
+
+    /// Returns the counts of a position (deg) that a device takes as that of its joint.
+    ///
+    /// # Errors
+    /// Returns an error for a position that is not finite or 2^30 counts away or more.
+    pub fn counts_of(&mut self, what: &str, deg: f64) -> Result<i32, Error> {
+        let resolution = f64::from(self.status()?.resolution);
+        if resolution <= 0.0 {
+            return Err(self.refused(what, &RequestRefusal::NoParameters));
+        }
+        let counts = deg / resolution;
+        if !counts.is_finite() || counts.abs() >= f64::from(1 << 30) {
+            let furthest = shown(f64::from(1 << 30) * resolution);
+            return Err(Error::Input(format!(
+                "{what} --at {deg}: it must be a number within {furthest} deg, 2^30 counts"
+            )));
+        }
+        Ok(counts.round() as i32)
+    }
+
     /// Sets the position of the joint (deg), from which its range counts. The output is off and the
     /// joint at rest.
     ///
     /// # Errors
     /// Returns why the device refuses.
     pub fn set_reference(&mut self, deg: f64) -> Result<(), Error> {
-        let resolution = f64::from(self.status()?.resolution);
-        if resolution <= 0.0 {
-            return Err(self.refused("reference", &RequestRefusal::NoParameters));
-        }
-        let counts = deg / resolution;
-        if !counts.is_finite() || counts.abs() >= f64::from(1 << 30) {
-            let furthest = shown(f64::from(1 << 30) * resolution);
-            return Err(Error::Input(format!(
-                "reference --at {deg}: it must be a number within {furthest} deg, 2^30 counts"
-            )));
-        }
-        let position = counts.round() as i32;
+        let position = self.counts_of("reference", deg)?;
         self.done("reference", Request::SetReference { position })
     }
 

@@ -123,7 +123,7 @@ fn state_of(watched: &WatchedDevice) -> Line<'static> {
         ),
         (
             !status.is_referenced,
-            "position unknown: with a range, only `jog` moves it until `reference`",
+            "position unknown: with a range, only `jog` moves it until `home` or `reference`",
             Color::Yellow,
         ),
         (status.is_damaged, "a saved set of parameters is damaged: see `status`", Color::Red),
