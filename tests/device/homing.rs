@@ -185,11 +185,14 @@ fn a_homing_is_refused_like_a_closed_loop_but_for_the_reference_which_it_keeps_t
     assert_eq!(begin(&mut device, UP), Err(Refusal::FrictionUnknown));
 }
 
+/// What interrupts a homing.
+type End = fn(&mut SimulatedDevice);
+
 /// Whatever ends a homing at any of its ticks leaves no reference, and no more effort than its own.
 /// Without an end it takes some 250 ticks.
 #[test]
 fn no_moment_at_which_it_ends_leaves_a_reference() {
-    let ends: [(&str, fn(&mut SimulatedDevice)); 4] = [
+    let ends: [(&str, End); 4] = [
         ("stop", |device| device.device.servo().stop()),
         ("brake", |device| device.device.servo().come_to_rest()),
         ("fault", |device| device.device.servo().fault(Fault::Watchdog)),

@@ -21,6 +21,7 @@ fn motion(duration_s: f64, reference: f64, position: impl Fn(f64) -> f64) -> Vec
             position_deg: position(time_s),
             at_encoder_deg: position(time_s),
             at_load_deg: position(time_s),
+            motor_counts: None,
             velocity_deg_per_s: 0.0,
             applied_v: 0.0,
             stuck: false,

@@ -79,6 +79,7 @@ mod tests {
             position_deg: 0.0,
             at_encoder_deg: 0.0,
             at_load_deg: 0.0,
+            motor_counts: None,
             velocity_deg_per_s: 0.0,
             applied_v: 0.0,
             stuck: true,

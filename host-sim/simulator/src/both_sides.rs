@@ -141,6 +141,7 @@ mod tests {
                 position_deg: load,
                 at_encoder_deg: encoder,
                 at_load_deg: load,
+                motor_counts: None,
                 velocity_deg_per_s: 0.0,
                 applied_v: 0.0,
                 stuck: false,

@@ -49,6 +49,9 @@ pub struct LoopSample {
     pub at_encoder_deg: f64,
     /// True position at the load, deg.
     pub at_load_deg: f64,
+    /// Position of the motor since the run's begin, counts of its own encoder, if the joint has
+    /// one on either side.
+    pub motor_counts: Option<i32>,
     /// True joint velocity, deg/s.
     pub velocity_deg_per_s: f64,
     /// Output of the D/A until the next sample, V.
@@ -104,12 +107,14 @@ impl ClosedLoop {
             if !plant.is_finite() {
                 return Some(time_s);
             }
-            if let Some(counts) = plant.motor_counts() {
+            let motor_counts = plant.motor_counts();
+            if let Some(counts) = motor_counts {
                 target.see_motor(counts);
             }
             let Some(tick) = target.tick(plant.counter()) else { break };
             let effort_v = plant.put_out(tick.code);
-            on_moment(&self.moment(time_s, tick, effort_v, &plant.solver));
+            let moment = self.moment(time_s, tick, effort_v, &plant.solver);
+            on_moment(&LoopSample { motor_counts, ..moment });
             if k < samples {
                 plant.hold(effort_v, self.sample_time_s, &mut on_event);
             }
@@ -135,6 +140,7 @@ impl ClosedLoop {
             position_deg: joint.position(),
             at_encoder_deg: joint.at_encoder(),
             at_load_deg: joint.at_load(),
+            motor_counts: None,
             velocity_deg_per_s: joint.velocity(),
             applied_v,
             stuck: joint.stuck(),

@@ -29,6 +29,14 @@ pub struct IdentifyLogArguments {
     /// Column of the effort: current, torque, force or voltage
     #[arg(long, value_name = "COLUMN")]
     effort: String,
+    /// Column of the motor's position, if `--position` is that of the load behind a gear: finds
+    /// ratio, slack and stiffness of the gear
+    #[arg(long, value_name = "COLUMN")]
+    motor_position: Option<String>,
+    /// Unit of the motor's position: rad, deg or count [default: the end of the column's name, as
+    /// in `motor_counts`; else rad]
+    #[arg(long, value_name = "UNIT", requires = "motor_position")]
+    motor_position_unit: Option<PositionUnit>,
     /// Unit of the time: s, ms, us or ns, or the seconds of a tick [default: the end of the
     /// column's name, as in `t [ms]`; else s]
     #[arg(long, value_name = "UNIT")]
@@ -115,6 +123,7 @@ pub fn identify_log(arguments: &IdentifyLogArguments) -> Result<(), Error> {
         time: arguments.time.clone(),
         position: arguments.position.clone(),
         effort: arguments.effort.clone(),
+        motor: arguments.motor_position.clone(),
     };
     let log = read(&arguments.log, &columns)?;
     let mut found =
@@ -195,6 +204,11 @@ impl IdentifyLogArguments {
         let unit = unit.unwrap_or(PositionUnit::Rad);
         let scale = LogUnits::checked(time_s, unit, self.counts_per_turn, gain);
         let scale = scale.map_err(Error::Input)?;
+        let scale = match &self.motor_position {
+            Some(column) => scale.with_motor(self.motor_unit(column, warnings)),
+            None => Ok(scale),
+        };
+        let scale = scale.map_err(Error::Input)?;
         if scale.is_linear && self.machine.is_some() {
             return Err(Error::Input(
                 "--machine is the file of a joint that turns, and the position is along a line; \
@@ -211,6 +225,17 @@ impl IdentifyLogArguments {
             effort_delay_s: self.effort_delay,
         };
         settings.checked().map_err(Error::Input)
+    }
+
+    /// Returns the unit of the motor's position.
+    fn motor_unit(&self, column: &str, warnings: &mut Vec<String>) -> PositionUnit {
+        let named = PositionUnit::of_motor(column);
+        self.motor_position_unit.or(named).unwrap_or_else(|| {
+            warnings.push(format!(
+                "`{column}` has no unit; read as rad, set another one with --motor-position-unit"
+            ));
+            PositionUnit::Rad
+        })
     }
 
     /// Returns the unit of the time, s.

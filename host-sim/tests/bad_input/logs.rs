@@ -70,6 +70,13 @@ fn a_log_that_identifies_no_machine_is_refused_with_its_column_or_row() {
             &["no column `q_rd`", "did you mean `q_rad`?", "t, q_rad, u"],
         ),
         (&good, &["--effort", "t"], &["name the same column"]),
+        (&good, &["--motor-position", "q_rad"], &["--motor-position name the same column"]),
+        (&good, &["--motor-position", "nothing"], &["no column `nothing`"]),
+        (
+            &good,
+            &["--motor-position", "u", "--motor-position-unit", "mm"],
+            &["--motor-position-unit must be rad, deg or count"],
+        ),
         (&again, &[], &["row 1000:", "0.5", "increase"]),
         (&twice, &[], &["row 1000:", "that of the row before"]),
         (&word, &[], &["row 1000:", "`twelve`", "column `u`"]),

@@ -14,6 +14,7 @@ mod experiments;
 mod identified;
 mod identified_slack;
 mod identify;
+mod identify_gear;
 mod identify_machine;
 mod json;
 mod new_joint;

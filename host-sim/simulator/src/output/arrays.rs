@@ -2,10 +2,11 @@
 
 use super::cell::Cell;
 use super::columns::of_a_run;
-use super::csv::{cell, moments, signals_of};
+use super::csv::{MOTOR_COUNTS, cell, has_motor, moments, signals_of};
 use crate::run::RunResult;
 
-/// Returns the columns of a run with their names, then the signals of its law. An empty cell is
+/// Returns the columns of a run with their names, then the motor's counts if it has two encoders,
+/// then the signals of its law. An empty cell is
 /// NaN; a flag is 0 or 1.
 pub fn arrays(result: &RunResult) -> Vec<(&'static str, Vec<f64>)> {
     let (moments, is_ramp) = moments(result);
@@ -17,7 +18,11 @@ pub fn arrays(result: &RunResult) -> Vec<(&'static str, Vec<f64>)> {
         let value = |law: &[f32]| law.get(place).map_or(f64::NAN, |value| f64::from(*value));
         (name, moments.iter().map(|moment| value(&moment.tick.law)).collect())
     });
-    of_columns.chain(of_the_law).collect()
+    let of_the_motor = has_motor(result).then(|| {
+        let numbers = moments.iter().map(|moment| number(&moment.motor_counts.into()));
+        (MOTOR_COUNTS, numbers.collect())
+    });
+    of_columns.chain(of_the_motor).chain(of_the_law).collect()
 }
 
 const fn number(cell: &Cell) -> f64 {

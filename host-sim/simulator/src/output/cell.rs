@@ -48,6 +48,12 @@ cells! {
     Flag bool;
 }
 
+impl From<Option<i32>> for Cell {
+    fn from(value: Option<i32>) -> Self {
+        value.map_or(Self::None, |value| Self::Whole(value.into()))
+    }
+}
+
 impl From<&str> for Cell {
     fn from(text: &str) -> Self {
         Self::Text(text.into())

@@ -8,7 +8,8 @@ use crate::closed_loop::LoopSample;
 use crate::run::{RunResult, RunTrace};
 
 /// Returns the CSV: the header, then a line for each sample. With several runs, each line starts
-/// with the label of its run. The signals of the laws are in the last columns.
+/// with the label of its run. The motor's counts follow, if a run has two encoders. The signals of
+/// the laws are in the last columns.
 ///
 /// # Errors
 /// Returns an error if a number cannot be written.
@@ -24,6 +25,8 @@ pub fn render(results: &[RunResult]) -> Result<Vec<u8>, csv::Error> {
     let label = labelled.then_some("label");
     let columns = of_a_run();
     let names = columns.iter().map(|column| column.name());
+    let motor = results.iter().any(has_motor).then_some(MOTOR_COUNTS);
+    let names = names.chain(motor);
     writer.write_record(label.into_iter().chain(names).chain(of_laws.iter().copied()))?;
     for result in results {
         let own = signals_of(result);
@@ -37,7 +40,9 @@ pub fn render(results: &[RunResult]) -> Result<Vec<u8>, csv::Error> {
                     .and_then(|place| moment.tick.law.get(place))
                     .map_or(Cell::None, |value| (*value).into())
             });
-            writer.serialize(label.into_iter().chain(row).chain(of_laws).collect::<Vec<Cell>>())?;
+            let motor = motor.map(|_| moment.motor_counts.into());
+            let row = label.into_iter().chain(row).chain(motor).chain(of_laws);
+            writer.serialize(row.collect::<Vec<Cell>>())?;
         }
     }
     writer.into_inner().map_err(|error| csv::Error::from(error.into_error()))
@@ -49,6 +54,14 @@ pub(super) fn moments(result: &RunResult) -> (&[LoopSample], bool) {
         RunTrace::Loop(moments) => (moments, false),
         RunTrace::Ramp(moments) => (moments, true),
     }
+}
+
+/// Column of the motor's counts, in a run with an encoder on either side of the gear.
+pub(super) const MOTOR_COUNTS: &str = "motor_counts";
+
+/// Returns whether a run has a second encoder.
+pub(super) fn has_motor(result: &RunResult) -> bool {
+    moments(result).0.iter().any(|moment| moment.motor_counts.is_some())
 }
 
 /// Returns the signals of the law of a run.

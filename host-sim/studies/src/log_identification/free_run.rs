@@ -93,6 +93,7 @@ pub fn free_run(
         if !kept.is_empty() {
             kept.push([stretch.begin_s, f64::NAN, f64::NAN]);
         }
+        let driving = stretch.driving();
         for (i, logged) in stretch.position.iter().enumerate() {
             position.add(*logged, q);
             velocity.add(smooth.velocity[i], v);
@@ -101,7 +102,7 @@ pub fn free_run(
             }
             for k in 0..steps as usize {
                 let at = i as f64 + (k as f64 + 0.5) / steps - delay_s / h;
-                let effort = at_place(&stretch.effort, at) - fitted.gravity(q);
+                let effort = at_place(&driving, at) - fitted.gravity(q);
                 let before = v;
                 v = step(fitted, v, effort, part, inertia);
                 q += 0.5 * part * (before + v);

@@ -17,7 +17,10 @@ use toml_edit::{DocumentMut, Item};
 
 use super::IdentifiedMachine;
 use super::effort_unit::EffortUnit;
-use super::model::{FittedModel, MachineModel};
+use super::gear::IdentifiedGear;
+use super::model::{FittedModel, FittedParameter, MachineModel};
+use super::units::LogUnits;
+use files::data_sheet::tables::EncoderPlace;
 use files::data_sheet::{DataSheet, Mapping, resting_torque};
 use files::document::Document;
 use files::error::{Error, rounded as digits};
@@ -43,6 +46,9 @@ const COUNTS: [f64; 2] = [0.6, 1.7];
 
 /// Largest number of counts of a disc. A position with a finer resolution is not counted.
 const MOST_COUNTS: f64 = 4.0 * 65536.0;
+
+/// Least difference of a ratio that is wrong, as a share of it.
+const RATIO: f64 = 1e-3;
 
 /// A machine's file with the joint of a log.
 #[derive(Clone, Debug, PartialEq)]
@@ -106,6 +112,9 @@ impl MachineOfLog {
         let Self { document, sheet, mapping, unit, effort_gain, .. } = self;
         let file = &document.origin.name;
         let mut words = Vec::new();
+        if let Some(Ok(gear)) = &found.gear {
+            words.extend(self.against_ratio(gear, &found.scale));
+        }
         // A torque can be the motor's; then its gain includes the gear.
         if *unit != EffortUnit::NewtonMetre && !unit.agrees(*effort_gain, sheet, mapping) {
             words.push(format!(
@@ -116,13 +125,21 @@ impl MachineOfLog {
                 digits(unit.gain(sheet, mapping))
             ));
         }
-        let Some(count) = mapping.count else { return words };
+        // With a column of the motor, the position is that of the load.
+        let (count, key) = match found.gear {
+            Some(_) => {
+                let load = sheet.load_encoder.map(|load| load.count_deg().to_radians());
+                (load, "load_encoder.counts_per_turn")
+            }
+            None => (mapping.count, "encoder.lines"),
+        };
+        let Some(count) = count else { return words };
         let turn = TAU / count;
         if let Some(counts) = counts_per_turn {
             if (counts / turn - 1.0).abs() > 1e-3 {
                 words.push(format!(
-                    "--counts-per-turn is {}, but encoder.lines of {file} gives {} counts per turn \
-                     of the joint",
+                    "--counts-per-turn is {}, but {key} of {file} gives {} counts per turn of the \
+                     joint",
                     digits(counts),
                     digits(turn)
                 ));
@@ -137,13 +154,75 @@ impl MachineOfLog {
         let is_same = (COUNTS[0]..=COUNTS[1]).contains(&(of_log / count));
         if is_counted && !is_digit && !is_same {
             words.push(format!(
-                "the smallest position change of the log is {} rad, but encoder.lines of {file} \
-                 gives counts of {} rad",
+                "the smallest position change of the log is {} rad, but {key} of {file} gives \
+                 counts of {} rad",
                 digits(of_log),
                 digits(count)
             ));
         }
         words
+    }
+
+    /// Compares the ratio of a gear with the file; a sentence says which value differs.
+    fn against_ratio(&self, gear: &IdentifiedGear, scale: &LogUnits) -> Option<String> {
+        let file = &self.document.origin.name;
+        let turns = self.sheet.gear.ratio;
+        let at_motor = self.sheet.encoder.at == Some(EncoderPlace::Motor);
+        let lines = self.sheet.encoder.lines.filter(|_| at_motor);
+        let (expected, keys) = match scale.motor {
+            Some(_) => (turns, "gear.ratio"),
+            None => (4.0 * f64::from(lines?) * turns, "encoder.lines and gear.ratio"),
+        };
+        let found = gear.ratio.value;
+        let off = (2.0 * gear.ratio.sd).max(RATIO * expected);
+        if (found.abs() - expected).abs() > off {
+            return Some(format!(
+                "the ratio is wrong: {keys} of {file} give {} {}, but the log has {}",
+                digits(expected),
+                scale.ratio_unit(),
+                digits(found.abs())
+            ));
+        }
+        (found < 0.0).then(|| {
+            "the direction is wrong: the motor's column falls while the position rises".into()
+        })
+    }
+
+    /// Takes what the log shows of the gear into the text of the file, with what it contradicts.
+    /// Returns the keys.
+    fn merge_gear(
+        &self,
+        gear: &IdentifiedGear,
+        whole: &mut DocumentMut,
+        contradicted: &mut Vec<Contradiction>,
+    ) -> Vec<String> {
+        let mut keys = Vec::new();
+        let stiffness = ("stiffness_nm_per_rad", gear.is_stiffness_sure(), gear.stiffness, 1.0);
+        let slack = ("backlash_deg", gear.is_slack_sure(), gear.slack, 1f64.to_degrees());
+        for (key, is_sure, FittedParameter { value, sd }, unit) in [stiffness, slack] {
+            if !is_sure {
+                continue;
+            }
+            let [value, off] = [value * unit, 2.0 * sd * unit];
+            let whole_key = format!("gear.{key}");
+            let in_file = match key {
+                "backlash_deg" => self.sheet.backlash().map(f64::to_degrees),
+                _ => self.sheet.stiffness(),
+            };
+            if let Some(in_file) = in_file.filter(|in_file| (in_file - value).abs() > off) {
+                contradicted.push(Contradiction::new(&whole_key, in_file, [value, off]));
+            }
+            if let Some(table) = whole.get_mut("gear").and_then(Item::as_table_like_mut) {
+                // The same in another unit.
+                ["stiffness_nm_per_deg", "backlash_rad"]
+                    .into_iter()
+                    .filter(|other| other.split('_').next() == key.split('_').next())
+                    .for_each(|other| drop(table.remove(other)));
+            }
+            put_number(whole, &["gear"], key, rounded(value));
+            keys.push(whole_key);
+        }
+        keys
     }
 
     /// Merges the joint identified from `log` into the file.
@@ -158,12 +237,16 @@ impl MachineOfLog {
             refuse("the identified friction is negative, which is impossible".into())
         })?;
         let new = MergedSheet::of(document, (sheet, mapping), &measured).map_err(refuse)?;
-        let MergedSheet { tables, mut ranges, kept, mut contradicted } = new;
+        let MergedSheet { tables, mut ranges, mut kept, mut contradicted } = new;
         let mut whole: DocumentMut =
             self.text.parse().map_err(|_| refuse("its text cannot be edited".into()))?;
         for name in TABLES {
             let Some(table) = tables.get(name) else { continue };
             edit(&mut whole, name, document.get(name).and_then(Value::as_table), table);
+        }
+        if let Some(Ok(gear)) = &found.gear {
+            let measured = self.merge_gear(gear, &mut whole, &mut contradicted);
+            kept.retain(|key| !measured.contains(key));
         }
         let dead_time_s = sheet.motor.dead_time_s;
         if measured.is_in_volts && dead_time_s > 0.0 {

@@ -2,8 +2,9 @@
 //! dynamics).
 //!
 //! ```text
-//! CSV -> reading -> time_grid -> cut_off -> moments (butterworth, derivative, gate)
-//!     -> least_squares over the columns of a model -> free_run, misfit, proposal -> verdict -> output
+//! CSV -> reading -> time_grid -> cut_off -> gear, if the log has both sides of one
+//!     -> moments (butterworth, derivative, gate) -> least_squares over the columns of a model
+//!     -> free_run, misfit, proposal -> verdict -> output
 //! ```
 //!
 //! The equation of [`model`] holds for a rigid machine in motion. Position and effort pass the same
@@ -22,6 +23,7 @@ pub mod encoding;
 pub mod figures;
 pub mod free_run;
 pub mod gate;
+pub mod gear;
 pub mod implausible;
 pub mod into_machine;
 pub mod least_squares;
@@ -42,6 +44,7 @@ mod tests;
 
 use cut_off::CutOff;
 use free_run::FreeRun;
+use gear::IdentifiedGear;
 use implausible::Implausible;
 use misfit::Misfit;
 use model::{FittedModel, FittedParameter, RegressionSample};
@@ -117,6 +120,8 @@ pub struct IdentifiedMachine {
     pub verdict: FitVerdict,
     /// Warnings to read before the numbers are used.
     pub warnings: Vec<String>,
+    /// The gear, or why it was not identified; `None` if the log has no position of the motor.
+    pub gear: Option<Result<IdentifiedGear, String>>,
     /// Rows of the regression.
     pub moments: Vec<RegressionSample>,
     /// Statistics of the log.
@@ -166,7 +171,7 @@ pub fn identify(mut log: MotionLog, request: &FitSettings) -> Result<IdentifiedM
     let count = if log.smallest_change.is_finite() { log.smallest_change } else { 0.0 };
     let (rows, missing_rows, long_rows) = (log.rows, log.missing, log.long);
     let folded = log.folded;
-    let grid = TimeGrid::of(&log, log.time_digit)?;
+    let mut grid = TimeGrid::of(&log, log.time_digit)?;
     drop(log);
     let mut implausible: Vec<Implausible> = implausible::step(&grid).into_iter().collect();
     warnings.extend(implausible.iter().map(|value| value.words.clone()));
@@ -182,10 +187,18 @@ pub fn identify(mut log: MotionLog, request: &FitSettings) -> Result<IdentifiedM
     }
     // The mean of several rows has a finer resolution.
     let cut_off = cut_off::choose(&grid, count / folded as f64, request.cut_off_hz);
+    let has_motor = grid.stretches.iter().any(|one| !one.beside.is_empty());
+    let gear = has_motor.then(|| gear::identify(&grid, request));
+    let mut request = *request;
+    if let Some(Ok(gear)) = &gear
+        && let Some(delay_s) = gear.carry(&mut grid, &request.scale, cut_off.hz)
+    {
+        request.effort_delay_s = Some(delay_s);
+    }
     let slow = if request.has_stribeck { gate::CREEPING_WITH_STRIBECK } else { gate::CREEPING };
     let filtered = FilteredLog::of(&grid, [slow, count, cut_off.hz]);
     let (fitted, compared, effort_delay_s, moments) =
-        regression::regress(&filtered, request, grid.step_s)?;
+        regression::regress(&filtered, &request, grid.step_s)?;
     let mut parameters = fitted.parameters();
     // One after the other, since each is as large as the log.
     let below = |part: f64| {
@@ -237,6 +250,7 @@ pub fn identify(mut log: MotionLog, request: &FitSettings) -> Result<IdentifiedM
         proposals,
         verdict,
         warnings,
+        gear,
         moments,
         read,
     })

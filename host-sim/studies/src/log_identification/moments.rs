@@ -53,7 +53,7 @@ impl FilteredLog {
             .map(|stretch| {
                 let position = low_pass.apply(&stretch.position);
                 let [velocity, acceleration] = derivatives(&position, h);
-                let effort = low_pass.apply(&stretch.effort);
+                let effort = low_pass.apply(&stretch.driving());
                 FilteredStretch { position, velocity, acceleration, direction: Vec::new(), effort }
             })
             .collect();
@@ -79,6 +79,26 @@ impl FilteredLog {
     pub fn independent(&self, rows: usize) -> f64 {
         let periods = self.cut_off_hz * self.step_s * self.stride() as f64;
         (rows as f64 * (2.0 * periods).min(1.0)).max(2.0)
+    }
+
+    /// Returns a series that has passed the same low-pass.
+    pub fn low_pass(&self, series: &[f64]) -> Vec<f64> {
+        LowPass::new(self.cut_off_hz * self.step_s).apply(series)
+    }
+
+    /// Returns stretch and sample of each row of the regression.
+    pub fn places(&self) -> Vec<[usize; 2]> {
+        let stride = self.stride();
+        let of = |(stretch, used): (usize, &Vec<bool>)| {
+            let places = (0..used.len()).step_by(stride).filter(|i| used[*i]);
+            places.map(|i| [stretch, i]).collect::<Vec<_>>()
+        };
+        self.gate.used.iter().enumerate().flat_map(of).collect()
+    }
+
+    /// Returns the effort at a place, if it acts `delay_s` later than in the log.
+    pub fn effort(&self, [stretch, sample]: [usize; 2], delay_s: f64) -> f64 {
+        earlier(&self.stretches[stretch].effort, sample, delay_s / self.step_s)
     }
 
     /// Returns the rows of the regression for an effort that acts `delay_s` later than in the log.
@@ -111,7 +131,7 @@ impl FilteredLog {
 }
 
 /// Returns the value of a series `samples` before a place, by the cubic through four neighbours.
-fn earlier(series: &[f64], place: usize, samples: f64) -> f64 {
+pub fn earlier(series: &[f64], place: usize, samples: f64) -> f64 {
     let at = place as f64 - samples;
     let base = at.floor();
     let share = at - base;

@@ -3,6 +3,8 @@
 use serde_json::{Map, Value, json};
 
 use super::IdentifiedMachine;
+use super::gear::IdentifiedGear;
+use super::model::FittedParameter;
 use files::error::rounded;
 use simulator::output::grid;
 
@@ -24,6 +26,7 @@ pub fn object(log: &str, identified: &IdentifiedMachine) -> Value {
         .iter()
         .map(|(name, percent)| ((*name).into(), json!({ "relative_residual_percent": percent })))
         .collect();
+    let gear = identified.gear.as_ref();
     json!({
         "schema": SCHEMA,
         "log": log,
@@ -44,6 +47,8 @@ pub fn object(log: &str, identified: &IdentifiedMachine) -> Value {
         "verdict": identified.verdict,
         "misfits": identified.misfits,
         "proposals": identified.proposals,
+        "gear": gear.and_then(|gear| gear.as_ref().ok()).map(|gear| gear_object(identified, gear)),
+        "gear_refused": gear.and_then(|gear| gear.as_ref().err()),
         "warnings": identified.warnings,
         "cut_off_hz": identified.cut_off.hz,
         "effort_delay_s": identified.effort_delay_s,
@@ -51,18 +56,74 @@ pub fn object(log: &str, identified: &IdentifiedMachine) -> Value {
     })
 }
 
+/// Returns the object of a gear, with the units of its values.
+fn gear_object(identified: &IdentifiedMachine, gear: &IdentifiedGear) -> Value {
+    let units: Map<String, Value> = gear_parameters(identified, gear)
+        .into_iter()
+        .map(|(name, _, unit)| (name.into(), unit.into()))
+        .collect();
+    let mut object = json!(gear);
+    object["units"] = units.into();
+    object
+}
+
+/// Returns the values of a gear, with their names and units.
+fn gear_parameters<'a>(
+    identified: &IdentifiedMachine,
+    gear: &'a IdentifiedGear,
+) -> [(&'static str, &'a FittedParameter, String); 7] {
+    let scale = &identified.scale;
+    let (effort, position) = (scale.effort_unit(), scale.position_unit());
+    [
+        ("ratio", &gear.ratio, scale.ratio_unit().into()),
+        ("stiffness", &gear.stiffness, format!("{effort}/{position}")),
+        ("damping", &gear.damping, format!("{effort} s/{position}")),
+        ("slack", &gear.slack, position.into()),
+        ("motor_inertia", &gear.motor_inertia, scale.unit_of("inertia")),
+        ("motor_viscous", &gear.motor_viscous, scale.unit_of("viscous")),
+        ("motor_coulomb", &gear.motor_coulomb, scale.unit_of("coulomb")),
+    ]
+}
+
+/// Returns the table of a gear, and what is doubted, or why there is none.
+fn gear_text(identified: &IdentifiedMachine, gear: &Result<IdentifiedGear, String>) -> String {
+    let gear = match gear {
+        Ok(gear) => gear,
+        Err(why) => return format!("gear: not identified: {why}\n"),
+    };
+    let mut rows = grid::new(&HEADER);
+    for (name, parameter, unit) in gear_parameters(identified, gear) {
+        rows.add_row(row(name, parameter, unit));
+    }
+    let residual = short(gear.relative_residual_percent);
+    let doubts: String = gear.doubts.iter().map(|words| format!("  - {words}\n")).collect();
+    format!(
+        "gear, all at the joint\n{}\n{:<11} {residual} % of the effort\n{doubts}",
+        rows.trim_fmt(),
+        "residual"
+    )
+}
+
+/// Head of a table of parameters.
+const HEADER: [&str; 5] = ["parameter", "value", "+-", "%", "unit"];
+
+/// Returns the row of a parameter.
+fn row(name: &str, parameter: &FittedParameter, unit: String) -> [String; 5] {
+    let percent = 100.0 * parameter.sd / parameter.value.abs();
+    [
+        name.into(),
+        significant(parameter.value, parameter.sd),
+        rounded_to(parameter.sd, 2),
+        if percent.is_finite() { rounded_to(percent, 2) } else { "-".into() },
+        unit,
+    ]
+}
+
 /// Returns the table of the parameters, with the verdict.
 pub fn text(identified: &IdentifiedMachine) -> String {
-    let mut rows = grid::new(&["parameter", "value", "+-", "%", "unit"]);
+    let mut rows = grid::new(&HEADER);
     for (name, parameter) in &identified.parameters {
-        let percent = 100.0 * parameter.sd / parameter.value.abs();
-        rows.add_row([
-            (*name).into(),
-            significant(parameter.value, parameter.sd),
-            rounded_to(parameter.sd, 2),
-            if percent.is_finite() { rounded_to(percent, 2) } else { "-".into() },
-            identified.scale.unit_of(name),
-        ]);
+        rows.add_row(row(name, parameter, identified.scale.unit_of(name)));
     }
     let (free, read, unit) =
         (&identified.free_run, &identified.read, identified.scale.position_unit());
@@ -110,6 +171,7 @@ pub fn text(identified: &IdentifiedMachine) -> String {
     for words in &identified.verdict.words {
         text += &format!("  - {words}\n");
     }
+    text += &identified.gear.as_ref().map_or(String::new(), |gear| gear_text(identified, gear));
     text
 }
 

@@ -1,10 +1,12 @@
-//! Reads time, position and effort of a log, row by row, into bounded memory.
+//! Reads time, position and effort of a log, and a second position if asked for, row by row, into
+//! bounded memory.
 //!
 //! At most [`MOST`] samples are kept. If a log has more, neighbours are averaged in pairs, as often
 //! as needed: time, position and effort alike, so that linear relations between them hold. Rows are
 //! numbered as in a spreadsheet: the header is row 1, blank lines and comments count, and a line
 //! break inside quotes does not. A file in UTF-16 is decoded (`encoding.rs`).
 
+use std::collections::BTreeSet;
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
@@ -35,6 +37,8 @@ pub struct LogColumns {
     pub position: String,
     /// Effort.
     pub effort: String,
+    /// Position of the motor, if the position is that of the load behind a gear.
+    pub motor: Option<String>,
 }
 
 /// A log of time, position and effort, in the units of its file.
@@ -46,7 +50,9 @@ pub struct MotionLog {
     pub position: Vec<f64>,
     /// Effort of each sample.
     pub effort: Vec<f64>,
-    /// Number of rows with three numbers.
+    /// Position of the motor at each sample; empty without its column.
+    pub motor: Vec<f64>,
+    /// Number of rows with all numbers.
     pub rows: u64,
     /// Number of rows that are averaged into a sample.
     pub folded: u64,
@@ -114,16 +120,16 @@ pub fn read_from(name: &str, text: impl Read, columns: &LogColumns) -> Result<Mo
         // The record's own position includes the blank lines and comments before it.
         inside += record.as_slice().iter().filter(|byte| **byte == b'\n').count() as u64;
         let row = reader.position().line() - 1 - inside;
-        let Some(found) = places else {
+        let Some(found) = &places else {
             let header: Vec<String> = record.iter().map(word).collect();
             // A first row of numbers, some of which may be missing, is data.
             let has_names = record.iter().any(|cell| samples.number(cell).is_err());
             let found = places_of(columns, &header, has_names).map_err(refuse)?;
             samples.width = header.len();
-            places = Some(found);
             if !has_names {
-                samples.add(&record, row, found, columns).map_err(refuse)?;
+                samples.add(&record, row, &found, columns).map_err(refuse)?;
             }
+            places = Some(found);
             continue;
         };
         samples.add(&record, row, found, columns).map_err(refuse)?;
@@ -149,7 +155,7 @@ pub fn of_series([time, position, effort]: [&[f64]; 3]) -> Result<MotionLog, Str
     let mut samples = Samples::new(b',');
     for (place, ((time, position), effort)) in time.iter().zip(position).zip(effort).enumerate() {
         let numbers = [*time, *position, *effort].map(|one| one.is_finite().then_some(one));
-        samples.push(numbers, place as u64 + 1, || last_digit(time.to_string().as_bytes()))?;
+        samples.push(&numbers, place as u64 + 1, || last_digit(time.to_string().as_bytes()))?;
     }
     samples.finish()
 }
@@ -218,12 +224,15 @@ fn word(cell: &[u8]) -> String {
     String::from_utf8_lossy(cell).trim().to_owned()
 }
 
-/// Returns the places of the three columns.
+/// Columns that are read: time, position, effort, and the motor's position if asked for.
+const COLUMNS: usize = 4;
+
+/// Returns the places of the columns.
 fn places_of(
     columns: &LogColumns,
     header: &[String],
     has_names: bool,
-) -> Result<[usize; 3], String> {
+) -> Result<Vec<usize>, String> {
     let place = |option: &str, column: &str| {
         if !has_names {
             let number = column.parse::<usize>().ok();
@@ -248,16 +257,22 @@ fn places_of(
             _ => Err(format!("{option}: more than one column is called `{column}`; rename one")),
         }
     };
-    let found = [
+    let mut found = vec![
         place("--time", &columns.time)?,
         place("--position", &columns.position)?,
         place("--effort", &columns.effort)?,
     ];
-    let [time, position, effort] = found;
-    if time == position || time == effort || position == effort {
-        return Err("two of --time, --position and --effort name the same column; name three \
-                    different ones"
-            .into());
+    if let Some(motor) = &columns.motor {
+        found.push(place("--motor-position", motor)?);
+    }
+    let different: BTreeSet<usize> = found.iter().copied().collect();
+    if different.len() < found.len() {
+        let options = if found.len() == COLUMNS {
+            "two of --time, --position, --effort and --motor-position"
+        } else {
+            "two of --time, --position and --effort"
+        };
+        return Err(format!("{options} name the same column; each needs its own"));
     }
     Ok(found)
 }
@@ -275,7 +290,7 @@ struct Samples {
     /// Number of rows that decimal commas seem to have split.
     parted: u64,
     /// Sums over the rows of the current sample.
-    sums: [f64; 3],
+    sums: [f64; COLUMNS],
     summed: u64,
     former: Option<[f64; 2]>,
 }
@@ -288,7 +303,7 @@ impl Samples {
             smallest_change: f64::INFINITY,
             ..MotionLog::default()
         };
-        Self { log, delimiter, width: 0, parted: 0, sums: [0.0; 3], summed: 0, former: None }
+        Self { log, delimiter, width: 0, parted: 0, sums: [0.0; COLUMNS], summed: 0, former: None }
     }
 
     /// Parses a number; `None` if it is missing.
@@ -309,16 +324,17 @@ impl Samples {
         &mut self,
         record: &ByteRecord,
         row: u64,
-        places: [usize; 3],
+        places: &[usize],
         columns: &LogColumns,
     ) -> Result<(), String> {
         if self.is_long(record, row)? {
             return Ok(());
         }
-        let mut numbers = [None; 3];
+        let mut numbers = [None; COLUMNS];
         let names = [&columns.time, &columns.position, &columns.effort];
-        for ((place, name), number) in places.into_iter().zip(names).zip(&mut numbers) {
-            let cell = record.get(place).unwrap_or_default();
+        let names = names.into_iter().chain(&columns.motor);
+        for ((place, name), number) in places.iter().zip(names).zip(&mut numbers) {
+            let cell = record.get(*place).unwrap_or_default();
             *number = match self.number(cell) {
                 Ok(number) => number,
                 Err(()) if self.log.rows + self.log.missing == 0 && !self.log.has_units_row => {
@@ -334,7 +350,8 @@ impl Samples {
                 }
             };
         }
-        self.push(numbers, row, || last_digit(record.get(places[0]).unwrap_or_default()))
+        let time = places.first().and_then(|place| record.get(*place)).unwrap_or_default();
+        self.push(&numbers[..places.len()], row, || last_digit(time))
     }
 
     /// Adds the numbers of a row; `digit` returns the value of the last digit of its time.
@@ -343,11 +360,13 @@ impl Samples {
     /// Returns an error if the time falls.
     fn push(
         &mut self,
-        numbers: [Option<f64>; 3],
+        numbers: &[Option<f64>],
         row: u64,
         digit: impl Fn() -> f64,
     ) -> Result<(), String> {
-        let [Some(time), Some(position), Some(effort)] = numbers else {
+        let ([Some(time), Some(position), Some(_)]
+        | [Some(time), Some(position), Some(_), Some(_)]) = *numbers
+        else {
             self.log.missing += 1;
             self.log.first_missing.get_or_insert(row);
             return Ok(());
@@ -373,14 +392,19 @@ impl Samples {
         }
         self.former = Some([time, position]);
         self.log.rows += 1;
-        self.sums = [self.sums[0] + time, self.sums[1] + position, self.sums[2] + effort];
+        for (sum, number) in self.sums.iter_mut().zip(numbers.iter().flatten()) {
+            *sum += number;
+        }
         self.summed += 1;
         if self.summed == self.log.folded {
             let of = self.summed as f64;
             self.log.time.push(self.sums[0] / of);
             self.log.position.push(self.sums[1] / of);
             self.log.effort.push(self.sums[2] / of);
-            (self.sums, self.summed) = ([0.0; 3], 0);
+            if numbers.len() == COLUMNS {
+                self.log.motor.push(self.sums[3] / of);
+            }
+            (self.sums, self.summed) = ([0.0; COLUMNS], 0);
             if self.log.time.len() == MOST {
                 fold(&mut self.log);
             }
@@ -430,7 +454,7 @@ impl Samples {
         }
         if log.time.len() < FEWEST {
             return Err(format!(
-                "only {} rows have all three numbers, at least {FEWEST} are needed: log some \
+                "only {} rows have all numbers, at least {FEWEST} are needed: log some \
                  seconds of motion both ways",
                 log.rows
             ));
@@ -467,7 +491,7 @@ fn row_of_decimals(record: &ByteRecord, width: usize) -> bool {
 
 /// Replaces pairs of neighbours by their mean.
 fn fold(log: &mut MotionLog) {
-    for series in [&mut log.time, &mut log.position, &mut log.effort] {
+    for series in [&mut log.time, &mut log.position, &mut log.effort, &mut log.motor] {
         for place in 0..series.len() / 2 {
             series[place] = 0.5 * (series[2 * place] + series[2 * place + 1]);
         }

@@ -66,7 +66,9 @@ pub fn regress(
     let wide = MachineModel { is_asymmetric: true, ..terms };
     let delay_s = match request.effort_delay_s {
         Some(delay_s) => delay_s,
-        None => delay(filtered, wide, step_s)?,
+        None => delay(step_s, |delay_s| {
+            fit(wide, &filtered.moments(delay_s)).map(|one| one.fit.residual)
+        })?,
     };
     let moments = filtered.moments(delay_s);
     let both = [fit(terms, &moments)?, fit(wide, &moments)?];
@@ -103,10 +105,15 @@ fn enough(moments: &[RegressionSample]) -> Result<(), String> {
     Ok(())
 }
 
-fn delay(filtered: &FilteredLog, model: MachineModel, step_s: f64) -> Result<f64, String> {
+/// Returns the delay (s) with the least residual, or 0; `residual_of` is the residual's power with
+/// a delay.
+///
+/// # Errors
+/// As `residual_of`.
+pub fn delay<E>(step_s: f64, residual_of: impl Fn(f64) -> Result<f64, E>) -> Result<f64, E> {
     let mut residuals = [0.0; DELAYS.len()];
     for (residual, samples) in residuals.iter_mut().zip(DELAYS) {
-        *residual = fit(model, &filtered.moments(samples * step_s))?.fit.residual;
+        *residual = residual_of(samples * step_s)?;
     }
     let lowest = (0..DELAYS.len()).min_by(|a, b| residuals[*a].total_cmp(&residuals[*b]));
     // At an end there is no parabola around it: whatever is there, it is no delay of some samples.
@@ -116,7 +123,7 @@ fn delay(filtered: &FilteredLog, model: MachineModel, step_s: f64) -> Result<f64
     let [before, at, behind] = [residuals[lowest - 1], residuals[lowest], residuals[lowest + 1]];
     let samples = DELAYS[lowest] + 0.5 * (before - behind) / (before - 2.0 * at + behind);
     let delay_s = samples * step_s;
-    let gained = 1.0 - fit(model, &filtered.moments(delay_s))?.fit.residual / residuals[2];
+    let gained = 1.0 - residual_of(delay_s)? / residuals[2];
     Ok(if gained > DELAY_COUNTS { delay_s } else { 0.0 })
 }
 

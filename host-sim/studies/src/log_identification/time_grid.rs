@@ -13,6 +13,8 @@
 //! differentiated twice is noise. Limits: time stamps that jitter while the samples do not, such as
 //! those of a computer that reads a bus, are taken as they are.
 
+use std::borrow::Cow;
+
 use super::reading::MotionLog;
 
 /// Least time step of a gap, in ordinary steps.
@@ -40,6 +42,20 @@ pub struct Stretch {
     pub position: Vec<f64>,
     /// Effort of each sample.
     pub effort: Vec<f64>,
+    /// Position of the other side of a gear at each sample; empty if the log has one side.
+    pub beside: Vec<f64>,
+    /// What has to be added to the effort, so that it moves one rigid body; empty without a gear.
+    pub carried: Vec<f64>,
+}
+
+impl Stretch {
+    /// Returns the effort that moves one rigid body.
+    pub fn driving(&self) -> Cow<'_, [f64]> {
+        if self.carried.is_empty() {
+            return Cow::Borrowed(&self.effort);
+        }
+        Cow::Owned(self.effort.iter().zip(&self.carried).map(|(one, other)| one + other).collect())
+    }
 }
 
 /// A log in even steps.
@@ -160,15 +176,23 @@ fn is_even(time: &[f64], step: f64, digit: f64) -> bool {
 fn stretch(log: &MotionLog, [from, to]: [usize; 2], step: f64, is_even: bool) -> Stretch {
     let [time, position, effort] =
         [&log.time, &log.position, &log.effort].map(|series| &series[from..to]);
+    let beside = log.motor.get(from..to).unwrap_or_default();
     let begin_s = time.first().copied().unwrap_or(0.0);
     if is_even {
-        return Stretch { begin_s, position: position.to_vec(), effort: effort.to_vec() };
+        let [position, effort, beside] = [position, effort, beside].map(<[f64]>::to_vec);
+        return Stretch { begin_s, position, effort, beside, carried: Vec::new() };
     }
     let end = time.last().copied().unwrap_or(begin_s);
     let count = ((end - begin_s) / step + 1e-9).floor() as usize + 1;
     let mut place = 0;
-    let mut even =
-        Stretch { begin_s, position: Vec::with_capacity(count), effort: Vec::with_capacity(count) };
+    let [positions, efforts] = [0; 2].map(|_| Vec::with_capacity(count));
+    let mut even = Stretch {
+        begin_s,
+        position: positions,
+        effort: efforts,
+        beside: Vec::new(),
+        carried: Vec::new(),
+    };
     for i in 0..count {
         let at = begin_s + step * i as f64;
         while place + 2 < time.len() && time[place + 1] < at {
@@ -176,6 +200,9 @@ fn stretch(log: &MotionLog, [from, to]: [usize; 2], step: f64, is_even: bool) ->
         }
         even.position.push(cubic(time, position, place, at, step));
         even.effort.push(linear(time, effort, place, at));
+        if !beside.is_empty() {
+            even.beside.push(cubic(time, beside, place, at, step));
+        }
     }
     even
 }

@@ -46,6 +46,14 @@ impl PositionUnit {
             _ => None,
         }
     }
+
+    /// Returns the unit at the end of the name of a motor's column, which can be counted.
+    pub fn of_motor(column: &str) -> Option<Self> {
+        match &*unit_of_name(column)? {
+            "count" | "counts" => Some(Self::Count),
+            _ => Self::of_name(column),
+        }
+    }
 }
 
 /// Returns the unit of a time in seconds: `s`, `ms`, `us` or `ns`.
@@ -90,6 +98,8 @@ pub struct LogUnits {
     pub is_linear: bool,
     /// Unit of effort, N or N m, if known.
     pub effort: Option<f64>,
+    /// Unit of the motor's position, rad, if that is no count.
+    pub motor: Option<f64>,
 }
 
 impl LogUnits {
@@ -102,7 +112,7 @@ impl LogUnits {
             PositionUnit::Deg => (1f64.to_radians(), false),
             PositionUnit::Count => (TAU / counts_per_turn, false),
         };
-        Self { time_s, position, is_linear, effort }
+        Self { time_s, position, is_linear, effort, motor: None }
     }
 
     /// Creates the units of a log as a user describes them.
@@ -142,6 +152,7 @@ impl LogUnits {
             (&mut log.time, self.time_s),
             (&mut log.position, self.position),
             (&mut log.effort, effort),
+            (&mut log.motor, self.motor.unwrap_or(1.0)),
         ] {
             series.iter_mut().for_each(|value| *value *= factor);
         }
@@ -152,6 +163,40 @@ impl LogUnits {
         }
         log.smallest_change *= self.position;
         log.time_digit *= self.time_s;
+    }
+
+    /// Returns these units with that of the motor's position.
+    ///
+    /// # Errors
+    /// Returns a sentence, if it is that of a line.
+    pub fn with_motor(self, unit: PositionUnit) -> Result<Self, String> {
+        let motor = match unit {
+            PositionUnit::Rad => Some(1.0),
+            PositionUnit::Deg => Some(1f64.to_radians()),
+            PositionUnit::Count => None,
+            PositionUnit::M | PositionUnit::Mm => {
+                return Err(
+                    "--motor-position-unit must be rad, deg or count: the motor turns".into()
+                );
+            }
+        };
+        Ok(Self { motor, ..self })
+    }
+
+    /// Returns the motor's way for a turn of the joint (or a metre) behind a gear of one to one: a
+    /// gear's ratio is in it.
+    pub const fn motor_of_a_turn(&self) -> f64 {
+        if self.is_linear || self.motor.is_some() { 1.0 } else { TAU }
+    }
+
+    /// Returns the unit of a gear's ratio.
+    pub const fn ratio_unit(&self) -> &'static str {
+        match (self.is_linear, self.motor) {
+            (false, Some(_)) => "turns per turn",
+            (false, None) => "counts per turn",
+            (true, Some(_)) => "rad/m",
+            (true, None) => "counts/m",
+        }
     }
 
     /// Returns the unit of positions.

@@ -5,7 +5,7 @@ use crate::log_identification::reading::{LogColumns, MOST, MotionLog, read_from}
 use crate::log_identification::time_grid::{Stretch, TimeGrid};
 
 fn columns(time: &str, position: &str, effort: &str) -> LogColumns {
-    LogColumns { time: time.into(), position: position.into(), effort: effort.into() }
+    LogColumns { time: time.into(), position: position.into(), effort: effort.into(), motor: None }
 }
 
 fn read(text: &str, names: [&str; 3]) -> Result<MotionLog, String> {
@@ -107,7 +107,7 @@ fn rounded_times_are_even_and_jitter_is_interpolated() {
     let jitter = |i: u32| 1e-2 * (f64::from(i) + 0.33 * (f64::from(i) * 2.4).sin());
     let grid = TimeGrid::of(&sine((0..n).map(jitter)), 1e-9).unwrap();
     assert!(grid.is_interpolated);
-    let Stretch { begin_s, position, effort } = &grid.stretches[0];
+    let Stretch { begin_s, position, effort, .. } = &grid.stretches[0];
     for (i, (q, u)) in position.iter().zip(effort).enumerate().take(n as usize - 4).skip(2) {
         let t = begin_s + grid.step_s * i as f64;
         // The cubic's error, 3 h^4/128 with steps of up to 1.7 h, and that of a straight line.
@@ -145,6 +145,8 @@ fn an_effort_is_saturated_where_it_is_cut_and_not_where_it_turns_or_is_switched(
             begin_s: 0.0,
             position: vec![0.0; 10_000],
             effort: (0..10_000).map(|i| of(f64::from(i) * 1e-3)).collect(),
+            beside: Vec::new(),
+            carried: Vec::new(),
         }],
         gaps: 0,
         first_gap_s: None,

@@ -41,6 +41,10 @@ pub struct RandomMachine {
     pub backlash: [f64; 2],
     /// Natural frequency of the load on its contact, rad/s.
     pub contact: f64,
+    /// Twice the damping of the contact, as a share of the critical one.
+    pub damping: f64,
+    /// Coulomb friction of the load.
+    pub load_coulomb: f64,
     /// A count of the encoder.
     pub count: f64,
     /// Standard deviation of the measured effort.
@@ -78,6 +82,8 @@ impl RandomMachine {
             ripple: [0.0; 2],
             backlash: [0.0; 2],
             contact: 250.0,
+            damping: 0.6,
+            load_coulomb: 0.0,
             count: speed * random.between(1e-6, 1e-4),
             noise: accelerating * random.between(1e-3, 3e-2),
             speed,
@@ -102,7 +108,6 @@ impl RandomMachine {
         if behind == 0.0 {
             return [v, drive / self.inertia, v, drive / self.inertia];
         }
-        // A well damped contact.
         let load = behind * self.inertia;
         let stiff = load * self.contact.powi(2);
         let twist = q - ql;
@@ -110,9 +115,10 @@ impl RandomMachine {
         let torque = if pressed == 0.0 {
             0.0
         } else {
-            stiff * pressed + 0.6 * load * self.contact * (v - vl)
+            stiff * pressed + self.damping * load * self.contact * (v - vl)
         };
-        [v, (drive - torque) / (self.inertia - load), vl, torque / load]
+        let held = self.load_coulomb * (vl / (3e-3 * self.speed)).tanh();
+        [v, (drive - torque) / (self.inertia - load), vl, (torque - held) / load]
     }
 
     fn step(&self, at: State, effort: f64, h: f64) -> State {
@@ -125,13 +131,17 @@ impl RandomMachine {
         std::array::from_fn(|i| at[i] + h / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i]))
     }
 
-    /// Time, position and effort of each sample; the effort is that of the sample, as measured.
-    pub fn samples(&self, random: &mut SplitMix) -> Vec<[f64; 3]> {
+    /// Time, position, effort, and position of the load of each sample; the effort is that of the
+    /// sample, as measured.
+    pub fn samples(&self, random: &mut SplitMix) -> Vec<[f64; 4]> {
         let h = self.sample_time_s;
         let wn = 25.0f64.min(0.1 / h);
         // So short that the smooth sign is stable: its rate is level/(3e-3 speed inertia).
         let level = self.coulomb[0].max(self.coulomb[1]) + self.stribeck[0];
-        let rate = level / (3e-3 * self.speed * self.inertia * (1.0 - self.backlash[0]));
+        let [behind, _] = self.backlash;
+        let of_motor = level / (3e-3 * self.speed * self.inertia * (1.0 - behind));
+        let of_load = self.load_coulomb / (3e-3 * self.speed * self.inertia * behind.max(0.1));
+        let rate = of_motor.max(of_load);
         let steps = (h * rate / 1.5).ceil().max(2.0);
         let mut at = [0.0; 4];
         let (mut goal, mut set, mut set_speed, mut rest) = (0.0f64, 0.0f64, 0.0f64, 0.0);
@@ -155,8 +165,13 @@ impl RandomMachine {
                 goal = self.speed * (2.0 * random.part() - 1.0);
                 top = self.speed * (0.2 + 0.8 * random.part());
             }
-            let seen =
-                if self.count > 0.0 { (at[0] / self.count).floor() * self.count } else { at[0] };
+            let [seen, load] = [at[0], at[2]].map(|position| {
+                if self.count > 0.0 {
+                    (position / self.count).floor() * self.count
+                } else {
+                    position
+                }
+            });
             velocity += 0.3 * ((seen - former) / h - velocity);
             former = seen;
             let asked = self.inertia
@@ -164,7 +179,7 @@ impl RandomMachine {
             // What is measured is the mean of what acts before and behind the sample.
             let measured = 0.5 * (effort + asked) + self.noise * random.normal();
             effort = asked;
-            samples.push([h * i as f64, seen, measured]);
+            samples.push([h * i as f64, seen, measured, load]);
             for _ in 0..steps as usize {
                 at = self.step(at, effort, h / steps);
             }

@@ -4,6 +4,7 @@
 #![allow(clippy::unwrap_used, clippy::panic)]
 
 mod filters;
+mod gears;
 mod grids;
 mod machine;
 mod machines;

@@ -1,0 +1,541 @@
+//! Ratio, slack and stiffness of a gear, from a log with an encoder on either side of it.
+//!
+//! With y, v and a those of the motor, l that of the load, all in units of the joint, and u the
+//! effort:
+//!
+//! ```text
+//! u = J a + B v + F sgn v + c + K z(y - l) + D dz/dt    z(w) = max(w - w+, 0) + min(w - w-, 0)
+//! ```
+//!
+//! The gear is a damped spring behind a dead zone from w- to w+, whose width is the slack. Source:
+//! M. Nordin and P.-O. Gutman, *Automatica* 38 (2002), 1633. The equation is that of the motor's
+//! body alone, so that nothing has to be known about the load: J, B and F are the motor's part.
+//! Without slack, c is a shift of the dead zone, and is left out.
+//!
+//! J, B, F, c, K and D are linear. w-, w+ and the ratio are searched: the slope of the load over
+//! the motor and a coarse grid first, then Gauss and Newton's method, which regresses u on the
+//! columns' derivatives as well. All columns pass the same low-pass. The dead zone is that of the
+//! logged positions, and its column is filtered afterwards.
+//!
+//! The standard deviations are those of [`least_squares`](super::least_squares), widened by half of
+//! the change with a cut-off a third lower and three times the creeping speed. That of the
+//! stiffness includes the share of the encoders' counts in its column, by which it may be too low.
+//!
+//! With a gear that explains the effort, the rest of the identification is that of the joint as one
+//! rigid body: what the motor's body takes of the effort beyond the load's motion,
+//! `J (a - a_l) + B (v - v_l) + F (sgn v - sgn v_l)`, is subtracted from it. Without that, a joint
+//! with a soft gear makes a poor rigid body.
+//!
+//! Does badly: friction and torque of the gear often have the same sign, and then a slack looks
+//! like more friction. The error bars become wide. Slow reversals, and a motor that slows down
+//! faster than the friction of its load, separate both. A motor that sticks is left out.
+
+use super::FitSettings;
+use super::butterworth::LowPass;
+use super::cut_off;
+use super::derivative::derivatives;
+use super::gate;
+use super::least_squares::{Fit, MOST, RegressionRow};
+use super::model::FittedParameter;
+use super::moments::{self, FilteredLog};
+use super::regression;
+use super::time_grid::{Stretch, TimeGrid};
+use super::units::LogUnits;
+use files::error::rounded;
+
+/// Creeping speed as a share of the fast speed. A motor is slow while it crosses the slack.
+const CREEPING: f64 = gate::CREEPING_WITH_STRIBECK;
+
+/// Ratio of another creeping speed to that, for comparing values.
+const FASTER: f64 = 3.0;
+
+/// Places of the twist that are tried as ends of the dead zone.
+const PLACES: usize = 13;
+
+/// Dead zones from which the search begins.
+const BEGINS: usize = 8;
+
+/// Most steps of the search, and most halvings of each.
+const STEPS: usize = 30;
+const HALVINGS: i32 = 8;
+
+/// Least gain of a step, as a share of the residual's power.
+const GAIN: f64 = 1e-9;
+
+/// Fewest rows.
+const FEWEST: usize = 60;
+
+/// Least range of the twist, in counts of the coarser encoder.
+const FEWEST_COUNTS: f64 = 4.0;
+
+/// Largest standard deviation of an identified value, as a share of it.
+const UNSURE: f64 = 0.25;
+
+/// Cut-off for what the motor takes, in that of the regression, which comes behind.
+const WIDER: f64 = 3.0;
+
+/// Largest residual of a fit that is not doubted, %.
+const DOUBTED_PERCENT: f64 = 10.0;
+
+/// Columns of the linear terms: a, v, sgn v, z and dz/dt; c is behind all others.
+const LINEAR: usize = 5;
+const STIFFNESS: usize = 3;
+const DAMPING: usize = 4;
+const UPPER: usize = 5;
+const LOWER: usize = 6;
+const RATIO: usize = 7;
+
+/// A gear that was identified from a log.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct IdentifiedGear {
+    /// Units of the motor's column in a unit of the joint's column; in turns of the joint, if both
+    /// turn and the motor is counted.
+    pub ratio: FittedParameter,
+    /// Stiffness, effort per unit of the joint.
+    pub stiffness: FittedParameter,
+    /// Damping of the pressed gear, effort per unit of the joint and second.
+    pub damping: FittedParameter,
+    /// Width of the dead zone, units of the joint.
+    pub slack: FittedParameter,
+    /// The motor's part of the inertia.
+    pub motor_inertia: FittedParameter,
+    /// The motor's part of the viscous friction.
+    pub motor_viscous: FittedParameter,
+    /// The motor's part of the Coulomb friction.
+    pub motor_coulomb: FittedParameter,
+    /// Time after which the logged effort acts, s.
+    pub effort_delay_s: f64,
+    /// Distance between the largest and the smallest twist, units of the joint.
+    pub twist: f64,
+    /// Ratio of residual to effort, both as root mean squares, %.
+    pub relative_residual_percent: f64,
+    /// Sentences that doubt a value.
+    pub doubts: Vec<String>,
+}
+
+impl IdentifiedGear {
+    /// Adds half of the change to another result to the standard deviations.
+    fn widen(&mut self, other: &Self) {
+        for (one, other) in [
+            (&mut self.ratio, other.ratio),
+            (&mut self.stiffness, other.stiffness),
+            (&mut self.damping, other.damping),
+            (&mut self.slack, other.slack),
+            (&mut self.motor_inertia, other.motor_inertia),
+            (&mut self.motor_viscous, other.motor_viscous),
+            (&mut self.motor_coulomb, other.motor_coulomb),
+        ] {
+            one.sd = one.sd.hypot(0.5 * (one.value - other.value));
+        }
+    }
+
+    /// Subtracts from the effort of a log what the motor's body takes of it beyond the motion of
+    /// the load, if the equation explains the effort. `cut_off_hz` is that of the regression.
+    /// Returns the delay of the effort that is then known, s.
+    pub fn carry(&self, grid: &mut TimeGrid, scale: &LogUnits, cut_off_hz: f64) -> Option<f64> {
+        if self.relative_residual_percent > DOUBTED_PERCENT {
+            return None;
+        }
+        let n = scale.motor_of_a_turn() / self.ratio.value;
+        let hz = (WIDER * cut_off_hz).min(cut_off::highest(grid.step_s));
+        let low_pass = LowPass::new(hz * grid.step_s);
+        let motion = |side: &[f64]| derivatives(&low_pass.apply(side), grid.step_s);
+        let turned = |one: &Stretch| one.beside.iter().map(|motor| motor * n).collect::<Vec<f64>>();
+        let of_motor: Vec<_> = grid.stretches.iter().map(|one| motion(&turned(one))).collect();
+        let of_load: Vec<_> = grid.stretches.iter().map(|one| motion(&one.position)).collect();
+        let count = smallest_change(&grid.stretches);
+        let [slow_motor, slow_load] = [(&of_motor, count.motor * n.abs()), (&of_load, count.load)]
+            .map(|(side, count)| {
+                let velocities: Vec<&[f64]> = side.iter().map(|one| &one[0][..]).collect();
+                gate::creeping(&velocities, CREEPING, count, hz)
+            });
+        let later = self.effort_delay_s / grid.step_s;
+        for (one, (motor, load)) in grid.stretches.iter_mut().zip(of_motor.iter().zip(&of_load)) {
+            // Below the creeping speed a side may stick, and its friction is what the effort is.
+            let friction =
+                |v: f64, slow: f64| self.motor_coulomb.value * (v / slow).clamp(-1.0, 1.0);
+            let beyond = |i: usize| {
+                let [v, a] = [0, 1].map(|order| [motor[order][i], load[order][i]]);
+                self.motor_inertia.value * (a[0] - a[1])
+                    + self.motor_viscous.value * (v[0] - v[1])
+                    + friction(v[0], slow_motor)
+                    - friction(v[1], slow_load)
+            };
+            let all: Vec<f64> = (0..one.beside.len()).map(|i| -beyond(i)).collect();
+            one.carried = (0..all.len()).map(|i| moments::earlier(&all, i, -later)).collect();
+        }
+        Some(self.effort_delay_s)
+    }
+
+    /// Returns whether the log shows the stiffness.
+    pub fn is_stiffness_sure(&self) -> bool {
+        self.stiffness.sd <= UNSURE * self.stiffness.value
+    }
+
+    /// Returns whether the log shows the slack: well, or that there is hardly any.
+    pub fn is_slack_sure(&self) -> bool {
+        self.slack.sd <= (UNSURE * self.slack.value).max(0.05 * self.twist)
+    }
+}
+
+/// Identifies the gear of a log whose stretches have the motor's position beside.
+///
+/// # Errors
+/// Returns a sentence: what the log lacks, and what to do.
+pub fn identify(grid: &TimeGrid, request: &FitSettings) -> Result<IdentifiedGear, String> {
+    let stretches = of_one_zero(grid);
+    let slope = slope(&stretches).ok_or("the motor's position does not change")?;
+    let count = smallest_change(&stretches);
+    let counts = [count.motor * slope.abs(), count.load];
+    let stretches = of_the_motor(stretches, slope);
+    let motor = TimeGrid { stretches, ..grid.clone() };
+    let cut_off = cut_off::choose(&motor, counts[0], request.cut_off_hz);
+    let filter =
+        |slow: f64, part: f64| FilteredLog::of(&motor, [slow, counts[0], cut_off.hz / part]);
+    let filtered = filter(CREEPING, 1.0);
+    let delay_s = request.effort_delay_s.unwrap_or(0.0);
+    let mut problem =
+        Problem { grid: &motor, filtered: &filtered, rows: filtered.places(), delay_s };
+    if problem.rows.len() < FEWEST {
+        return Err(format!(
+            "the motor turns steadily in only {} samples, at least {FEWEST} are needed",
+            problem.rows.len()
+        ));
+    }
+    let twists = problem.twists();
+    let coarser = counts[0].max(counts[1]);
+    let range = twists.last().zip(twists.first()).map_or(0.0, |(high, low)| high - low);
+    if range < FEWEST_COUNTS * coarser {
+        return Err(format!(
+            "both encoders agree within {} counts: the gear is stiffer than they can show",
+            rounded(range / coarser)
+        ));
+    }
+    let mut solved = problem.search(&twists)?;
+    if request.effort_delay_s.is_none() {
+        problem.delay_s = problem.delay(&solved.zone).unwrap_or(0.0);
+        solved = problem.solve(solved.zone).unwrap_or(solved);
+    }
+    if solved.fit.values[STIFFNESS] <= 0.0 {
+        return Err("the effort falls with the twist of the gear: one of both columns counts the \
+                    other way than the effort acts"
+            .into());
+    }
+    let per_turn = request.scale.motor_of_a_turn() / slope;
+    let mut gear = solved.gear(per_turn);
+    // A value that depends on what is filtered and left out is uncertain by that much.
+    let lower = filter(FASTER * CREEPING, super::LOWER);
+    let lower = Problem { filtered: &lower, rows: lower.places(), ..problem };
+    if let Ok(other) = lower.solve(solved.zone) {
+        gear.widen(&other.gear(per_turn));
+    }
+    let stiffness = &mut gear.stiffness;
+    stiffness.sd = stiffness.sd.hypot(stiffness.value * problem.noise(&solved.zone, counts));
+    gear.effort_delay_s = problem.delay_s;
+    gear.twist = range;
+    gear.doubts = doubts(&gear);
+    Ok(gear)
+}
+
+/// Returns what is to be read before the numbers are used.
+fn doubts(gear: &IdentifiedGear) -> Vec<String> {
+    let mut doubts = Vec::new();
+    if gear.relative_residual_percent > DOUBTED_PERCENT {
+        doubts.push(format!(
+            "the gear's equation leaves {} % of the effort unexplained",
+            rounded(gear.relative_residual_percent)
+        ));
+    }
+    if !gear.is_stiffness_sure() {
+        doubts.push(
+            "the log winds up the gear too little for its stiffness: log faster reversals, or \
+             push the load"
+                .into(),
+        );
+    }
+    if !gear.is_slack_sure() {
+        doubts.push(
+            "the log cannot separate the slack from friction: log slow reversals, one after the \
+             other"
+                .into(),
+        );
+    }
+    doubts
+}
+
+/// Smallest changes of both sides, each in the unit of its series.
+struct Counts {
+    motor: f64,
+    load: f64,
+}
+
+fn smallest_change(stretches: &[Stretch]) -> Counts {
+    let of = |series: &dyn Fn(&Stretch) -> &Vec<f64>| {
+        let pairs = stretches.iter().flat_map(|one| series(one).windows(2));
+        let changes = pairs.map(|pair| (pair[1] - pair[0]).abs()).filter(|change| *change > 0.0);
+        let least = changes.fold(f64::INFINITY, f64::min);
+        if least.is_finite() { least } else { 0.0 }
+    };
+    Counts { motor: of(&|one| &one.beside), load: of(&|one| &one.position) }
+}
+
+/// Returns the stretches between which no counter has jumped, from a zero at their first sample:
+/// all, or the longest one.
+fn of_one_zero(grid: &TimeGrid) -> Vec<Stretch> {
+    let mut stretches = match grid.stretches.iter().max_by_key(|one| one.position.len()) {
+        Some(longest) if !grid.jumps_s.is_empty() => vec![longest.clone()],
+        _ => grid.stretches.clone(),
+    };
+    let first = |series: &Vec<f64>| series.first().copied().unwrap_or(0.0);
+    let zero = stretches.first().map_or([0.0; 2], |one| [&one.position, &one.beside].map(first));
+    for one in &mut stretches {
+        one.position.iter_mut().for_each(|load| *load -= zero[0]);
+        one.beside.iter_mut().for_each(|motor| *motor -= zero[1]);
+    }
+    stretches
+}
+
+/// Returns the slope of the load over the motor.
+fn slope(stretches: &[Stretch]) -> Option<f64> {
+    let both = || stretches.iter().flat_map(|one| one.beside.iter().zip(&one.position));
+    let count = both().count() as f64;
+    let sums = both().fold([0.0; 2], |[motor, load], (y, l)| [motor + y, load + l]);
+    let means = sums.map(|sum| sum / count);
+    let (over, under) = both().fold((0.0, 0.0), |(over, under), (y, l)| {
+        let motor = y - means[0];
+        (over + motor * (l - means[1]), under + motor * motor)
+    });
+    let slope = over / under;
+    (slope.is_finite() && slope != 0.0).then_some(slope)
+}
+
+/// Returns the stretches with the motor's position in units of the joint, and the load's beside.
+fn of_the_motor(stretches: Vec<Stretch>, slope: f64) -> Vec<Stretch> {
+    let swapped = stretches.into_iter().map(|one| {
+        let position = one.beside.iter().map(|motor| motor * slope).collect();
+        Stretch { position, beside: one.position, ..one }
+    });
+    swapped.collect()
+}
+
+/// The dead zone, units of the joint, and the factor of the motor's position.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct DeadZone {
+    lower: f64,
+    upper: f64,
+    scale: f64,
+}
+
+impl DeadZone {
+    fn twist(&self, motor: f64, load: f64) -> f64 {
+        self.scale * motor - load
+    }
+
+    fn pressed(&self, twist: f64) -> f64 {
+        (twist - self.upper).max(0.0) + (twist - self.lower).min(0.0)
+    }
+
+    /// Returns this zone after a step of the search, shortened. A zone that would be narrower than
+    /// nothing has no width.
+    fn after(self, [upper, lower, scale]: [f64; 3], part: f64) -> Self {
+        let next = Self {
+            lower: self.lower + part * lower,
+            upper: self.upper + part * upper,
+            scale: self.scale + part * scale,
+        };
+        let middle = 0.5 * (next.lower + next.upper);
+        if next.lower > next.upper { Self { lower: middle, upper: middle, ..next } } else { next }
+    }
+}
+
+/// The best dead zone, and its fit of all terms.
+struct Solved {
+    zone: DeadZone,
+    fit: Fit,
+}
+
+impl Solved {
+    /// Returns the gear; `per_turn` is the ratio of the slope.
+    fn gear(&self, per_turn: f64) -> IdentifiedGear {
+        let Self { zone, fit } = self;
+        let of =
+            |place: usize| FittedParameter { value: fit.values[place], sd: fit.deviation(place) };
+        let stiffness = of(STIFFNESS);
+        let per = |variance: f64| variance.max(0.0).sqrt() / stiffness.value.abs();
+        let [upper, lower] = [UPPER, LOWER].map(|place| fit.covariance[place][place]);
+        let slack = FittedParameter {
+            value: zone.upper - zone.lower,
+            sd: per(upper + lower - 2.0 * fit.covariance[UPPER][LOWER]),
+        };
+        let value = per_turn / zone.scale;
+        let sd = value.abs() * per(fit.covariance[RATIO][RATIO]) / zone.scale;
+        IdentifiedGear {
+            ratio: FittedParameter { value, sd },
+            stiffness,
+            damping: of(DAMPING),
+            slack,
+            motor_inertia: of(0),
+            motor_viscous: of(1),
+            motor_coulomb: of(2),
+            effort_delay_s: 0.0,
+            twist: 0.0,
+            relative_residual_percent: 100.0 * (fit.residual / fit.total).sqrt(),
+            doubts: Vec::new(),
+        }
+    }
+}
+
+/// The regression of a log.
+struct Problem<'a> {
+    grid: &'a TimeGrid,
+    filtered: &'a FilteredLog,
+    /// Stretch and sample of each row.
+    rows: Vec<[usize; 2]>,
+    /// Time after which the logged effort acts, s.
+    delay_s: f64,
+}
+
+impl Problem<'_> {
+    /// Returns the twists of all rows, in rising order.
+    fn twists(&self) -> Vec<f64> {
+        let twist = |[stretch, i]: &[usize; 2]| {
+            let one = &self.grid.stretches[*stretch];
+            one.position[*i] - one.beside[*i]
+        };
+        let mut twists: Vec<f64> = self.rows.iter().map(twist).collect();
+        twists.sort_by(f64::total_cmp);
+        twists
+    }
+
+    /// Returns a filtered function of the motor's position and the load's, at each row.
+    fn column(&self, of: impl Fn(f64, f64) -> f64) -> Vec<f64> {
+        let stretches = self.grid.stretches.iter();
+        let series: Vec<Vec<f64>> = stretches
+            .map(|one| {
+                let both = one.position.iter().zip(&one.beside);
+                self.filtered.low_pass(&both.map(|(y, l)| of(*y, *l)).collect::<Vec<f64>>())
+            })
+            .collect();
+        self.rows.iter().map(|[stretch, i]| series[*stretch][*i]).collect()
+    }
+
+    /// Returns the columns of the linear terms of a dead zone: z and dz/dt.
+    fn of_zone(&self, zone: &DeadZone) -> Vec<Vec<f64>> {
+        let stretches = self.grid.stretches.iter();
+        let both: Vec<[Vec<f64>; 2]> = stretches
+            .map(|one| {
+                let twists = one.position.iter().zip(&one.beside).map(|(y, l)| zone.twist(*y, *l));
+                let pressed: Vec<f64> = twists.map(|twist| zone.pressed(twist)).collect();
+                let pressed = self.filtered.low_pass(&pressed);
+                let [rate, _] = derivatives(&pressed, self.grid.step_s);
+                [pressed, rate]
+            })
+            .collect();
+        let at = |which: usize| self.rows.iter().map(move |[stretch, i]| [*stretch, which, *i]);
+        [0, 1].map(|which| at(which).map(|[s, which, i]| both[s][which][i]).collect()).into()
+    }
+
+    /// Fits the terms of the motor, those of the dead zone, and a constant unless it is a sum of
+    /// the others.
+    fn fit(&self, of_zone: &[Vec<f64>]) -> Result<Fit, usize> {
+        let columns = 3 + of_zone.len();
+        let rows = || {
+            self.rows.iter().enumerate().map(|(row, [stretch, i])| {
+                let one = &self.filtered.stretches[*stretch];
+                let mut line: RegressionRow = [0.0; MOST];
+                line[..3].copy_from_slice(&[
+                    one.acceleration[*i],
+                    one.velocity[*i],
+                    one.direction[*i],
+                ]);
+                for (value, column) in line[3..].iter_mut().zip(of_zone) {
+                    *value = column[row];
+                }
+                line[columns] = 1.0;
+                (line, self.filtered.effort([*stretch, *i], self.delay_s))
+            })
+        };
+        Fit::of(columns + 1, rows).or_else(|_| Fit::of(columns, rows))
+    }
+
+    /// Returns the dead zone with the least residual. The search begins from the best ones between
+    /// quantiles of the twist, since it can end in a zone that is
+    /// none.
+    fn search(&self, twists: &[f64]) -> Result<Solved, String> {
+        let place = |i: usize| twists[i * (twists.len() - 1) / (PLACES - 1)];
+        // One for each lower end, since neighbours lead to the same end.
+        let best = (0..PLACES).filter_map(|i| {
+            let zones = (i..PLACES)
+                .map(|j| DeadZone { lower: place(i), upper: place(j), scale: 1.0 })
+                .map(|zone| (self.residual(&zone), zone));
+            zones.min_by(|(one, _), (other, _)| one.total_cmp(other))
+        });
+        let mut tried: Vec<(f64, DeadZone)> = best.collect();
+        tried.sort_by(|(one, _), (other, _)| one.total_cmp(other));
+        let found = tried.iter().take(BEGINS).filter_map(|(_, zone)| self.solve(*zone).ok());
+        found.min_by(|one, other| one.fit.residual.total_cmp(&other.fit.residual)).ok_or_else(|| {
+            "the gear presses one way only, or its twist follows the motion: log several speeds \
+             and reversals"
+                .into()
+        })
+    }
+
+    /// Returns the dead zone with the least residual near another one.
+    fn solve(&self, mut zone: DeadZone) -> Result<Solved, usize> {
+        let mut fit = self.whole(&zone)?;
+        for _ in 0..STEPS {
+            let stiffness = fit.values[STIFFNESS];
+            let step = [UPPER, LOWER, RATIO].map(|place| fit.values[place] / stiffness);
+            let here = self.residual(&zone);
+            let mut shorter = (0..HALVINGS).map(|halvings| zone.after(step, 0.5f64.powi(halvings)));
+            let Some(next) = shorter.find(|next| self.residual(next) < here) else { break };
+            let is_done = here - self.residual(&next) < GAIN * here;
+            zone = next;
+            fit = self.whole(&zone)?;
+            if is_done {
+                break;
+            }
+        }
+        // The values of the linear terms without a further step.
+        let linear = self.fit(&self.of_zone(&zone))?;
+        fit.values[..LINEAR].copy_from_slice(&linear.values[..LINEAR]);
+        fit.residual = linear.residual;
+        Ok(Solved { zone, fit })
+    }
+
+    /// Returns the delay of the effort with the least residual, s.
+    fn delay(&self, zone: &DeadZone) -> Result<f64, usize> {
+        let of_zone = self.of_zone(zone);
+        regression::delay(self.grid.step_s, |delay_s| {
+            let delayed = Problem { rows: self.rows.clone(), delay_s, ..*self };
+            Ok(delayed.fit(&of_zone)?.residual)
+        })
+    }
+
+    fn residual(&self, zone: &DeadZone) -> f64 {
+        self.fit(&self.of_zone(zone)).map_or(f64::INFINITY, |fit| fit.residual)
+    }
+
+    /// Fits all terms, those of a step included.
+    fn whole(&self, zone: &DeadZone) -> Result<Fit, usize> {
+        let is = |is: bool| f64::from(u8::from(is));
+        let mut columns = self.of_zone(zone);
+        columns.push(self.column(|y, l| -is(zone.twist(y, l) > zone.upper)));
+        columns.push(self.column(|y, l| -is(zone.twist(y, l) <= zone.lower)));
+        columns.push(self.column(|y, l| {
+            let twist = zone.twist(y, l);
+            y * is(twist > zone.upper || twist <= zone.lower)
+        }));
+        self.fit(&columns)
+    }
+
+    /// Returns the share of the counts in the power of the column z.
+    fn noise(&self, zone: &DeadZone, counts: [f64; 2]) -> f64 {
+        let Some(pressed) = self.of_zone(zone).into_iter().next() else { return 0.0 };
+        let mean = pressed.iter().sum::<f64>() / pressed.len() as f64;
+        let power = pressed.iter().map(|z| (z - mean).powi(2)).sum::<f64>() / pressed.len() as f64;
+        let passed = 2.0 * self.filtered.cut_off_hz * self.grid.step_s;
+        let counted = counts.iter().map(|count| count * count / 12.0).sum::<f64>();
+        if power > 0.0 { counted * passed / power } else { f64::INFINITY }
+    }
+}

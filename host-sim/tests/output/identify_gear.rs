@@ -1,0 +1,161 @@
+//! `stiction identify` on logs with an encoder on either side of a gear.
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use serde_json::Value;
+
+use super::{number, stiction};
+
+/// Stiffness and slack of the simulated gear.
+const STIFFNESS: f64 = 1500.0;
+const SLACK_DEG: f64 = 0.3;
+
+/// Counts in a turn of the joint: 4 x 500 x 50 of the motor's encoder, and the load's.
+const OF_MOTOR: f64 = 100_000.0;
+const OF_LOAD: &str = "65536";
+
+/// Slow reversals first, then fast moves.
+const MOTION: &str = "reference.trajectories=[{corner_times_s=[0.5, 1.5, 2.5, 3.5, 4.5, 5, 5.5, \
+                      6, 6.5, 7], corner_positions_deg=[0, 4, -4, 4, 0, 20, -10, 20, -10, 0], \
+                      half_blend_s=0.05}]";
+
+const COLUMNS: [&str; 12] = [
+    "--time",
+    "time_s",
+    "--position",
+    "counts",
+    "--position-unit",
+    "count",
+    "--counts-per-turn",
+    OF_LOAD,
+    "--motor-position",
+    "motor_counts",
+    "--effort",
+    "v_applied_v",
+];
+
+fn path(directory: &Path, name: &str) -> String {
+    directory.join(name).to_str().unwrap().to_owned()
+}
+
+/// A joint with two encoders, and the log of its motion.
+fn joint(directory: &Path) -> (String, String) {
+    let [file, log] = ["joint.toml", "log.csv"].map(|name| path(directory, name));
+    let gear = [STIFFNESS, SLACK_DEG].map(|value| value.to_string());
+    let gear = ["--at", "motor", "--stiffness", &gear[0], "--backlash", &gear[1]];
+    let new = ["new", &file, "--typical", "harmonic", "--counts-per-turn", OF_LOAD];
+    stiction(&[&new[..], &gear[..]].concat());
+    let run = ["run", &file, "--controller", "pd", "--csv", &log, "--set", MOTION];
+    stiction(&[&run[..], &["--set", "reference.steps_deg=[]"]].concat());
+    (file, log)
+}
+
+/// The result, and what is said beside it.
+fn identify(log: &str, options: &[&str]) -> (Value, String) {
+    identify_by(log, &COLUMNS, options)
+}
+
+fn identify_by(log: &str, columns: &[&str], options: &[&str]) -> (Value, String) {
+    let arguments = [&["identify", log, "--json"], columns, options].concat();
+    let done = Command::new(env!("CARGO_BIN_EXE_stiction")).args(arguments).output().unwrap();
+    let said = String::from_utf8_lossy(&done.stderr).into_owned();
+    assert!(done.status.success(), "{said}");
+    (serde_json::from_slice(&done.stdout).unwrap(), said)
+}
+
+#[test]
+fn the_gear_of_a_simulated_joint_comes_back_from_the_log_of_both_encoders() {
+    let directory = tempfile::tempdir().unwrap();
+    let (file, log) = joint(directory.path());
+    let (found, said) = identify(&log, &["--machine", &file]);
+    assert_eq!(said, "");
+    let gear = &found["gear"];
+    let slack = SLACK_DEG.to_radians();
+    // Of the joint's 0.437 kg m^2 the rotor has 50^2 x 1.348e-4, and of its 4.1 N m the motor's
+    // side has 0.7.
+    for (name, truth, part) in [
+        ("ratio", OF_MOTOR, 1e-3),
+        ("stiffness", STIFFNESS, 0.02),
+        ("slack", slack, 0.02),
+        ("motor_inertia", 0.337, 0.02),
+        ("motor_coulomb", 0.7 * 4.1, 0.02),
+    ] {
+        let [value, sd] = ["value", "sd"].map(|key| number(&gear[name][key]));
+        assert!((value / truth - 1.0).abs() < part, "{name}: {value}, not {truth}");
+        assert!((value - truth).abs() < 3.0 * sd && sd < part * truth, "{name}: +- {sd}");
+    }
+    assert_eq!((&gear["doubts"], &found["gear_refused"]), (&Value::Array(vec![]), &Value::Null));
+    // The joint as a rigid body; without the motor's column it leaves 12 % of the effort.
+    // Viscous friction 1.3 and the back-EMF's (50 x 0.0909)^2 / 2.51.
+    for (name, truth) in [("inertia", 0.437), ("viscous", 9.5299), ("coulomb", 4.10)] {
+        let value = number(&found["parameters"][name]["value"]);
+        assert!((value / truth - 1.0).abs() < 0.02, "{name}: {value}, not {truth}");
+    }
+    assert!(number(&found["relative_residual_percent"]) < 1.0, "{found:#}");
+    let text = stiction(&[&["identify", &log, "--machine", &file], &COLUMNS[..]].concat());
+    assert!(text.contains("gear, all at the joint") && text.contains("N m/rad"), "{text}");
+}
+
+#[test]
+fn a_wrong_gear_of_a_file_is_named_and_replaced() {
+    let directory = tempfile::tempdir().unwrap();
+    let (file, log) = joint(directory.path());
+    let text = fs::read_to_string(&file).unwrap();
+    let changed = |from: &str, to: &str| {
+        assert!(text.contains(from), "{from}: {text}");
+        let file = path(directory.path(), "changed.toml");
+        fs::write(&file, text.replacen(from, to, 1)).unwrap();
+        file
+    };
+    let wrong = changed("ratio = 50.0", "ratio = 52.0");
+    let (_, said) = identify(&log, &["--machine", &wrong]);
+    assert!(said.contains("the ratio is wrong: encoder.lines and gear.ratio"), "{said}");
+    let (_, said) = identify(&log, &["--machine", &wrong, "--motor-position-unit", "rad"]);
+    assert!(said.contains("the ratio is wrong: gear.ratio"), "{said}");
+    // The motor's wires are swapped.
+    let rows = fs::read_to_string(&log).unwrap();
+    let mut lines = rows.lines();
+    let header = lines.next().unwrap();
+    let place = header.split(',').position(|name| name == "motor_counts").unwrap();
+    let turned = lines.map(|line| {
+        let mut cells: Vec<String> = line.split(',').map(str::to_owned).collect();
+        cells[place] = format!("{}", -cells[place].parse::<i64>().unwrap());
+        cells.join(",")
+    });
+    let turned: Vec<String> = std::iter::once(header.to_owned()).chain(turned).collect();
+    let swapped = path(directory.path(), "swapped.csv");
+    fs::write(&swapped, turned.join("\n")).unwrap();
+    let (found, said) = identify(&swapped, &["--machine", &file]);
+    assert!(said.contains("the direction is wrong"), "{said}");
+    assert!((number(&found["gear"]["slack"]["value"]).to_degrees() / SLACK_DEG - 1.0).abs() < 0.02);
+    // Stiffness and slack are replaced.
+    let soft = changed("stiffness_nm_per_rad = 1500.0", "stiffness_nm_per_rad = 4000.0");
+    let into = path(directory.path(), "new.toml");
+    let (found, _) = identify(&log, &["--machine", &soft, "--into", &into]);
+    let contradicted = found["contradicted"].as_array().unwrap();
+    let stiffness = contradicted.iter().find(|one| one["key"] == "gear.stiffness_nm_per_rad");
+    assert_eq!(stiffness.unwrap()["in_file"], 4000.0, "{contradicted:?}");
+    assert!(contradicted.iter().all(|one| one["key"] != "gear.backlash_deg"), "{contradicted:?}");
+    let new: toml::Table = fs::read_to_string(&into).unwrap().parse().unwrap();
+    let of = |key: &str| new["gear"][key].as_float().unwrap();
+    assert!((of("stiffness_nm_per_rad") / STIFFNESS - 1.0).abs() < 0.02, "{new}");
+    assert!((of("backlash_deg") / SLACK_DEG - 1.0).abs() < 0.02, "{new}");
+    let run = Command::new(env!("CARGO_BIN_EXE_stiction")).args(["run", &into]).output().unwrap();
+    assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+}
+
+#[test]
+fn a_gear_that_does_not_show_is_refused_and_the_joint_is_still_identified() {
+    let directory = tempfile::tempdir().unwrap();
+    let (_, log) = joint(directory.path());
+    // The motor's column is the load's.
+    let mut columns = COLUMNS;
+    columns[9] = "position_deg";
+    let rigid = identify_by(&log, &columns, &[]).0;
+    assert_eq!(rigid["gear"], Value::Null);
+    let why = rigid["gear_refused"].as_str().unwrap();
+    assert!(why.contains("stiffer than they can show"), "{why}");
+    assert!(number(&rigid["parameters"]["inertia"]["value"]) > 0.0);
+}
