@@ -230,12 +230,20 @@ impl IdentifyLogArguments {
     /// Returns the unit of the motor's position.
     fn motor_unit(&self, column: &str, warnings: &mut Vec<String>) -> PositionUnit {
         let named = PositionUnit::of_motor(column);
-        self.motor_position_unit.or(named).unwrap_or_else(|| {
-            warnings.push(format!(
+        match (self.motor_position_unit, named) {
+            (Some(given), Some(named)) if given != named => {
+                let [given, named] = [given, named].map(PositionUnit::word);
+                warnings.push(format!(
+                    "`{column}` is in {named} by its name, but --motor-position-unit is {given}; \
+                     read as {given}"
+                ));
+            }
+            (None, None) => warnings.push(format!(
                 "`{column}` has no unit; read as rad, set another one with --motor-position-unit"
-            ));
-            PositionUnit::Rad
-        })
+            )),
+            _ => {}
+        }
+        self.motor_position_unit.or(named).unwrap_or(PositionUnit::Rad)
     }
 
     /// Returns the unit of the time, s.

@@ -142,6 +142,24 @@ fn a_wrong_gear_of_a_file_is_named_and_replaced() {
     let of = |key: &str| new["gear"][key].as_float().unwrap();
     assert!((of("stiffness_nm_per_rad") / STIFFNESS - 1.0).abs() < 0.02, "{new}");
     assert!((of("backlash_deg") / SLACK_DEG - 1.0).abs() < 0.02, "{new}");
+    // A file that knows of no gear gets it.
+    let rigid = path(directory.path(), "rigid.toml");
+    let without = ["stiffness_nm_per_rad =", "backlash_deg =", "damping_nm_s_per_rad ="];
+    let kept = |line: &&str| !without.iter().any(|key| line.starts_with(key));
+    let lines: Vec<&str> = text.lines().filter(kept).collect();
+    fs::write(&rigid, lines.join("\n").replace("at = \"motor\"", "at = \"load\"")).unwrap();
+    let loads = fs::read_to_string(&rigid).unwrap();
+    let (before, behind) = loads.split_once("[load_encoder]").unwrap();
+    let behind = behind.split_once("\n[").unwrap().1;
+    fs::write(&rigid, format!("{before}[{behind}")).unwrap();
+    let (found, said) = identify(&log, &["--machine", &rigid, "--into", &into, "--force"]);
+    let contradicted = found["contradicted"].as_array().unwrap();
+    let slack = contradicted.iter().find(|one| one["key"] == "gear.backlash_deg");
+    assert_eq!(slack.unwrap()["in_file"], 0.0, "{contradicted:?}, {said}");
+    let new: toml::Table = fs::read_to_string(&into).unwrap().parse().unwrap();
+    assert!(
+        (new["gear"]["stiffness_nm_per_rad"].as_float().unwrap() / STIFFNESS - 1.0).abs() < 0.02
+    );
     let run = Command::new(env!("CARGO_BIN_EXE_stiction")).args(["run", &into]).output().unwrap();
     assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
 }

@@ -26,9 +26,12 @@
 //! `J (a - a_l) + B (v - v_l) + F (sgn v - sgn v_l)`, is subtracted from it. Without that, a joint
 //! with a soft gear makes a poor rigid body.
 //!
-//! Does badly: friction and torque of the gear often have the same sign, and then a slack looks
-//! like more friction. The error bars become wide. Slow reversals, and a motor that slows down
+//! Does badly: a counter that begins anew in a gap of the log looks like a slip of the gear.
+//! Friction and torque of the gear often have the same sign, and then a slack looks like more
+//! friction. The error bars become wide. Slow reversals, and a motor that slows down
 //! faster than the friction of its load, separate both. A motor that sticks is left out.
+
+use rayon::prelude::*;
 
 use super::FitSettings;
 use super::butterworth::LowPass;
@@ -71,7 +74,7 @@ const FEWEST_COUNTS: f64 = 4.0;
 /// Largest standard deviation of an identified value, as a share of it.
 const UNSURE: f64 = 0.25;
 
-/// Cut-off for what the motor takes, in that of the regression, which comes behind.
+/// Ratio of the cut-off for what the motor takes to that of the regression, which filters it again.
 const WIDER: f64 = 3.0;
 
 /// Largest residual of a fit that is not doubted, %.
@@ -81,15 +84,14 @@ const DOUBTED_PERCENT: f64 = 10.0;
 const LINEAR: usize = 5;
 const STIFFNESS: usize = 3;
 const DAMPING: usize = 4;
-const UPPER: usize = 5;
-const LOWER: usize = 6;
+const MIDDLE: usize = 5;
+const WIDTH: usize = 6;
 const RATIO: usize = 7;
 
 /// A gear that was identified from a log.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct IdentifiedGear {
-    /// Units of the motor's column in a unit of the joint's column; in turns of the joint, if both
-    /// turn and the motor is counted.
+    /// Turns or counts of the motor in a turn of the joint, or rad or counts in a metre.
     pub ratio: FittedParameter,
     /// Stiffness, effort per unit of the joint.
     pub stiffness: FittedParameter,
@@ -132,8 +134,14 @@ impl IdentifiedGear {
     /// Subtracts from the effort of a log what the motor's body takes of it beyond the motion of
     /// the load, if the equation explains the effort. `cut_off_hz` is that of the regression.
     /// Returns the delay of the effort that is then known, s.
-    pub fn carry(&self, grid: &mut TimeGrid, scale: &LogUnits, cut_off_hz: f64) -> Option<f64> {
-        if self.relative_residual_percent > DOUBTED_PERCENT {
+    pub fn carry(
+        &self,
+        grid: &mut TimeGrid,
+        scale: &LogUnits,
+        counts: SideCounts,
+        cut_off_hz: f64,
+    ) -> Option<f64> {
+        if !self.is_motor_sure() {
             return None;
         }
         let n = scale.motor_of_a_turn() / self.ratio.value;
@@ -143,17 +151,18 @@ impl IdentifiedGear {
         let turned = |one: &Stretch| one.beside.iter().map(|motor| motor * n).collect::<Vec<f64>>();
         let of_motor: Vec<_> = grid.stretches.iter().map(|one| motion(&turned(one))).collect();
         let of_load: Vec<_> = grid.stretches.iter().map(|one| motion(&one.position)).collect();
-        let count = smallest_change(&grid.stretches);
-        let [slow_motor, slow_load] = [(&of_motor, count.motor * n.abs()), (&of_load, count.load)]
-            .map(|(side, count)| {
+        let [slow_motor, slow_load] =
+            [(&of_motor, counts.motor * n.abs()), (&of_load, counts.load)].map(|(side, count)| {
                 let velocities: Vec<&[f64]> = side.iter().map(|one| &one[0][..]).collect();
                 gate::creeping(&velocities, CREEPING, count, hz)
             });
         let later = self.effort_delay_s / grid.step_s;
         for (one, (motor, load)) in grid.stretches.iter_mut().zip(of_motor.iter().zip(&of_load)) {
             // Below the creeping speed a side may stick, and its friction is what the effort is.
-            let friction =
-                |v: f64, slow: f64| self.motor_coulomb.value * (v / slow).clamp(-1.0, 1.0);
+            let friction = |v: f64, slow: f64| {
+                let part = if slow > 0.0 { v / slow } else { 0.0 };
+                self.motor_coulomb.value * part.clamp(-1.0, 1.0)
+            };
             let beyond = |i: usize| {
                 let [v, a] = [0, 1].map(|order| [motor[order][i], load[order][i]]);
                 self.motor_inertia.value * (a[0] - a[1])
@@ -165,6 +174,13 @@ impl IdentifiedGear {
             one.carried = (0..all.len()).map(|i| moments::earlier(&all, i, -later)).collect();
         }
         Some(self.effort_delay_s)
+    }
+
+    /// Returns whether the log shows the motor's part of the effort.
+    fn is_motor_sure(&self) -> bool {
+        self.relative_residual_percent <= DOUBTED_PERCENT
+            && self.motor_inertia.sd <= UNSURE * self.motor_inertia.value
+            && self.motor_coulomb.value >= 0.0
     }
 
     /// Returns whether the log shows the stiffness.
@@ -182,11 +198,14 @@ impl IdentifiedGear {
 ///
 /// # Errors
 /// Returns a sentence: what the log lacks, and what to do.
-pub fn identify(grid: &TimeGrid, request: &FitSettings) -> Result<IdentifiedGear, String> {
+pub fn identify(
+    grid: &TimeGrid,
+    counts: SideCounts,
+    request: &FitSettings,
+) -> Result<IdentifiedGear, String> {
     let stretches = of_one_zero(grid);
     let slope = slope(&stretches).ok_or("the motor's position does not change")?;
-    let count = smallest_change(&stretches);
-    let counts = [count.motor * slope.abs(), count.load];
+    let counts = [counts.motor * slope.abs(), counts.load];
     let stretches = of_the_motor(stretches, slope);
     let motor = TimeGrid { stretches, ..grid.clone() };
     let cut_off = cut_off::choose(&motor, counts[0], request.cut_off_hz);
@@ -217,9 +236,11 @@ pub fn identify(grid: &TimeGrid, request: &FitSettings) -> Result<IdentifiedGear
         solved = problem.solve(solved.zone).unwrap_or(solved);
     }
     if solved.fit.values[STIFFNESS] <= 0.0 {
-        return Err("the effort falls with the twist of the gear: one of both columns counts the \
-                    other way than the effort acts"
-            .into());
+        return Err(
+            "the effort falls while the twist of the gear grows: one side slips, or the log \
+                    hardly twists the gear"
+                .into(),
+        );
     }
     let per_turn = request.scale.motor_of_a_turn() / slope;
     let mut gear = solved.gear(per_turn);
@@ -246,6 +267,13 @@ fn doubts(gear: &IdentifiedGear) -> Vec<String> {
             rounded(gear.relative_residual_percent)
         ));
     }
+    if !gear.is_motor_sure() {
+        doubts.push(
+            "the motor's part of the effort is uncertain: the joint is identified as if the \
+             motor's position were not in the log"
+                .into(),
+        );
+    }
     if !gear.is_stiffness_sure() {
         doubts.push(
             "the log winds up the gear too little for its stiffness: log faster reversals, or \
@@ -263,20 +291,13 @@ fn doubts(gear: &IdentifiedGear) -> Vec<String> {
     doubts
 }
 
-/// Smallest changes of both sides, each in the unit of its series.
-struct Counts {
-    motor: f64,
-    load: f64,
-}
-
-fn smallest_change(stretches: &[Stretch]) -> Counts {
-    let of = |series: &dyn Fn(&Stretch) -> &Vec<f64>| {
-        let pairs = stretches.iter().flat_map(|one| series(one).windows(2));
-        let changes = pairs.map(|pair| (pair[1] - pair[0]).abs()).filter(|change| *change > 0.0);
-        let least = changes.fold(f64::INFINITY, f64::min);
-        if least.is_finite() { least } else { 0.0 }
-    };
-    Counts { motor: of(&|one| &one.beside), load: of(&|one| &one.position) }
+/// Counts of both sides, each in the unit of its series; zero if a side is not counted.
+#[derive(Clone, Copy, Debug)]
+pub struct SideCounts {
+    /// The motor's.
+    pub motor: f64,
+    /// The load's.
+    pub load: f64,
 }
 
 /// Returns the stretches between which no counter has jumped, from a zero at their first sample:
@@ -335,16 +356,11 @@ impl DeadZone {
         (twist - self.upper).max(0.0) + (twist - self.lower).min(0.0)
     }
 
-    /// Returns this zone after a step of the search, shortened. A zone that would be narrower than
-    /// nothing has no width.
-    fn after(self, [upper, lower, scale]: [f64; 3], part: f64) -> Self {
-        let next = Self {
-            lower: self.lower + part * lower,
-            upper: self.upper + part * upper,
-            scale: self.scale + part * scale,
-        };
-        let middle = 0.5 * (next.lower + next.upper);
-        if next.lower > next.upper { Self { lower: middle, upper: middle, ..next } } else { next }
+    /// Returns this zone after a part of a step of the search. The width is never below zero.
+    fn after(self, [middle, width, scale]: [f64; 3], part: f64) -> Self {
+        let middle = 0.5 * (self.lower + self.upper) + part * middle;
+        let half = 0.5 * (self.upper - self.lower + part * width).max(0.0);
+        Self { lower: middle - half, upper: middle + half, scale: self.scale + part * scale }
     }
 }
 
@@ -362,10 +378,9 @@ impl Solved {
             |place: usize| FittedParameter { value: fit.values[place], sd: fit.deviation(place) };
         let stiffness = of(STIFFNESS);
         let per = |variance: f64| variance.max(0.0).sqrt() / stiffness.value.abs();
-        let [upper, lower] = [UPPER, LOWER].map(|place| fit.covariance[place][place]);
         let slack = FittedParameter {
             value: zone.upper - zone.lower,
-            sd: per(upper + lower - 2.0 * fit.covariance[UPPER][LOWER]),
+            sd: per(fit.covariance[WIDTH][WIDTH]),
         };
         let value = per_turn / zone.scale;
         let sd = value.abs() * per(fit.covariance[RATIO][RATIO]) / zone.scale;
@@ -435,8 +450,8 @@ impl Problem<'_> {
         [0, 1].map(|which| at(which).map(|[s, which, i]| both[s][which][i]).collect()).into()
     }
 
-    /// Fits the terms of the motor, those of the dead zone, and a constant unless it is a sum of
-    /// the others.
+    /// Fits the terms of the motor, those of the dead zone, and a constant. The constant is left
+    /// out if the others add up to it.
     fn fit(&self, of_zone: &[Vec<f64>]) -> Result<Fit, usize> {
         let columns = 3 + of_zone.len();
         let rows = || {
@@ -458,13 +473,12 @@ impl Problem<'_> {
         Fit::of(columns + 1, rows).or_else(|_| Fit::of(columns, rows))
     }
 
-    /// Returns the dead zone with the least residual. The search begins from the best ones between
-    /// quantiles of the twist, since it can end in a zone that is
-    /// none.
+    /// Returns the dead zone with the least residual. The search begins from several zones between
+    /// quantiles of the twist, since a single one can lead to a local minimum.
     fn search(&self, twists: &[f64]) -> Result<Solved, String> {
         let place = |i: usize| twists[i * (twists.len() - 1) / (PLACES - 1)];
         // One for each lower end, since neighbours lead to the same end.
-        let best = (0..PLACES).filter_map(|i| {
+        let best = (0..PLACES).into_par_iter().filter_map(|i| {
             let zones = (i..PLACES)
                 .map(|j| DeadZone { lower: place(i), upper: place(j), scale: 1.0 })
                 .map(|zone| (self.residual(&zone), zone));
@@ -472,7 +486,8 @@ impl Problem<'_> {
         });
         let mut tried: Vec<(f64, DeadZone)> = best.collect();
         tried.sort_by(|(one, _), (other, _)| one.total_cmp(other));
-        let found = tried.iter().take(BEGINS).filter_map(|(_, zone)| self.solve(*zone).ok());
+        tried.truncate(BEGINS);
+        let found = tried.into_par_iter().filter_map(|(_, zone)| self.solve(zone).ok());
         found.min_by(|one, other| one.fit.residual.total_cmp(&other.fit.residual)).ok_or_else(|| {
             "the gear presses one way only, or its twist follows the motion: log several speeds \
              and reversals"
@@ -483,14 +498,18 @@ impl Problem<'_> {
     /// Returns the dead zone with the least residual near another one.
     fn solve(&self, mut zone: DeadZone) -> Result<Solved, usize> {
         let mut fit = self.whole(&zone)?;
+        let mut here = self.residual(&zone);
         for _ in 0..STEPS {
             let stiffness = fit.values[STIFFNESS];
-            let step = [UPPER, LOWER, RATIO].map(|place| fit.values[place] / stiffness);
-            let here = self.residual(&zone);
-            let mut shorter = (0..HALVINGS).map(|halvings| zone.after(step, 0.5f64.powi(halvings)));
-            let Some(next) = shorter.find(|next| self.residual(next) < here) else { break };
-            let is_done = here - self.residual(&next) < GAIN * here;
-            zone = next;
+            let step = [MIDDLE, WIDTH, RATIO].map(|place| fit.values[place] / stiffness);
+            let mut shorter = (0..HALVINGS)
+                .map(|halvings| zone.after(step, 0.5f64.powi(halvings)))
+                .map(|next| (self.residual(&next), next));
+            let Some((residual, next)) = shorter.find(|(residual, _)| *residual < here) else {
+                break;
+            };
+            let is_done = here - residual < GAIN * here;
+            (zone, here) = (next, residual);
             fit = self.whole(&zone)?;
             if is_done {
                 break;
@@ -520,12 +539,16 @@ impl Problem<'_> {
     fn whole(&self, zone: &DeadZone) -> Result<Fit, usize> {
         let is = |is: bool| f64::from(u8::from(is));
         let mut columns = self.of_zone(zone);
-        columns.push(self.column(|y, l| -is(zone.twist(y, l) > zone.upper)));
-        columns.push(self.column(|y, l| -is(zone.twist(y, l) <= zone.lower)));
-        columns.push(self.column(|y, l| {
+        let sides = |y: f64, l: f64| {
             let twist = zone.twist(y, l);
-            y * is(twist > zone.upper || twist <= zone.lower)
+            [is(twist > zone.upper), is(twist <= zone.lower)]
+        };
+        columns.push(self.column(|y, l| -sides(y, l).iter().sum::<f64>()));
+        columns.push(self.column(|y, l| {
+            let [upper, lower] = sides(y, l);
+            0.5 * (lower - upper)
         }));
+        columns.push(self.column(|y, l| y * sides(y, l).iter().sum::<f64>()));
         self.fit(&columns)
     }
 

@@ -50,6 +50,12 @@ const MOST_COUNTS: f64 = 4.0 * 65536.0;
 /// Least difference of a ratio that is wrong, as a share of it.
 const RATIO: f64 = 1e-3;
 
+/// The same, in standard deviations.
+const OFF: f64 = 4.0;
+
+/// Least error bar of a gear's value, as a share of it.
+const LEAST_OF_GEAR: f64 = 0.02;
+
 /// A machine's file with the joint of a log.
 #[derive(Clone, Debug, PartialEq)]
 pub struct IntoMachine {
@@ -113,7 +119,7 @@ impl MachineOfLog {
         let file = &document.origin.name;
         let mut words = Vec::new();
         if let Some(Ok(gear)) = &found.gear {
-            words.extend(self.against_ratio(gear, &found.scale));
+            words.extend(self.against_gear(gear, &found.scale));
         }
         // A torque can be the motor's; then its gain includes the gear.
         if *unit != EffortUnit::NewtonMetre && !unit.agrees(*effort_gain, sheet, mapping) {
@@ -127,11 +133,12 @@ impl MachineOfLog {
         }
         // With a column of the motor, the position is that of the load.
         let (count, key) = match found.gear {
-            Some(_) => {
+            Some(_) if sheet.load_encoder.is_some() => {
                 let load = sheet.load_encoder.map(|load| load.count_deg().to_radians());
                 (load, "load_encoder.counts_per_turn")
             }
-            None => (mapping.count, "encoder.lines"),
+            Some(_) if sheet.encoder.at == Some(EncoderPlace::Motor) => (None, ""),
+            _ => (mapping.count, "encoder.lines"),
         };
         let Some(count) = count else { return words };
         let turn = TAU / count;
@@ -163,66 +170,69 @@ impl MachineOfLog {
         words
     }
 
-    /// Compares the ratio of a gear with the file; a sentence says which value differs.
-    fn against_ratio(&self, gear: &IdentifiedGear, scale: &LogUnits) -> Option<String> {
+    /// Compares direction and ratio of a gear with the file, one sentence each.
+    fn against_gear(&self, gear: &IdentifiedGear, scale: &LogUnits) -> Vec<String> {
         let file = &self.document.origin.name;
+        let found = gear.ratio.value;
+        let mut words = Vec::new();
+        if found < 0.0 {
+            words.push(
+                "the direction is wrong: the motor's column falls while the position rises".into(),
+            );
+        }
         let turns = self.sheet.gear.ratio;
         let at_motor = self.sheet.encoder.at == Some(EncoderPlace::Motor);
         let lines = self.sheet.encoder.lines.filter(|_| at_motor);
-        let (expected, keys) = match scale.motor {
-            Some(_) => (turns, "gear.ratio"),
-            None => (4.0 * f64::from(lines?) * turns, "encoder.lines and gear.ratio"),
+        let (expected, keys) = match (scale.motor, lines) {
+            (Some(_), _) => (turns, "gear.ratio"),
+            (None, Some(lines)) => (4.0 * f64::from(lines) * turns, "encoder.lines and gear.ratio"),
+            (None, None) => return words,
         };
-        let found = gear.ratio.value;
-        let off = (2.0 * gear.ratio.sd).max(RATIO * expected);
+        let off = (OFF * gear.ratio.sd).max(RATIO * expected);
         if (found.abs() - expected).abs() > off {
-            return Some(format!(
+            words.push(format!(
                 "the ratio is wrong: {keys} of {file} give {} {}, but the log has {}",
                 digits(expected),
                 scale.ratio_unit(),
                 digits(found.abs())
             ));
         }
-        (found < 0.0).then(|| {
-            "the direction is wrong: the motor's column falls while the position rises".into()
-        })
+        words
     }
 
-    /// Takes what the log shows of the gear into the text of the file, with what it contradicts.
-    /// Returns the keys.
+    /// Takes what the log shows of the gear into the text of the file. Returns a sentence if the
+    /// file cannot hold it.
     fn merge_gear(
         &self,
         gear: &IdentifiedGear,
         whole: &mut DocumentMut,
-        contradicted: &mut Vec<Contradiction>,
-    ) -> Vec<String> {
-        let mut keys = Vec::new();
-        let stiffness = ("stiffness_nm_per_rad", gear.is_stiffness_sure(), gear.stiffness, 1.0);
-        let slack = ("backlash_deg", gear.is_slack_sure(), gear.slack, 1f64.to_degrees());
-        for (key, is_sure, FittedParameter { value, sd }, unit) in [stiffness, slack] {
-            if !is_sure {
-                continue;
-            }
-            let [value, off] = [value * unit, 2.0 * sd * unit];
-            let whole_key = format!("gear.{key}");
-            let in_file = match key {
-                "backlash_deg" => self.sheet.backlash().map(f64::to_degrees),
-                _ => self.sheet.stiffness(),
-            };
-            if let Some(in_file) = in_file.filter(|in_file| (in_file - value).abs() > off) {
-                contradicted.push(Contradiction::new(&whole_key, in_file, [value, off]));
-            }
-            if let Some(table) = whole.get_mut("gear").and_then(Item::as_table_like_mut) {
-                // The same in another unit.
-                ["stiffness_nm_per_deg", "backlash_rad"]
-                    .into_iter()
-                    .filter(|other| other.split('_').next() == key.split('_').next())
-                    .for_each(|other| drop(table.remove(other)));
-            }
-            put_number(whole, &["gear"], key, rounded(value));
-            keys.push(whole_key);
+        new: &mut MergedSheet,
+    ) -> Option<String> {
+        let above = |name: &str, key: &str| {
+            new.tables.get(name).and_then(|table| number(table.get(key)?)).unwrap_or(0.0) > 0.0
+        };
+        let two_bodies = above("motor", "rotor_inertia_kg_m2") && above("load", "inertia_kg_m2");
+        let becomes_elastic = two_bodies && gear.is_stiffness_sure();
+        if self.sheet.stiffness().is_none() && !becomes_elastic {
+            return Some(
+                "the gear is not written: an elastic gear needs a stiffness, and an inertia of \
+                 rotor and load"
+                    .into(),
+            );
         }
-        keys
+        if gear.is_stiffness_sure() {
+            let keys = ["gear.stiffness_nm_per_rad", "gear.stiffness_nm_per_deg"];
+            let FittedParameter { value, sd } = gear.stiffness;
+            replace(whole, new, keys, self.sheet.stiffness(), [value, 2.0 * sd]);
+        }
+        if gear.is_slack_sure() {
+            let keys = ["gear.backlash_deg", "gear.backlash_rad"];
+            let [value, off] = [gear.slack.value, 2.0 * gear.slack.sd].map(f64::to_degrees);
+            let value = if value > off { value } else { 0.0 };
+            let in_file = self.sheet.backlash().unwrap_or(0.0).to_degrees();
+            replace(whole, new, keys, Some(in_file), [value, off]);
+        }
+        None
     }
 
     /// Merges the joint identified from `log` into the file.
@@ -236,18 +246,18 @@ impl MachineOfLog {
         let measured = measured(found, sheet, *unit).ok_or_else(|| {
             refuse("the identified friction is negative, which is impossible".into())
         })?;
-        let new = MergedSheet::of(document, (sheet, mapping), &measured).map_err(refuse)?;
-        let MergedSheet { tables, mut ranges, mut kept, mut contradicted } = new;
+        let mut new = MergedSheet::of(document, (sheet, mapping), &measured).map_err(refuse)?;
         let mut whole: DocumentMut =
             self.text.parse().map_err(|_| refuse("its text cannot be edited".into()))?;
         for name in TABLES {
-            let Some(table) = tables.get(name) else { continue };
+            let Some(table) = new.tables.get(name) else { continue };
             edit(&mut whole, name, document.get(name).and_then(Value::as_table), table);
         }
-        if let Some(Ok(gear)) = &found.gear {
-            let measured = self.merge_gear(gear, &mut whole, &mut contradicted);
-            kept.retain(|key| !measured.contains(key));
-        }
+        let unwritten = match &found.gear {
+            Some(Ok(gear)) => self.merge_gear(gear, &mut whole, &mut new),
+            _ => None,
+        };
+        let MergedSheet { mut ranges, kept, mut contradicted, .. } = new;
         let dead_time_s = sheet.motor.dead_time_s;
         if measured.is_in_volts && dead_time_s > 0.0 {
             put_number(&mut whole, &["device"], "dead_time_s", dead_time_s);
@@ -278,6 +288,7 @@ impl MachineOfLog {
         let written = Document::parse(file, &text)?;
         written.machine()?;
         let mut words: Vec<String> = kept_words(&kept, file, &written).into_iter().collect();
+        words.extend(unwritten);
         words.extend(contradicted.iter().map(|one| format!("contradicted: {}", one.words(file))));
         Ok(IntoMachine { text, kept, contradicted, words })
     }
@@ -355,6 +366,32 @@ fn measured(
 fn offset(fitted: &FittedModel) -> f64 {
     let [forward, backward] = fitted.levels();
     0.5 * (forward - backward)
+}
+
+/// Replaces a value of the gear, and its range. It has two keys, one in the unit of the numbers and
+/// one in the other unit.
+fn replace(
+    whole: &mut DocumentMut,
+    new: &mut MergedSheet,
+    [key, other]: [&str; 2],
+    in_file: Option<f64>,
+    [value, off]: [f64; 2],
+) {
+    let measured = around(value, off, LEAST_OF_GEAR);
+    let range = new.ranges.remove(key);
+    let found = in_file.and_then(|in_file| {
+        Contradiction::between(key, (in_file, range), (value, [value - off, value + off]))
+    });
+    new.contradicted.extend(found);
+    new.ranges.remove(other);
+    if value > 0.0 {
+        new.ranges.insert(key.to_owned(), measured.map(rounded));
+    }
+    new.kept.retain(|kept| kept != key && kept != other);
+    if let Some(table) = whole.get_mut("gear").and_then(Item::as_table_like_mut) {
+        table.remove(other.trim_start_matches("gear."));
+    }
+    put_number(whole, &["gear"], key.trim_start_matches("gear."), rounded(value));
 }
 
 /// Edits a table of a file: sets keys that differ, and removes keys that are gone.

@@ -44,7 +44,7 @@ mod tests;
 
 use cut_off::CutOff;
 use free_run::FreeRun;
-use gear::IdentifiedGear;
+use gear::{IdentifiedGear, SideCounts};
 use implausible::Implausible;
 use misfit::Misfit;
 use model::{FittedModel, FittedParameter, RegressionSample};
@@ -169,6 +169,9 @@ pub fn identify(mut log: MotionLog, request: &FitSettings) -> Result<IdentifiedM
     let mut warnings = implausible::reading(&log);
     request.scale.apply(&mut log);
     let count = if log.smallest_change.is_finite() { log.smallest_change } else { 0.0 };
+    let finite = |change: f64| if change.is_finite() { change / log.folded as f64 } else { 0.0 };
+    let counts =
+        SideCounts { motor: finite(log.smallest_motor_change), load: finite(log.smallest_change) };
     let (rows, missing_rows, long_rows) = (log.rows, log.missing, log.long);
     let folded = log.folded;
     let mut grid = TimeGrid::of(&log, log.time_digit)?;
@@ -188,10 +191,10 @@ pub fn identify(mut log: MotionLog, request: &FitSettings) -> Result<IdentifiedM
     // The mean of several rows has a finer resolution.
     let cut_off = cut_off::choose(&grid, count / folded as f64, request.cut_off_hz);
     let has_motor = grid.stretches.iter().any(|one| !one.beside.is_empty());
-    let gear = has_motor.then(|| gear::identify(&grid, request));
+    let gear = has_motor.then(|| gear::identify(&grid, counts, request));
     let mut request = *request;
     if let Some(Ok(gear)) = &gear
-        && let Some(delay_s) = gear.carry(&mut grid, &request.scale, cut_off.hz)
+        && let Some(delay_s) = gear.carry(&mut grid, &request.scale, counts, cut_off.hz)
     {
         request.effort_delay_s = Some(delay_s);
     }

@@ -64,6 +64,7 @@ fn gear_object(identified: &IdentifiedMachine, gear: &IdentifiedGear) -> Value {
         .collect();
     let mut object = json!(gear);
     object["units"] = units.into();
+    object["units"]["twist"] = identified.scale.position_unit().into();
     object
 }
 

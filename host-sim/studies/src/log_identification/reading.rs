@@ -16,7 +16,7 @@ use csv::{ByteRecord, ReaderBuilder};
 use super::encoding;
 use files::error::{Error, suggestion};
 
-/// Largest number of samples: 24 MiB, or an hour at 290 Hz.
+/// Largest number of samples: 24 MiB (32 with the motor), or an hour at 290 Hz.
 pub const MOST: usize = 1 << 20;
 
 /// Number of samples from which the resolution of the time is determined.
@@ -70,6 +70,8 @@ pub struct MotionLog {
     pub time_digit: f64,
     /// Smallest change of the position between two rows, except 0: one count of a counted position.
     pub smallest_change: f64,
+    /// The same of the motor's position; infinite without its column.
+    pub smallest_motor_change: f64,
     /// Whether a row of units below the header was left out.
     pub has_units_row: bool,
 }
@@ -292,7 +294,8 @@ struct Samples {
     /// Sums over the rows of the current sample.
     sums: [f64; COLUMNS],
     summed: u64,
-    former: Option<[f64; 2]>,
+    /// Time, position, and the motor's position of the row before.
+    former: Option<[f64; 3]>,
 }
 
 impl Samples {
@@ -301,6 +304,7 @@ impl Samples {
             folded: 1,
             time_digit: 1.0,
             smallest_change: f64::INFINITY,
+            smallest_motor_change: f64::INFINITY,
             ..MotionLog::default()
         };
         Self { log, delimiter, width: 0, parted: 0, sums: [0.0; COLUMNS], summed: 0, former: None }
@@ -374,7 +378,8 @@ impl Samples {
         if self.log.rows < LOOKED_AT {
             self.log.time_digit = self.log.time_digit.min(digit());
         }
-        if let Some([before, there]) = self.former {
+        let motor = numbers.get(3).copied().flatten().unwrap_or(0.0);
+        if let Some([before, there, motor_there]) = self.former {
             if time < before {
                 return Err(format!(
                     "row {row}: the time {time} follows {before}, but times must increase: sort \
@@ -385,12 +390,17 @@ impl Samples {
             if time == before {
                 self.log.first_equal.get_or_insert(row);
             }
-            let change = (position - there).abs();
-            if change > 0.0 && change < self.log.smallest_change {
-                self.log.smallest_change = change;
+            let log = &mut self.log;
+            for (smallest, change) in [
+                (&mut log.smallest_change, position - there),
+                (&mut log.smallest_motor_change, motor - motor_there),
+            ] {
+                if change != 0.0 {
+                    *smallest = smallest.min(change.abs());
+                }
             }
         }
-        self.former = Some([time, position]);
+        self.former = Some([time, position, motor]);
         self.log.rows += 1;
         for (sum, number) in self.sums.iter_mut().zip(numbers.iter().flatten()) {
             *sum += number;

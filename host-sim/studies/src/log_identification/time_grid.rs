@@ -44,7 +44,7 @@ pub struct Stretch {
     pub effort: Vec<f64>,
     /// Position of the other side of a gear at each sample; empty if the log has one side.
     pub beside: Vec<f64>,
-    /// What has to be added to the effort, so that it moves one rigid body; empty without a gear.
+    /// Correction of the effort to that of one rigid body; empty without a gear.
     pub carried: Vec<f64>,
 }
 
@@ -97,7 +97,9 @@ impl TimeGrid {
         let gaps: Vec<usize> =
             (1..log.time.len()).filter(|i| log.time[*i] - log.time[i - 1] > gap).collect();
         let first_gap_s = gaps.first().map(|i| log.time[i - 1]);
-        let jumps = jumps(&log.position);
+        let mut jumps = [jumps(&log.position), jumps(&log.motor)].concat();
+        jumps.sort_unstable();
+        jumps.dedup();
         // In means of several rows, one jump can become two.
         let jumps_s: Vec<f64> = jumps
             .iter()

@@ -47,11 +47,12 @@ impl PositionUnit {
         }
     }
 
-    /// Returns the unit at the end of the name of a motor's column, which can be counted.
+    /// Returns the unit at the end of the name of a motor's column: counts or an angle. The m of
+    /// `q_m` is the motor.
     pub fn of_motor(column: &str) -> Option<Self> {
         match &*unit_of_name(column)? {
             "count" | "counts" => Some(Self::Count),
-            _ => Self::of_name(column),
+            _ => Self::of_name(column).filter(|unit| !matches!(unit, Self::M | Self::Mm)),
         }
     }
 }
@@ -162,6 +163,7 @@ impl LogUnits {
             log.time.iter_mut().for_each(|time| *time -= begin);
         }
         log.smallest_change *= self.position;
+        log.smallest_motor_change *= self.motor.unwrap_or(1.0);
         log.time_digit *= self.time_s;
     }
 
@@ -183,8 +185,8 @@ impl LogUnits {
         Ok(Self { motor, ..self })
     }
 
-    /// Returns the motor's way for a turn of the joint (or a metre) behind a gear of one to one: a
-    /// gear's ratio is in it.
+    /// Returns the factor from units of the motor in a rad (or a metre) of the joint to the unit of
+    /// a ratio.
     pub const fn motor_of_a_turn(&self) -> f64 {
         if self.is_linear || self.motor.is_some() { 1.0 } else { TAU }
     }
