@@ -26,6 +26,10 @@
 //! Below, the probe of the encoder would not see the joint held
 //! ([`encoder_probe`](crate::safety::monitor)); above, a stop would be a stall at once.
 //!
+//! A blocked joint, or one that sets out slowly under so little effort, falls behind the set point.
+//! At three quarters of `limits.following_error_deg` the set point waits, so that a stiff loop does
+//! not trip.
+//!
 //! Guarantees: the effort is never more than `effort` and half a code. The homing ends when the
 //! joint is `travel` away from its start, plus the travel of one tick, and after `time` and the
 //! soft start; a joint that moves coasts. Only two places that agree, with counts away from each,
@@ -76,6 +80,11 @@ const QUIET_COUNTS: f32 = 8.0;
 /// Fewest counts of the way back, and of a travel: half of it, which is judged, is twice the noise
 /// of 16 counts that an open line picks up.
 const RETREAT_COUNTS: f32 = 64.0;
+/// The longest way back, deg: places that are farther from each other than a sixteenth of it are
+/// two.
+const RETREAT_DEG: f32 = 2.0;
+/// The error at which the set point waits, in limits of the following error.
+const WAITS: f32 = 0.75;
 /// Places agree within this part of the way back, of which half lies between two places that are
 /// none, and within the counts that a joint at rest may show twice.
 const AGREES: i32 = 16;
@@ -182,6 +191,10 @@ pub(crate) struct HomeWatch {
     /// Ticks that are left of the soft start.
     wait: u32,
     elapsed: u32,
+    /// How far the set point may be from the joint, counts.
+    lead: u32,
+    /// Whether it waits for the joint.
+    waits: bool,
     /// Whether the joint is on its way back.
     is_back: bool,
     /// The farthest count in the sense of the homing since the joint last went the other way.
@@ -231,7 +244,13 @@ impl Home {
         // The conversions saturate. The target of the profile is twice as far as the travel, and
         // has to be nearer than 2^30 counts.
         let counts = |deg: f32| (deg / count).min(((1 << 29) - 64) as f32) as i32;
-        let (travel, retreat) = (counts(travel), counts(jog.travel.max(least)).min(counts(travel)));
+        let travel = counts(travel);
+        let retreat = counts(jog.travel.min(RETREAT_DEG).max(least)).min(travel);
+        let lead = if limits.following_error > 0.0 {
+            counts(WAITS * limits.following_error).unsigned_abs()
+        } else {
+            u32::MAX
+        };
         let way = travel as f32 * OF_TRAVEL + retreat as f32 * OF_RETREAT;
         let time = asked.time.unwrap_or((way * count / speed + ADDED_S).min(LONGEST_S));
         above(TIME, time, 0.0, LONGEST_S)?;
@@ -252,6 +271,8 @@ impl Home {
             retreat,
             wait: 0,
             elapsed: 0,
+            lead,
+            waits: false,
             is_back: false,
             farthest: 0,
             held: 0,
@@ -278,10 +299,16 @@ impl HomeWatch {
         self.at
     }
 
+    /// Returns the position in which the homing ends at the earliest, counts.
+    pub(crate) const fn leaves_at(&self) -> i32 {
+        self.at.wrapping_sub(self.sense.sign() * (self.retreat / 2))
+    }
+
     /// Restarts the watch, with the joint at rest at zero and `wait` ticks of the soft start left.
     pub(crate) fn restart(&mut self, wait: u32) {
         (self.wait, self.elapsed) = (wait, 0);
         (self.is_back, self.farthest, self.held, self.before) = (false, 0, 0, None);
+        self.waits = false;
         self.found = HomeFindings::default();
     }
 
@@ -291,6 +318,7 @@ impl HomeWatch {
     pub(crate) fn ends(&mut self, tick: &Tick, profile: &mut Profile) -> bool {
         self.elapsed = self.elapsed.saturating_add(1);
         let driven = self.elapsed.saturating_sub(self.wait);
+        self.wait_for(tick, profile);
         if self.is_back {
             self.go_back(tick.counts, profile);
         } else {
@@ -319,12 +347,35 @@ impl HomeWatch {
         }
         self.held = self.held.saturating_add(1);
         if self.held >= self.quiet {
-            self.is_back = true;
+            (self.is_back, self.waits) = (true, false);
             self.found.touches = self.found.touches.saturating_add(1);
-            let back = tick.counts - self.sense.sign() * self.retreat;
             profile.start_at(Position::from_counts(tick.counts), 0.0);
-            profile.aim(Position::from_counts(back));
+            profile.aim(self.target());
         }
+    }
+
+    /// Holds the set point if it is too far from the joint.
+    fn wait_for(&mut self, tick: &Tick, profile: &mut Profile) {
+        let is_far = tick.setpoint().position.counts.abs_diff(tick.counts) > self.lead;
+        if is_far && !self.waits {
+            // Not braked within the limits of a move, which would lead it on.
+            let here = profile.setpoint().position;
+            profile.start_at(here, 0.0);
+            profile.aim(here);
+        } else if !is_far && self.waits {
+            profile.aim(self.target());
+        }
+        self.waits = is_far;
+    }
+
+    /// Returns where the set point goes: beyond the stop, or back from the last place.
+    const fn target(&self) -> Position {
+        let counts = if self.is_back {
+            self.found.moved - self.sense.sign() * self.retreat
+        } else {
+            self.sense.sign() * 2 * self.travel as i32
+        };
+        Position::from_counts(counts)
     }
 
     /// Takes a tick on the way back from a place. With half of it counted, the place is compared
@@ -346,8 +397,8 @@ impl HomeWatch {
         }
         if !self.is_back {
             (self.farthest, self.held) = (self.sense.sign() * counts, 0);
-            let beyond = self.sense.sign() * 2 * self.travel as i32;
-            profile.aim(Position::from_counts(beyond));
+            self.waits = false;
+            profile.aim(self.target());
         }
     }
 

@@ -12,15 +12,21 @@ use crate::motion::home::{Home, HomeEnd, HomeFindings};
 
 impl Servo {
     /// Arms the servo for a link: at the next tick a homing begins. The range of positions is off,
-    /// so is the monitor of an abrupt stop on the way there, and the reference ends. From now on, the silence of
-    /// that link is a fault.
+    /// so is the monitor of an abrupt stop on the way there, and the reference ends. From now on,
+    /// the silence of that link is a fault.
     ///
     /// # Errors
     /// Says what is in the way; an armed servo does not home. Unlike other motions, it does not
-    /// have to be referenced.
+    /// have to be referenced. A homing that would end outside the range is refused.
     pub fn home(&mut self, home: Home) -> Result<(), Refusal> {
         if home.watch.at().unsigned_abs() >= 1 << 30 {
             return Err(Refusal::TooFar);
+        }
+        let ends_outside = self.control_loop.as_ref().is_some_and(|control_loop| {
+            control_loop.monitors.range(Some(0)).check(home.watch.leaves_at())
+        });
+        if ends_outside {
+            return Err(Refusal::OutOfRange);
         }
         // The range must not forbid what finds its place.
         let before = core::mem::replace(&mut self.referenced, Referenced::No);

@@ -110,6 +110,44 @@ fn under_every_law_the_stop_is_found_both_ways_with_no_more_than_the_effort() {
     }
 }
 
+/// Of 5 V and a Kp of 10 V/deg follows a limit of half a degree for the error; 0.6 V ask for 0.06
+/// deg, and the set point goes 4 deg/s.
+#[test]
+fn the_set_point_waits_at_the_stop_for_the_joint_of_a_stiff_loop() {
+    for law in ["pd", "srnf"] {
+        let stiff =
+            [&*format!("controller.{law}.kp_v_per_deg=10"), "limits.following_error_deg=0.5"];
+        let mut device = joint(law, [-1e3, 12.0], &stiff);
+        begin(&mut device, HomeRequest { at: counts(40.0), ..UP }).unwrap();
+        let (found, effort_v) = until_off(&mut device);
+        let latched = device.device.servo().latched();
+        assert_eq!(found.map(|found| found.ended), Some(HomeEnd::Stop), "{law}: {latched:?}");
+        assert!(effort_v <= EFFORT_V, "{law}: {effort_v} V");
+    }
+}
+
+/// The range of the joint ends at 40 deg, and the way back is a degree whatever a jog's travel is.
+#[test]
+fn a_homing_that_would_end_outside_the_range_is_refused() {
+    for travel in ["jog.travel_deg=2", "jog.travel_deg=90"] {
+        for (at_deg, is_refused) in [(40.9, false), (41.1, true)] {
+            let mut device = joint("srnf", [-1e3, 3.0], &[travel]);
+            let begun = begin(&mut device, HomeRequest { at: counts(at_deg), ..UP });
+            let expected = if is_refused { Err(Refusal::OutOfRange) } else { Ok(()) };
+            assert_eq!(begun, expected, "{travel}, {at_deg} deg");
+            if is_refused {
+                continue;
+            }
+            assert_eq!(until_off(&mut device).0.map(|found| found.ended), Some(HomeEnd::Stop));
+            device.ticks(20);
+            let back_deg = 3.0 - device.position_deg();
+            assert!((0.9..2.1).contains(&back_deg), "{travel}: {back_deg} deg");
+            // It can be armed from there.
+            device.device.servo().arm_for_link(None).unwrap();
+        }
+    }
+}
+
 /// What ends a homing: its request, what happens on the way, and what it reports.
 type Interruption = (&'static str, HomeRequest, fn(&mut SimulatedDevice), Option<HomeEnd>);
 
@@ -281,13 +319,16 @@ fn a_coarse_encoder_sets_no_false_zero() {
         for law in controllers() {
             let resolution = format!("encoder.resolution_deg={count_deg}");
             let mut device = joint(law, [-1e3, 30.0], &[&resolution]);
-            begin(&mut device, UP).unwrap();
+            // Half of 64 counts of 0.36 deg on the way back stay within the range.
+            let at = (20.0 / count_deg) as i32;
+            begin(&mut device, HomeRequest { at, ..UP }).unwrap();
             until_off(&mut device);
             device.ticks(20);
             let true_deg = device.position_deg() - 30.0;
             let servo = device.device.servo();
             if servo.is_referenced() {
-                let error_deg = f64::from(servo.position()) * count_deg - true_deg;
+                let shown_deg = f64::from(servo.position() - at) * count_deg;
+                let error_deg = shown_deg - true_deg;
                 assert!(error_deg.abs() <= 2.0 * count_deg, "{law}, {count_deg}: {error_deg}");
                 referenced += 1;
             }

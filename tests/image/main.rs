@@ -33,6 +33,8 @@ mod free_running;
 #[cfg(feature = "emulator")]
 mod hardware_faults;
 #[cfg(feature = "emulator")]
+mod homing;
+#[cfg(feature = "emulator")]
 mod identification;
 #[cfg(feature = "emulator")]
 mod inputs;
