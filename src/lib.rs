@@ -44,6 +44,7 @@ pub mod device;
 pub mod identification;
 #[cfg(feature = "device")]
 pub mod link;
+pub mod load_encoder;
 #[cfg(feature = "device")]
 pub mod motion;
 #[cfg(feature = "device")]

@@ -38,8 +38,8 @@ pub struct Line {
 /// Speed of a device in haste, in times of the clock's.
 const HASTE: f64 = 50.0;
 
-/// How far a device in haste is ahead of the clock before it waits. To wait for each tick would take
-/// most of the test's time.
+/// How far a device in haste is ahead of the clock before it waits. A wait for each tick takes most
+/// of the test's time.
 const AHEAD: Duration = Duration::from_millis(1);
 
 impl Line {
