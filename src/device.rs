@@ -1,4 +1,4 @@
-//! A whole device without a chip: it takes and gives bytes, and ticks.
+//! A whole device without a chip: it receives and sends bytes, and runs ticks.
 //!
 //! A host runs it as a simulated device, and tests of the link, the faults and the parameters run
 //! it. A board has the same parts, each in the task where it belongs.
@@ -38,13 +38,13 @@ impl<F: NorFlash> Device<F> {
         Self { session, parts: Parts { hardware, servo, store } }
     }
 
-    /// Takes bytes from the wire.
+    /// Receives bytes from the wire, and handles the requests in them.
     pub fn receive(&mut self, bytes: &[u8]) {
         self.session.receive(bytes, &mut self.parts);
         while self.session.work(&mut self.parts) {}
     }
 
-    /// Hands bytes to the wire, and returns how many.
+    /// Fills `bytes` with bytes for the wire, and returns their number.
     pub fn transmit(&mut self, bytes: &mut [u8]) -> usize {
         self.session.transmit(bytes)
     }
@@ -61,7 +61,7 @@ impl<F: NorFlash> Device<F> {
         &mut self.parts.servo
     }
 
-    /// Returns the number of the link's session, as the client that began it gets it.
+    /// Returns the number of the link's session, as the client that began the session receives it.
     pub const fn session(&self) -> u32 {
         self.session.number()
     }

@@ -1,20 +1,19 @@
 //! The bridge on TIM1: PA8 and its complement PB13, enable PB0, direction PB1, break input PB12.
 //!
 //! The PWM is centre-aligned: the counter runs up to the top and down again, so that a change of
-//! duty moves both edges and current is best sampled at the ends. The compare value is taken over
+//! duty moves both edges and current is best sampled at the ends. A new compare value takes effect
 //! where the counter turns, at either end. The direction pin changes at once, so that on a reversal
 //! the old magnitude has the new sign for half a period.
 //!
 //! Off means three things at once: the enable pin low, both outputs low (`MOE` clear, `OSSI`), and
-//! a neutral duty in waiting. Before an analog amplifier, off is the enable pin, with the neutral
-//! duty on the output: [`super::output_control`] says why, and what each mode does where the
-//! hardware ends the PWM.
+//! a neutral duty preloaded. With an analog amplifier, off means only the enable pin low, with the
+//! neutral duty on the output. [`super::output_control`] has the reason, and what each mode does
+//! when the hardware ends the PWM.
 //!
-//! The break input is active low with a pull-up, which is what the open-drain fault output of a
-//! bridge driver wants. It ends the PWM in hardware, without a clock, and it stays ended. A wire
-//! that is cut goes unnoticed. If a driver's fault output needs blanking (`fault_blanking_s`), the
-//! input is off while the output is off and until the blanking is over, which is before the first
-//! duty.
+//! The break input is active low with a pull-up, to suit the open-drain fault output of a bridge
+//! driver. It ends the PWM in hardware, without a clock, and the PWM stays off. A cut wire is not
+//! detected. If a driver's fault output needs blanking (`fault_blanking_s`), the input is off while
+//! the output is off and until the blanking is over, which is before the first duty.
 
 use core::convert::Infallible;
 
@@ -51,7 +50,7 @@ pub struct TimerBridge {
     neutral_when_off: bool,
     /// Ticks from the enable pin's rise for which the break input is off.
     blanking: u32,
-    /// Ticks of these that are left.
+    /// Ticks of the blanking that are left.
     blanked: u32,
     on: bool,
 }
@@ -89,9 +88,9 @@ impl TimerBridge {
     /// Sets another PWM, mode and dead time, with a neutral duty and the outputs off.
     pub fn reconfigure(&mut self, settings: &BridgeSettings) {
         let BridgeSettings { top, neutral, control, blanking } = *settings;
-        // The pins are as the last mode left them off, until they are the next mode's.
+        // Until the new mode is set, the pins are off as in the old mode.
         self.neutral_when_off = false;
-        // The top is taken over where the counter turns, as the compare value is.
+        // The top takes effect where the counter turns, as the compare value does.
         self.pwm.timer.arr().write(|w| w.arr().set(top));
         // Compare 0 would be full negative effort in locked antiphase, from the enabling of the
         // outputs to the first tick.
@@ -117,12 +116,13 @@ impl TimerBridge {
         self.rest();
     }
 
-    /// Turns the outputs off, whatever the last tick has said.
+    /// Turns the outputs off, whatever the last tick has set.
     pub fn rest(&mut self) {
         self.off(self.neutral);
     }
 
-    /// Takes the duty from the outputs. The break input is on or not.
+    /// Ends the duty: the outputs are off, or at the neutral duty with an analog amplifier.
+    /// `breaks` turns the break input on or off.
     #[inline]
     fn release(&mut self, neutral: Duty, breaks: bool) {
         let neutral_when_off = self.neutral_when_off;
@@ -132,8 +132,8 @@ impl TimerBridge {
         self.on = false;
     }
 
-    /// Returns whether the break input has been let go. Its flag cannot be cleared while it is
-    /// active.
+    /// Clears the flag of the break input, and returns whether the input has been released. The
+    /// flag cannot be cleared while the input is active.
     pub fn break_is_over(&self) -> bool {
         let timer = &self.pwm.timer;
         timer.sr().write(|w| w.bif().clear_bit());
@@ -163,8 +163,8 @@ impl BridgeSettings {
         blanking: 0,
     };
 
-    /// Returns the settings that parameters ask for. The drive has been validated with everything
-    /// else.
+    /// Returns the settings that the parameters define. The drive has been validated with the rest
+    /// of them.
     pub fn of(parameters: &Parameters) -> Self {
         let drive = &parameters.controller.drive;
         let neutral =
@@ -204,7 +204,7 @@ impl Bridge for TimerBridge {
         let Ok(()) = self.pwm.set_duty_cycle(duty.compare);
         if !self.on {
             self.on = true;
-            // The break input is on in the very write that lets the first duty through.
+            // The same write turns the break input on and the outputs on with the first duty.
             self.pwm.timer.bdtr().modify(|_, w| w.moe().enabled().bke().enabled());
             self.pins.enable.set_high();
         }
@@ -237,8 +237,8 @@ pub fn hold_enable_low(rcc: &pac::RCC, port: &pac::GPIOB) {
     port.moder().modify(|_, w| w.moder0().output());
 }
 
-/// Turns the bridge off from anywhere, whatever state the program is in. Before an analog amplifier
-/// this lets the pin go, too, and the next [`Bridge::off`] brings the neutral duty back.
+/// Turns the bridge off from anywhere, whatever state the program is in. With an analog amplifier
+/// this also releases the pin of the PWM, and the next [`Bridge::off`] restores the neutral duty.
 pub fn off_now() {
     // SAFETY: one write to a set/reset register, which cannot disturb another pin, and one that
     // only clears MOE; neither depends on anything that the program owns.
@@ -248,7 +248,7 @@ pub fn off_now() {
     }
 }
 
-/// Silences the break interrupt: the input may stay active for ever, and its flag with it.
+/// Disables the break interrupt: the input may stay active forever, and its flag with it.
 pub fn silence_break() {
     // SAFETY: this register is touched by the task of that interrupt, and by others that have
     // locked it out.

@@ -6,12 +6,12 @@
 //!                                         84 MHz timers of APB1, USART1
 //! ```
 //!
-//! The HAL waits for the crystal for ever, so the crystal is started here first, with a bounded
+//! The HAL waits for the crystal forever, so the crystal is started here first, with a bounded
 //! wait. Its frequency is measured against the internal oscillator before anything runs from it,
-//! the PLL included ([`super::crystal`]). The measured frequency sets PLLM. Once the part runs from
-//! the crystal, the clock security system watches it. If it stops, the part falls back to the
-//! internal oscillator, TIM1's break input turns the outputs off, and [`super::fatal`] reports it
-//! after a reset.
+//! the PLL included ([`super::crystal`]). The measured frequency sets PLLM. Once the
+//! microcontroller runs from the crystal, the clock security system watches the crystal. If the
+//! crystal stops, the microcontroller falls back to the internal oscillator, TIM1's break input
+//! turns the outputs off, and [`super::fatal`] reports the fault after a reset.
 //!
 //! Without a usable crystal the joint cannot be armed, and the PLL multiplies the internal
 //! oscillator. The link's rate then has the error of that oscillator and no other
@@ -42,11 +42,11 @@ const PLL_PATIENCE: u32 = 16_000;
 /// takes 31 us.
 const CAPTURE_PATIENCE: u32 = 160_000;
 
-/// Whether the part was started on the crystal.
+/// Whether the microcontroller was started on the crystal.
 static RAN: AtomicBool = AtomicBool::new(false);
 
-/// Sets up the clocks, and returns what is known of the crystal. The cycle counter must be running.
-/// The timer measures the crystal, and is as after a reset afterwards.
+/// Sets up the clocks, and returns the state of the crystal. The cycle counter must be running. The
+/// timer measures the crystal, and is reset afterwards.
 pub fn start(rcc: pac::RCC, timer: &pac::TIM11) -> (Rcc, Crystal) {
     let crystal = if oscillates(&rcc) {
         Crystal::of(measure(&rcc, timer)).with_pll(|mhz| pll_locks(&rcc, PLLSRC::Hse, mhz))
@@ -58,7 +58,7 @@ pub fn start(rcc: pac::RCC, timer: &pac::TIM11) -> (Rcc, Crystal) {
     } else {
         rcc.cr().modify(|_, w| w.hseon().off());
         if !pll_locks(&rcc, PLLSRC::Hsi, INTERNAL_MHZ) {
-            // The HAL would wait for this PLL for ever.
+            // The HAL would wait for this PLL forever.
             return (rcc.freeze(Config::hsi()), crystal);
         }
         Config::hsi()
@@ -71,8 +71,8 @@ pub fn start(rcc: pac::RCC, timer: &pac::TIM11) -> (Rcc, Crystal) {
     (rcc, crystal)
 }
 
-/// Measures the crystal, and returns the counts of the internal oscillator in [`CAPTURES`]; none if
-/// a capture does not come in time, or has been missed.
+/// Measures the crystal, and returns the counts of the internal oscillator in [`CAPTURES`]
+/// captures; none if a capture does not come in time, or has been missed.
 fn measure(rcc: &pac::RCC, timer: &pac::TIM11) -> Option<u32> {
     // SAFETY: any divider from 2 to 31; the real-time clock, which it is for, does not run.
     rcc.cfgr().modify(|_, w| unsafe { w.rtcpre().bits(DIVIDER) });
@@ -96,7 +96,7 @@ fn measure(rcc: &pac::RCC, timer: &pac::TIM11) -> Option<u32> {
             break;
         }
         let now = capture();
-        // What comes first has no capture before it.
+        // The first capture has none before it.
         if index > 0 {
             counts += u32::from(now.wrapping_sub(last));
             captured = Some(counts);
@@ -111,15 +111,15 @@ fn measure(rcc: &pac::RCC, timer: &pac::TIM11) -> Option<u32> {
     captured
 }
 
-/// Starts the crystal, and returns whether it says that it is ready.
+/// Starts the crystal, and returns whether its ready flag is set in time.
 fn oscillates(rcc: &pac::RCC) -> bool {
     rcc.cr().modify(|_, w| w.hseon().on());
     within(PATIENCE, || rcc.cr().read().hserdy().is_ready())
 }
 
-/// Lets the PLL lock on its source of `mhz` once, and returns whether it does. The ready flag of
-/// the crystal alone counts pulses, and can be wrong about one that dies again. What the HAL waits
-/// for afterwards has then been seen to happen.
+/// Tries to lock the PLL once on its source of `mhz` (MHz), and returns whether it locks. The ready
+/// flag of the crystal only counts pulses, and can be set for a crystal that stops again. After
+/// this test, the lock that the HAL waits for has been observed once.
 fn pll_locks(rcc: &pac::RCC, source: PLLSRC, mhz: u8) -> bool {
     // SAFETY: 1 MHz * 192 is within the range of the oscillator in the PLL; nothing runs from it
     // yet.
@@ -143,8 +143,8 @@ fn within(cycles: u32, happens: impl Fn() -> bool) -> bool {
     true
 }
 
-/// Returns whether the part was started on the crystal and has fallen back to the internal
-/// oscillator.
+/// Returns whether the microcontroller was started on the crystal and has fallen back to the
+/// internal oscillator.
 pub fn has_lost_crystal() -> bool {
     // SAFETY: reads a status register, which changes nothing.
     let rcc = unsafe { &*pac::RCC::ptr() };

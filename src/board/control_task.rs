@@ -1,5 +1,5 @@
-//! The parts of the control task: what a tick needs of the board, in one piece. The control task
-//! owns them, and the link borrows them for an instant.
+//! The parts of the board that a control tick needs, in one struct. The control task owns them, and
+//! the link borrows them briefly.
 
 use core::sync::atomic::{AtomicBool, Ordering};
 
@@ -14,8 +14,8 @@ use super::supply::Supply;
 use super::tick::{Period, TickTimer};
 use super::traits::{Bridge, EncoderInput};
 
-/// Whether the bridge's driver has pulled the break input. Its interrupt sets this, and
-/// [`ControlTask::mend`] ends it.
+/// Whether the bridge's driver has pulled the break input. The interrupt of the input sets this
+/// flag, and [`ControlTask::mend`] clears it.
 pub static TRIPPED: AtomicBool = AtomicBool::new(false);
 
 /// The servo and the parts of the chip that it works with.
@@ -51,8 +51,9 @@ impl ControlTask {
     }
 
     /// Latches the fault of a break input that was pulled. A pulse may be over before the next
-    /// tick, and a request may come before it: the first of the two latches the fault.
-    // The image has this code once, not in everything that the link may ask of the servo.
+    /// tick, and a request of the link may come before that tick: the first of the two latches the
+    /// fault.
+    // Not inlined: the image has this code once, not in each request of the link.
     #[inline(never)]
     pub fn latch_break(&mut self) {
         if TRIPPED.load(Ordering::Relaxed) {
@@ -85,8 +86,8 @@ impl ControlTask {
         }
     }
 
-    /// Lets the break input trip again, once its fault has been cleared and the input has been let
-    /// go. An input that is still pulled trips at once.
+    /// Enables the break input again, once its fault has been cleared and the input has been
+    /// released. An input that is still pulled trips at once.
     pub fn mend(&mut self) {
         if !TRIPPED.load(Ordering::Relaxed)
             || self.servo.state() == State::Faulted(Fault::BreakInput)
@@ -94,9 +95,9 @@ impl ControlTask {
             return;
         }
         if self.bridge.break_is_over() {
-            // The hardware has turned the outputs off. The bridge knows nothing of it if there was
-            // no tick since, and would not turn them on again for a servo that is armed before the
-            // next tick.
+            // The hardware has turned the outputs off. Without a tick since then, the bridge's own
+            // state is still on, and the bridge would not turn the outputs on for a servo that is
+            // armed before the next tick.
             self.bridge.rest();
             TRIPPED.store(false, Ordering::Relaxed);
             bridge::hear_break();
@@ -105,8 +106,8 @@ impl ControlTask {
         }
     }
 
-    /// Takes another sample time, PWM and dead time. The output is off. The next tick comes a whole
-    /// sample time from now.
+    /// Sets another sample time, PWM and dead time, with the output off. The next tick comes a
+    /// whole sample time from now.
     pub fn reconfigure(&mut self, bridge: &bridge::BridgeSettings, period: &Period) {
         self.bridge.reconfigure(bridge);
         self.period = *period;
@@ -120,8 +121,7 @@ impl ControlTask {
         self.timer.stop();
     }
 
-    /// Lets the ticks go on. The next one comes a whole sample time from now, and has nothing to be
-    /// late for.
+    /// Restarts the ticks. The next one comes a whole sample time from now, and is never late.
     pub fn resume(&mut self) {
         self.timer.set(&self.period);
         self.deadline = Deadline::new(self.period.clocks);

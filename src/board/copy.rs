@@ -2,10 +2,11 @@
 //!
 //! The compiler calls these functions for a copy of more than a few words whose ends are aligned: a
 //! tick into the static that is published and into the queue to the log (100 and 116 bytes), a
-//! motion into the servo. Those of its own library move one word after the other, with an address
-//! to each: about 100 instructions for a tick, where these take 40 (tests/evidence/cost.md). The
-//! names and what is in which register are those of the ARM run-time ABI (IHI 0043, 4.3.4):
-//! destination `r0`, source `r1`, bytes `r2`; `r0` to `r3` and `r12` are free to use.
+//! motion into the servo. The versions in its own library move one word after the other, with an
+//! address for each: about 100 instructions for a tick, where these take 40
+//! (tests/evidence/cost.md). The names and the registers of the arguments are those of the ARM
+//! run-time ABI (IHI 0043, 4.3.4): destination `r0`, source `r1`, bytes `r2`; `r0` to `r3` and
+//! `r12` are free to use.
 
 use core::arch::global_asm;
 

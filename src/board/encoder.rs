@@ -15,7 +15,7 @@ pub struct Quadrature {
 }
 
 /// The input filter `ICxF`: an edge counts when 8 samples at 84 MHz agree. Spikes of the bridge
-/// below 95 ns do not count; the encoder may give 5 million edges a second.
+/// below 95 ns do not count; up to 5 million edges a second do.
 const FILTER: u8 = 0b0011;
 
 impl Quadrature {

@@ -1,5 +1,5 @@
-//! The end of a program that cannot go on: the bridge off first, then the reason kept, then a reset
-//! that reports it.
+//! The end of a program that cannot continue: the bridge is turned off, the reason is kept, and the
+//! microcontroller is reset and then reports it.
 
 use core::panic::PanicInfo;
 use core::sync::atomic::{Ordering, compiler_fence};
@@ -12,7 +12,8 @@ use stm32f4xx_hal::pac;
 use super::bridge::off_now;
 use super::retained::{RetainedFault, keep, set_armed};
 
-/// Ends this run of the program: the bridge is off, the fault is kept, and the part is reset.
+/// Ends this run of the program: the bridge is off, the fault is kept, and the microcontroller is
+/// reset.
 pub fn stop(record: RetainedFault) -> ! {
     off_for_good();
     keep(record);
@@ -21,7 +22,7 @@ pub fn stop(record: RetainedFault) -> ! {
     SCB::sys_reset()
 }
 
-/// Turns the bridge off, and lets no task run that could turn it on again.
+/// Turns the bridge off and disables the interrupts, so that no task can turn it on again.
 fn off_for_good() {
     cortex_m::interrupt::disable();
     off_now();
@@ -46,7 +47,7 @@ unsafe fn DefaultHandler(interrupt: i16) -> ! {
     stop(RetainedFault::of(Fault::Panic).with_text("an exception without a handler").at(number, 0))
 }
 
-/// Stops when the clock security system says that the crystal has stopped.
+/// Stops when the clock security system reports that the crystal has stopped.
 #[exception]
 unsafe fn NonMaskableInt() {
     off_for_good();

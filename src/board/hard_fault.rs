@@ -1,11 +1,12 @@
-//! The hard fault: the pins first, then a stack that works, then the reason kept.
+//! The hard fault: the handler turns the outputs off, restores a working stack, and keeps the
+//! reason.
 //!
 //! A stack that overflows leaves the RAM (memory.x). The processor cannot save its registers there,
-//! and enters this exception with the stack pointer where it was. A handler of the compiler's
-//! begins with a push, which would fault again: the processor would lock up, and the last duty
-//! would stay until the watchdog resets the part. So the entry is written in instructions, and none
-//! of them uses the stack before it has been moved back to its start. Nothing returns from here, so
-//! what lies there is lost without harm.
+//! and enters this exception with the stack pointer where it was. A compiled handler begins with a
+//! push, which would fault again: the processor would lock up, and the last duty would stay until
+//! the watchdog resets the microcontroller. So the entry is written in assembly, and uses the stack
+//! only after the stack pointer has been moved back to its start. Nothing returns from here, so the
+//! contents of the stack are lost without harm.
 
 use cortex_m::peripheral::SCB;
 use stiction::Fault;
@@ -22,12 +23,12 @@ const ENABLE_LOW: u32 = 1 << 16;
 const TIM1_BDTR: u32 = 0x4001_0000 + 0x44;
 const MOE: u32 = 1 << 15;
 
-/// Floating-point context control (PM0214 section 4.6.2), and the bit that says that registers
-/// still have to be saved: to a stack that may be lost.
+/// Floating-point context control (PM0214 section 4.6.2), and its bit for registers that still have
+/// to be saved, to a stack that may be lost.
 const FPCCR: u32 = 0xE000_EF34;
 const LSPACT: u32 = 1;
 
-/// Bytes of RAM from its first address up to the last at which the eight saved words fit.
+/// Largest offset from the first address of the RAM at which the eight saved words fit, bytes.
 const LAST_FRAME: u32 = 128 * 1024 - 32;
 
 /// The handler in the vector table.
@@ -86,8 +87,8 @@ unsafe extern "C" fn hard_fault() -> ! {
     )
 }
 
-/// Keeps where the fault was (0 if the stack was lost) and the processor's status, and resets the
-/// part.
+/// Keeps the program counter of the fault (0 if the stack was lost) and the processor's status, and
+/// resets the microcontroller.
 extern "C" fn report(place: u32) -> ! {
     // SAFETY: reads a status register.
     let status = unsafe { (*SCB::PTR).cfsr.read() };

@@ -11,16 +11,16 @@ struct Published(UnsafeCell<MaybeUninit<Output>>);
 // SAFETY: written by the control task only; nothing in the program reads it.
 unsafe impl Sync for Published {}
 
-/// The last tick, found by its name in the ELF file, and the output that it is the first part of.
-/// The layout of both is that of C. It is zero until the servo is armed.
+/// The output of the last tick, whose first part is the tick itself. Other programs find it by its
+/// name in the ELF file. The layout of both is that of C. Its bytes are zero until the first tick.
 ///
-/// `#[used]` and a name for the outside mark it as read from outside, so plain writes to it stay.
-/// Volatile writes would first spill every term, for about twice the instructions.
+/// `#[used]` and an exported name mark it as read from outside, so that the compiler keeps plain
+/// writes. Volatile writes would first spill every term, for about twice the instructions.
 #[used]
 #[unsafe(no_mangle)]
 static STICTION_LAST_TICK: Published = Published(UnsafeCell::new(MaybeUninit::zeroed()));
 
-/// Leaves an output where it can be read. Only the control task may call this.
+/// Publishes an output for other programs. Only the control task may call this.
 // The whole output, whose 100 bytes are three blocks of the copy routine and a word. It moves the
 // 92 bytes of a tick as two blocks and seven words, for 20 instructions more.
 #[inline]

@@ -6,7 +6,7 @@
 
 use core::sync::atomic::{AtomicBool, Ordering};
 
-/// The flag of one task, which says whether it has run.
+/// Flag of one task: whether it has run.
 pub struct Liveness(AtomicBool);
 
 /// The flag of the link's task.
@@ -15,7 +15,7 @@ pub static LINK: Liveness = Liveness(AtomicBool::new(false));
 pub static REPORT: Liveness = Liveness(AtomicBool::new(false));
 
 impl Liveness {
-    /// Notes that the task has run to its end.
+    /// Sets the flag: the task has run to its end.
     pub fn has_run(&self) {
         self.0.store(true, Ordering::Relaxed);
     }
@@ -29,7 +29,8 @@ impl Liveness {
     }
 }
 
-/// Returns whether all of the tasks have run since this was last so. Only the feeder may call this.
+/// Returns whether all of the tasks have run since this last returned true. Only the feeder may
+/// call this.
 pub fn all_have_run() -> bool {
     let tasks = [&LINK, &REPORT];
     let all = tasks.iter().all(|task| task.is_set());

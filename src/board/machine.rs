@@ -1,8 +1,8 @@
-//! The board as the machine that the link acts on: the control task's parts, locked for as short as
-//! can be.
+//! The board as the machine that the link acts on: the control task's parts, locked as briefly as
+//! possible.
 //!
-//! While the link holds them, the control task waits. Two requests hold them for long. Their
-//! instructions were counted in the image's code, and the times are those of one cycle for each:
+//! While the link holds the parts, the control task waits. Two requests hold them for longer. Their
+//! instructions were counted in the image's code, and the times assume one cycle for each:
 //!
 //! - another motion, also while armed: about 360 instructions, 2.1 us, of which two copies of half
 //!   a KiB are 180;
@@ -40,9 +40,9 @@ pub struct BoardMachine<'a, C, W> {
 }
 
 impl<C: Mutex<T = ControlTask>, W: Mutex<T = Independent>> BoardMachine<'_, C, W> {
-    /// Feeds the watchdog with another timeout, which counts from the last of these feeds on. It
-    /// waits until this timeout and those that were set before it have crossed to the oscillator.
-    /// Meanwhile it feeds the watchdog, since the feeder's other tasks wait as well.
+    /// Sets another timeout of the watchdog, and waits until this timeout and those set before it
+    /// have crossed to the oscillator. Meanwhile it feeds the watchdog, since the other watched
+    /// tasks wait as well. The timeout is in effect from the last of these feeds on.
     fn feed_with(&mut self, timeout: Timeout) -> Result<(), RequestRefusal> {
         let longest = (CROSSING * self.clock as f32) as u32;
         let begin = self.now();
@@ -63,16 +63,16 @@ impl<C: Mutex<T = ControlTask>, W: Mutex<T = Independent>> BoardMachine<'_, C, W
         Ok(())
     }
 
-    /// Lets something act on the flash while the processor stands still for seconds: no ticks,
-    /// nothing driven, a watchdog that waits. Nothing can arm meanwhile, since neither a tick nor
-    /// another request comes before the end. What comes over the wire meanwhile is lost, if it is
-    /// more than the ring holds.
+    /// Runs `act` on the flash, during which the processor stands still for seconds: the ticks are
+    /// stopped, the output is off, and the watchdog has a longer timeout, with `after` set at the
+    /// end. Nothing can arm meanwhile, since neither a tick nor another request comes before the
+    /// end. Bytes received meanwhile are lost if they are more than the ring holds.
     fn stand_still(
         &mut self,
         after: Timeout,
         act: impl FnOnce(&mut Store<Sectors>) -> Result<(), RequestRefusal>,
     ) -> Result<(), RequestRefusal> {
-        // An erase that the supply does not last for would cost what was there.
+        // If the supply failed during an erase, the contents of the sector would be lost.
         if voltage_detector::is_low() {
             return Err(RequestRefusal::SupplyTooLow);
         }
@@ -86,7 +86,7 @@ impl<C: Mutex<T = ControlTask>, W: Mutex<T = Independent>> BoardMachine<'_, C, W
             });
             done
         });
-        // If the timeout is not taken over in time, each of the next feeds tries again.
+        // If the timeout does not take effect in time, each of the next feeds tries again.
         let restored = self.feed_with(after);
         done.and(restored)
     }

@@ -1,7 +1,7 @@
-//! The board with its STM32F405RG: everything that knows a register or a pin.
+//! The board with its STM32F405RG: everything that accesses a register or a pin.
 //!
-//! `docs/reference/wiring.md` has the pins. Each part is one module; what the control task needs of
-//! them is behind the traits of [`traits`], since embedded-hal has none for an encoder, a bridge or
+//! `docs/reference/wiring.md` has the pins. Each part is one module. The control task uses the
+//! parts through the traits of [`traits`], since embedded-hal has none for an encoder, a bridge or
 //! a watchdog.
 
 pub mod bridge;
@@ -38,7 +38,7 @@ use stiction::Hardware;
 
 /// The figures of this board: TIM1 is clocked at 168 MHz (`clock.rs`), the converter has 12 bits,
 /// and the longest dead time is 1008 clocks of TIM1 (`output_control.rs`). TIM3, its prescaler, the
-/// deadline and the watchdog are made for ticks of 50 Hz to 10 kHz.
+/// deadline and the watchdog support ticks of 50 Hz to 10 kHz.
 pub const HARDWARE: Hardware = Hardware {
     pwm_clock_hz: 168e6,
     supply_top: 4095,

@@ -1,5 +1,4 @@
-//! The note of the image: what it says of itself, in an ELF note that a host reads before it runs
-//! or flashes the image.
+//! The identity of the image, in an ELF note that a host reads before it runs or flashes the image.
 
 /// An ELF note with the name `stiction` and type 1. Its description is the core's version, the
 /// commit and the chip, each ended by a zero.
@@ -15,7 +14,7 @@ struct Note {
 const TEXTS: &str =
     concat!(env!("CARGO_PKG_VERSION"), "\0", env!("STICTION_COMMIT"), "\0STM32F405\0");
 
-/// Size of the description, bytes. Notes are made of whole words.
+/// Size of the description, bytes. A note consists of whole words.
 const SIZE: usize = TEXTS.len().next_multiple_of(4);
 
 const fn description() -> [u8; SIZE] {

@@ -1,4 +1,5 @@
-//! The option bytes with another brown-out level: what needs no register to decide.
+//! The option bytes with another brown-out level. Nothing here accesses a register, so that a test
+//! on a host goes through the words.
 //!
 //! FLASH_OPTCR of an STM32F405 (RM0090, 3.9.9) has, from the lowest bit on:
 //!
@@ -13,15 +14,14 @@
 //!  31:28   reserved     0
 //! ```
 //!
-//! To program them is to erase the sector that they are in and to write all of them, so every bit
-//! that shall stay has to be written as it was. A wrong byte of protection cannot be taken back: it
-//! costs the program or the part. So what is asked of the part is the very word that it has, but
-//! for the two bits of the level, and a word that does not look like one of this part is refused.
-//!
-//! Nothing here knows a register, so that a test on a host goes through the words.
+//! Programming the option bytes erases their sector and writes all of them, so every bit that is to
+//! stay has to be written unchanged. A wrong byte of protection cannot be undone: it costs the
+//! program or the microcontroller. So the new word is the present one except for the two bits of
+//! the level, and a word that does not look like that of an STM32F405 is refused.
 
-/// The level, in FLASH_OPTCR. None of its bits set is level 3: the part is reset below 2.7 V, where
-/// its data sheet begins to allow 168 MHz with 5 wait states, and 32 bits at a time to its flash.
+/// Bits of the level in FLASH_OPTCR. Both clear is level 3: the microcontroller is reset below 2.7
+/// V. From that supply on, its data sheet allows 168 MHz with 5 wait states, and writes to its
+/// flash of 32 bits at a time.
 const BOR_LEV: u32 = 0b11 << 2;
 
 /// Bits that are no option bytes: lock and start.
@@ -30,23 +30,24 @@ const CONTROL: u32 = 0b11;
 /// Bits that an STM32F405 does not have.
 const RESERVED: u32 = 1 << 4 | 0b1111 << 28;
 
-/// The read protection that nothing ends, and under which no option byte can be changed.
+/// The permanent read protection, under which no option byte can be changed.
 const FOR_EVER: u32 = 0xCC;
 
-/// The reason why the option bytes are left alone.
+/// Reason why the option bytes are left unchanged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Untouchable {
-    /// The part is protected for ever (RDP level 2).
+    /// The microcontroller is permanently protected (RDP level 2).
     Protected,
-    /// A bit is set that this part does not have: it is another part, or it was misread.
+    /// A bit is set that an STM32F405 does not have: this is another microcontroller, or the word
+    /// was misread.
     Unknown,
 }
 
-/// Returns what the register has to be for the highest brown-out level, without lock and start;
-/// none if the level is that already.
+/// Returns the word of the register for the highest brown-out level, with lock and start clear;
+/// none if that level is already set.
 ///
 /// # Errors
-/// Says why the option bytes may not be touched.
+/// Returns the reason why the option bytes must not be changed.
 pub const fn with_highest_level(before: u32) -> Result<Option<u32>, Untouchable> {
     if before & RESERVED != 0 {
         return Err(Untouchable::Unknown);
@@ -60,8 +61,8 @@ pub const fn with_highest_level(before: u32) -> Result<Option<u32>, Untouchable>
     Ok(Some(before & !(BOR_LEV | CONTROL)))
 }
 
-/// Returns whether the register, read back, has the highest level, and every other option byte as
-/// it was.
+/// Returns whether the register, read back, has the highest level, with every other option byte
+/// unchanged.
 pub const fn is_done(before: u32, after: u32) -> bool {
     after & BOR_LEV == 0 && (before ^ after) & !(BOR_LEV | CONTROL) == 0
 }

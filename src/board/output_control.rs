@@ -1,6 +1,7 @@
-//! How TIM1's outputs are controlled in each mode of the drive: what needs no register to decide.
-//! The names are those of RM0090, "Output control bits for complementary OCx and OCxN channels with
-//! break feature" (table 94 of revision 11) and TIMx_BDTR.
+//! Control of TIM1's outputs in each mode of the drive. Nothing here accesses a register, so that a
+//! test on a host compares it with the manual. The names are those of RM0090, "Output control bits
+//! for complementary OCx and OCxN channels with break feature" (table 94 of revision 11) and
+//! TIMx_BDTR.
 //!
 //! | mode | PB13 | dead time | with MOE clear (break, reset by software, halted by a probe) |
 //! |---|---|---|---|
@@ -8,12 +9,10 @@
 //! | sign-magnitude | low | none | both pins are driven low |
 //! | analog | low | none | neither pin is driven |
 //!
-//! An analog amplifier takes a low pin for full negative effort, and no level of a pin is its zero.
-//! So its pin is let go where the hardware has to end the PWM, and a divider on the board holds the
-//! filter at half scale, as it does in reset (docs/reference/wiring.md). Where the program turns
-//! the output off, the PWM goes on at half duty.
-//!
-//! Nothing here knows a register, so that a test on a host holds it against the manual.
+//! To an analog amplifier a low pin is full negative effort, and no level of a pin is its zero. So
+//! if the hardware has to end the PWM, the pin is released, and a divider on the board holds the
+//! filter at half scale, as it does in reset (docs/reference/wiring.md). If the program turns the
+//! output off, the PWM continues at half duty.
 
 use stiction::control::drive::PwmMode;
 
@@ -22,18 +21,18 @@ use stiction::control::drive::PwmMode;
 pub struct OutputControl {
     /// Whether the complement is switched (`CC1NE`). Only then does the timer insert a dead time.
     pub complement: bool,
-    /// Whether the pins are driven low while `MOE` is clear (`OSSI`). If not, they are let go.
+    /// Whether the pins are driven low while `MOE` is clear (`OSSI`). If not, they are released.
     pub driven_when_off: bool,
-    /// Whether the PWM goes on at a neutral duty while the output is off, and the enable pin alone
-    /// turns it off.
+    /// Whether the PWM continues at a neutral duty while the output is off, so that only the enable
+    /// pin turns the bridge off.
     pub neutral_when_off: bool,
     /// The code of the dead time (`DTG`).
     pub dead_time_code: u8,
 }
 
 impl OutputControl {
-    /// The control of a part without parameters, which does not know what is wired to it: the pins
-    /// are let go, as in reset.
+    /// The control without parameters, when the wiring is unknown: the pins are released, as in
+    /// reset.
     pub const UNKNOWN: Self = Self {
         complement: false,
         driven_when_off: false,

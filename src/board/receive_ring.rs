@@ -1,21 +1,22 @@
-//! The ring that the wire's bytes come into: what needs no register to decide.
+//! The ring of the bytes received over the wire. Nothing here accesses a register, so that a test
+//! on a host covers it.
 //!
-//! The DMA writes the ring round and round, and counts down what is left of a lap (RM0090: NDTR).
+//! The DMA writes the ring round and round, and counts down the bytes that are left of a lap
+//! (RM0090: NDTR).
 //!
 //! ```text
 //! place of the next byte      = (LENGTH - left) mod LENGTH
 //! bytes since the last look   = (place now - place then) mod LENGTH
 //! ```
 //!
-//! That is right as long as fewer than [`LENGTH`] bytes come between two looks. The DMA interrupts
-//! at each half of a lap for that. The reader is behind, by as much as it likes: what it has not
-//! read when the writer has gone once around it is lost, and counted. Does badly: while the
-//! processor stands still for longer than a lap takes (5.5 ms), nothing is read, and whole laps are
-//! not counted. What is read then is a mixture, and the checksum of a frame knows it. Nothing here
-//! knows a register, so that a test on a host goes through it.
+//! This holds as long as fewer than [`LENGTH`] bytes come between two looks. For that, the DMA
+//! interrupts at each half of a lap. The reader may be any number of bytes behind: bytes that the
+//! writer overwrites before they are read are lost, and counted. Does badly: while the processor
+//! stands still for longer than a lap takes (5.5 ms), nothing is read, and whole laps are not
+//! counted. The bytes read then are a mixture, which the checksum of a frame detects.
 
-/// Bytes of the ring: two of the longest frames, and 5.5 ms of the wire. It is a power of two, so
-/// that what has been written can be counted in a number that wraps.
+/// Size of the ring, bytes: two of the longest frames, and 5.5 ms of the wire. It is a power of
+/// two, so that the number of written bytes can wrap.
 pub const LENGTH: usize = 512;
 
 const MASK: u32 = LENGTH as u32 - 1;
@@ -36,8 +37,8 @@ pub struct Reader {
 }
 
 impl Writer {
-    /// Looks how far the DMA is, given what it says is left of the lap, and returns how many bytes
-    /// have been written since the start; the number wraps.
+    /// Updates the place of the DMA, given the bytes that are left of the lap, and returns the
+    /// number of bytes written since the start. The number wraps.
     #[inline]
     pub const fn look(&mut self, left: u16) -> u32 {
         let place = (LENGTH as u32).wrapping_sub(left as u32);
@@ -48,9 +49,9 @@ impl Writer {
 }
 
 impl Reader {
-    /// Returns the place of the next byte, given how many have been written; none if all of them
-    /// have been read. A reader that the writer has overtaken goes on with the newer half of the
-    /// ring: the older one is about to be written again.
+    /// Returns the place of the next byte in the ring, given the number of bytes written; none if
+    /// all of them have been read. A reader that the writer has overtaken continues with the newer
+    /// half of the ring: the older one is about to be overwritten.
     #[inline]
     pub const fn next(&mut self, written: u32) -> Option<usize> {
         let unread = written.wrapping_sub(self.read);
@@ -73,7 +74,7 @@ impl Reader {
         written != self.read
     }
 
-    /// Returns how many bytes were lost because the writer had overtaken the reader.
+    /// Returns the number of bytes that were lost because the writer had overtaken the reader.
     pub const fn lost(&self) -> u32 {
         self.lost
     }

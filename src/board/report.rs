@@ -1,8 +1,8 @@
-//! The report: what the firmware says of itself, by defmt over RTT.
+//! The report: the log of the firmware, by defmt over RTT.
 //!
-//! While a line is written, interrupts wait, the control task's too. They wait for a few
-//! microseconds, less than a tenth of the shortest sample time. Only this task writes, and only ten
-//! lines of trace a second.
+//! While a line is written, interrupts wait, including that of the control task. They wait for a
+//! few microseconds, less than a tenth of the shortest sample time. Only this task writes, and only
+//! ten lines of trace a second.
 
 use defmt::{error, info, warn};
 use defmt_rtt as _;
@@ -28,7 +28,7 @@ pub struct Report {
 }
 
 impl Report {
-    /// Makes the report of a loop that begins.
+    /// Makes the report of a servo that boots.
     pub const fn new() -> Self {
         Self { state: State::Boot, every: 1, ticks: 0 }
     }
@@ -119,8 +119,8 @@ impl Report {
         }
     }
 
-    /// Reports a tick of a loop with this sample time (s), and returns the state before the tick if
-    /// that has changed it.
+    /// Reports a tick of a loop with this sample time (s), and returns the previous state if the
+    /// tick has changed it.
     pub fn report_tick(&mut self, output: &Output, sample_time: f32) -> Option<State> {
         let changed = (output.state != self.state).then_some(self.state);
         if changed.is_some() {
@@ -155,12 +155,12 @@ impl Report {
         changed
     }
 
-    /// Writes that what has just been armed is a jog.
+    /// Writes that the servo was armed for a jog.
     pub fn jog_begins(&self) {
         info!("jog: pushes the joint each way, open loop, until it moves");
     }
 
-    /// Writes what a ramp or a jog has found, if it has come to its end.
+    /// Writes the findings of a ramp or a jog, if it has come to its end.
     pub fn motion_over(&self, levels: Option<FrictionLevels>, found: Option<JogFindings>) {
         if let Some(levels) = levels {
             report_levels(&levels);

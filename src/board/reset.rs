@@ -1,5 +1,5 @@
-//! The reset's flags and the option bytes, as the registers have them; [`super::reset_cause`] says
-//! what they mean.
+//! The registers of the reset's flags and of the option bytes; [`super::reset_cause`] defines their
+//! meaning.
 
 use stm32f4xx_hal::pac;
 

@@ -1,16 +1,16 @@
-//! ResetCause of a reset, and whether it may have been a dip of the supply, from the flags of the
-//! registers (RM0090: RCC_CSR, and BOR_LEV of FLASH_OPTCR).
+//! The cause of a reset, and whether the reset may have been a dip of the supply, from the flags of
+//! the registers (RM0090: RCC_CSR, and BOR_LEV of FLASH_OPTCR).
 //!
-//! A part comes out of the factory with its brown-out reset off. A dip of the supply is then no
-//! reset until the supply falls below 1.8 V, and that one has the flags of power-on. So with the
-//! brown-out reset off, a dip cannot be distinguished from power-on, and nothing arms automatically
-//! unless the parameters allow it. With it on, a dip to below the level has a flag of its own, and
-//! what has the flags of power-on has been below 1.8 V. The RAM may have survived that; if it says
-//! that the motor was being driven, that is a fault in either case.
+//! The factory's setting of the brown-out reset is off. A dip of the supply then causes a reset
+//! only below 1.8 V, with the flags of power-on. So with the brown-out reset off, a dip cannot be
+//! distinguished from power-on, and nothing arms automatically unless the parameters allow it. With
+//! the brown-out reset on, a dip below its level has a flag of its own, and a reset with the flags
+//! of power-on means that the supply was below 1.8 V. The RAM may have survived that; if it shows
+//! that the motor was being driven, this is a fault in either case.
 
 use stiction::Fault;
 
-/// In RCC_CSR: brown-out, pin, power-on, software and the independent watchdog.
+/// Flags in RCC_CSR: brown-out, pin, power-on, software and the independent watchdog.
 const BORRSTF: u32 = 1 << 25;
 const PINRSTF: u32 = 1 << 26;
 const PORRSTF: u32 = 1 << 27;
@@ -22,16 +22,16 @@ const IWDGRSTF: u32 = 1 << 29;
 pub enum ResetCause {
     /// Power came up.
     PowerOn,
-    /// The supply sagged below the brown-out level. Only parts whose option bytes enable that level
-    /// distinguish it from power-on.
+    /// The supply sagged below the brown-out level. Only a microcontroller whose option bytes
+    /// enable that level distinguishes this from power-on.
     BrownOut,
     /// The independent watchdog was not fed.
     Watchdog,
-    /// The program or a debugger asked for the reset.
+    /// The program or a debugger requested the reset.
     Software,
     /// The reset pin was pulled.
     Pin,
-    /// The cause is none that this firmware uses.
+    /// Another cause, which this firmware does not use.
     Other,
 }
 
@@ -60,7 +60,7 @@ impl ResetCause {
         matches!(self, Self::PowerOn | Self::Other) && !brown_out.is_on()
     }
 
-    /// Returns the fault that the cause is by itself, given whether the motor was being driven.
+    /// Returns the fault of the cause, if any; `was_armed`: the motor was being driven.
     pub const fn fault(self, was_armed: bool) -> Option<Fault> {
         match self {
             Self::Watchdog => Some(Fault::Watchdog),
@@ -70,7 +70,7 @@ impl ResetCause {
         }
     }
 
-    /// Returns a few words for a log.
+    /// Returns a short description for a log.
     pub const fn describe(self) -> &'static str {
         match self {
             Self::PowerOn => "power on",
@@ -93,12 +93,12 @@ impl BrownOut {
         Self(3 - (options >> 2 & 3) as u8)
     }
 
-    /// Returns whether a brown-out resets the part.
+    /// Returns whether a brown-out resets the microcontroller.
     pub const fn is_on(self) -> bool {
         self.0 > 0
     }
 
-    /// Returns what the level is, for a log: the supply below which the part is reset, at least.
+    /// Returns the level for a log: the supply below which the microcontroller is reset, at least.
     pub const fn describe(self) -> &'static str {
         match self.0 {
             0 => "off (1.8 V)",

@@ -1,8 +1,8 @@
 //! The memory across a reset: the last fault, whether the motor was being driven, whether the
 //! encoder is in doubt, and the motor's heat.
 //!
-//! It lies in RAM that is neither zeroed nor initialised (`NOINIT` of memory.x). After power-on it
-//! is noise, which the check words distinguish from a record.
+//! The memory is in RAM that is neither zeroed nor initialised (`NOINIT` of memory.x). After
+//! power-on its contents are noise, which the check words distinguish from a record.
 
 use core::cell::UnsafeCell;
 use core::mem::MaybeUninit;
@@ -17,7 +17,7 @@ const MAGIC: u32 = 0x5354_4943;
 const ARMED: u32 = 0xA12E_D0DE;
 const IN_DOUBT: u32 = 0xD00B_7ED1;
 
-/// The largest full scale of a drive, V: no effort is more.
+/// Largest full scale of a drive, V, and so the largest effort.
 const MOST_V: f32 = 1e6;
 
 /// A fault that is kept across a reset, and where it was.
@@ -40,11 +40,11 @@ struct Memory {
     fault: RetainedFault,
     armed: [u32; 2],
     encoder: [u32; 2],
-    /// Bits of the effort that would make the motor's heat.
+    /// Bits of the steady effort that would cause the motor's heat, and their complement.
     heat: [u32; 2],
 }
 
-/// What was kept before a reset.
+/// Contents of the memory before a reset.
 pub struct Retained {
     /// The last fault.
     pub fault: Option<RetainedFault>,
@@ -52,7 +52,7 @@ pub struct Retained {
     pub was_armed: bool,
     /// Whether the encoder is in doubt.
     pub is_encoder_in_doubt: bool,
-    /// Heat of the motor: the steady effort that would make it, V.
+    /// Heat of the motor, as the steady effort that would cause it, V.
     pub thermal_effort: f32,
 }
 
@@ -83,7 +83,7 @@ impl RetainedFault {
         Self::of(latched.fault).at(latched.tick, latched.value.to_bits())
     }
 
-    /// Returns the fault again as the servo had latched it, after the reset.
+    /// Returns the fault as the servo had latched it before the reset.
     pub fn as_latched(&self) -> Option<LatchedFault> {
         let fault = self.fault()?;
         Some(match fault {
@@ -93,7 +93,7 @@ impl RetainedFault {
         })
     }
 
-    /// Adds the end of a text, since that is where a path says most.
+    /// Adds the end of a text: the end of a path identifies the file best.
     pub fn with_text(mut self, text: &str) -> Self {
         let bytes = text.as_bytes();
         let kept = bytes.get(bytes.len().saturating_sub(TEXT)..).unwrap_or(bytes);
@@ -154,27 +154,29 @@ pub fn set_encoder_in_doubt(in_doubt: bool) {
     unsafe { ptr::write_volatile(&raw mut (*memory()).encoder, flag(in_doubt, IN_DOUBT)) };
 }
 
-/// Remembers the heat of the motor: the steady effort that would make it, V.
+/// Remembers the heat of the motor, as the steady effort that would cause it, V.
 pub fn set_thermal_effort(effort: f32) {
     let bits = effort.to_bits();
     // SAFETY: within the static; see `Kept`.
     unsafe { ptr::write_volatile(&raw mut (*memory()).heat, [bits, !bits]) };
 }
 
-/// Returns an effort that was kept; zero after power-on, or if it is no effort.
+/// Returns the effort that was kept, V; zero after power-on, or if the words are no valid effort.
 fn effort([bits, check]: [u32; 2]) -> f32 {
     let effort = f32::from_bits(bits);
     let is_one = check == !bits && (0.0..=MOST_V).contains(&effort);
     if is_one { effort } else { 0.0 }
 }
 
-/// Returns the words that stand for a flag: noise after power-on is no flag that is set.
+/// Returns the two words that store a flag, so that noise after power-on does not read as a set
+/// flag.
 const fn flag(is_set: bool, word: u32) -> [u32; 2] {
     let word = if is_set { word } else { 0 };
     [word, !word]
 }
 
-/// Returns what was kept before this reset, and forgets the fault and that the motor was driven.
+/// Returns the contents of the memory before this reset, and clears the fault and the flag of a
+/// driven motor.
 pub fn take() -> Retained {
     // SAFETY: within the static; any bits are a value of these types.
     let Memory { fault: record, armed, encoder, heat } = unsafe { ptr::read_volatile(memory()) };

@@ -1,12 +1,12 @@
-//! The parameter sectors: 10 and 11 of the flash, 128 KiB each; and the option bytes, which lie in
+//! The parameter sectors: 10 and 11 of the flash, 128 KiB each; and the option bytes, which are in
 //! a sector of their own ([`super::option_bytes`]).
 //!
 //! There is one bank: while a sector is erased or a word is written, nothing can be fetched, and
 //! the processor stands still with all its interrupts. An erase takes 1 to 2 s at 32 bits of
-//! parallelism (data sheet; 4 s at 8). Who asks for one sees to it that nothing is driven, that no
-//! tick is due, and that the watchdog waits. The code does not have to lie in RAM for that: the
-//! processor stalls at its next fetch and goes on afterwards. A processor that does not stall (an
-//! emulated one) sleeps.
+//! parallelism (data sheet; 4 s at 8). The caller ensures that nothing is driven, that no tick is
+//! due, and that the watchdog waits. The code does not have to be in RAM: the processor stalls at
+//! its next fetch and continues afterwards. A processor that does not stall (an emulated one)
+//! sleeps.
 
 use core::ptr;
 
@@ -27,7 +27,7 @@ const BEGIN: usize = 0x080C_0000;
 const SECTOR: usize = 128 * 1024;
 const FIRST: u8 = 10;
 
-/// Places of the store's two slots, bytes from the begin of sector 10.
+/// Places of the store's two slots, bytes from the start of sector 10.
 pub const SLOTS: [u32; 2] = [0, SECTOR as u32];
 
 /// The keys that unlock the control register, in this order (RM0090, 3.6.1).
@@ -40,7 +40,7 @@ const OPTION_KEYS: [u32; 2] = [0x0819_2A3B, 0x4C5D_6E7F];
 /// parallelism, sequence.
 const ERRORS: u32 = 0b1111_0010;
 
-/// Returns the begins of both sectors, where the records are.
+/// Returns the first bytes of both sectors, which hold the records.
 fn records() -> [&'static [u8]; 2] {
     // SAFETY: flash that is always mapped, outside of the program (memory.x), and that is not
     // written meanwhile.
@@ -48,7 +48,7 @@ fn records() -> [&'static [u8]; 2] {
         .map(|address| unsafe { core::slice::from_raw_parts(address as *const u8, ROOM) })
 }
 
-/// Returns whether a sector holds something that is no valid record.
+/// Returns whether a sector holds data that is no valid record.
 #[inline(never)]
 pub fn are_damaged() -> bool {
     records().into_iter().any(Parameters::is_damaged)
@@ -61,8 +61,7 @@ pub fn read() -> Result<(Parameters, u32, u8), DecodeError> {
     Ok((parameters, saves, FIRST + which as u8))
 }
 
-/// Time after which a sleeper looks again whether an erase is over, clocks of the processor: 10 ms
-/// at 168 MHz.
+/// Time between two checks of whether an erase is over, clocks of the processor: 10 ms at 168 MHz.
 const LOOK_EVERY: u32 = 1_680_000;
 
 /// The two sectors of the flash, to be read and written.
@@ -71,29 +70,29 @@ pub struct Sectors {
     alarm: SYST,
 }
 
-/// The reason why the option bytes are not what they should be.
+/// Reason why the option bytes were not set.
 #[derive(Debug)]
 pub enum Unset {
-    /// They were not touched.
+    /// The option bytes were left unchanged.
     Untouchable(Untouchable),
-    /// The flash has refused.
+    /// The flash has reported an error, or the option bytes read back are wrong.
     Failed(FlashRefusal),
 }
 
-/// The error of a flash that has refused.
+/// Error of an operation on the flash.
 #[derive(Debug)]
 pub struct FlashRefusal(NorFlashErrorKind);
 
 impl Sectors {
-    /// Makes the sectors of the flash's registers, and of a timer that nothing else uses.
+    /// Makes the sectors from the flash's registers and a timer that nothing else uses.
     pub fn new(registers: pac::FLASH, mut alarm: SYST) -> Self {
         alarm.set_clock_source(SystClkSource::Core);
         alarm.set_reload(LOOK_EVERY);
         Self { registers, alarm }
     }
 
-    /// Does something with the control register unlocked. It is locked again afterwards, whatever
-    /// comes of it.
+    /// Runs `act` with the control register unlocked, and locks the register again, also after an
+    /// error.
     fn unlocked(
         &mut self,
         act: impl FnOnce(&pac::FLASH, &mut SYST) -> Result<(), FlashRefusal>,
@@ -104,19 +103,19 @@ impl Sectors {
                 registers.keyr().write(|w| w.key().set(key));
             }
         }
-        // Errors of before would be taken for errors of now.
+        // Otherwise, earlier errors would count as errors of this operation.
         registers.sr().write(|w| unsafe { w.bits(ERRORS) });
         let done = act(registers, alarm);
         registers.cr().write(|w| w.lock().set_bit());
         done
     }
 
-    /// Sets the brown-out level to the highest in the option bytes, unless it is that already. They
-    /// lie in a sector of their own, which is erased and written: the program stands still
-    /// meanwhile. The part goes by them after its next reset.
+    /// Sets the brown-out level in the option bytes to the highest, unless that level is already
+    /// set. The option bytes are in a sector of their own, which is erased and written: the program
+    /// stands still meanwhile. The new level takes effect after the next reset.
     ///
     /// # Errors
-    /// Says why the option bytes were not touched, or are not what they should be.
+    /// Returns the reason why the option bytes were left unchanged, or are wrong.
     pub fn set_brown_out(&mut self) -> Result<(), Unset> {
         let Self { registers, alarm } = self;
         let before = registers.optcr().read().bits();
@@ -125,7 +124,7 @@ impl Sectors {
             return Ok(());
         };
         Self::wait(registers, alarm).map_err(Unset::Failed)?;
-        // Errors of before would be taken for errors of now.
+        // Otherwise, earlier errors would count as errors of this operation.
         registers.sr().write(|w| unsafe { w.bits(ERRORS) });
         for key in OPTION_KEYS {
             // SAFETY: a key is what the register is for.
@@ -144,8 +143,8 @@ impl Sectors {
         }
     }
 
-    /// Sleeps until the flash is ready, and looks now and then. The flash's own interrupt is not
-    /// among those that the register crate knows.
+    /// Sleeps until the flash is ready, and wakes for a check now and then. The register crate does
+    /// not define the flash's own interrupt.
     fn wait(registers: &pac::FLASH, alarm: &mut SYST) -> Result<(), FlashRefusal> {
         alarm.clear_current();
         alarm.enable_interrupt();
@@ -165,7 +164,7 @@ impl Sectors {
         }
     }
 
-    /// Empties the data cache: what it has of a sector that was erased is no longer so.
+    /// Empties the data cache, whose copy of an erased sector is out of date.
     fn forget(registers: &pac::FLASH) {
         registers.acr().modify(|_, w| w.dcen().clear_bit());
         registers.acr().modify(|_, w| w.dcrst().set_bit());
@@ -211,7 +210,8 @@ impl NorFlash for Sectors {
             (from as usize / SECTOR..to as usize / SECTOR).map(|index| FIRST + index as u8)
         {
             self.unlocked(|registers, alarm| {
-                // What is not set here is as after a reset, and that is locked.
+                // Bits that are not set here have their reset values; the reset value of the lock
+                // is locked.
                 registers.cr().write(|w| unsafe {
                     w.lock().clear_bit().ser().set_bit().psize().psize32().snb().bits(number)
                 });

@@ -1,4 +1,4 @@
-//! The setup of the board, which brings every part up, in the order in which nothing can move by
+//! The setup of the board, which starts every part in an order in which nothing can move by
 //! accident.
 
 use core::mem::MaybeUninit;
@@ -26,13 +26,14 @@ use super::usart::{Port, ReceiveQueue};
 use super::watchdog::{Independent, Timeout};
 use super::{clock, sectors, voltage_detector};
 
-/// Sample time of a part without parameters, s.
+/// Sample time without parameters, s.
 const IDLE_SAMPLE_TIME: f32 = 0.001;
 
-/// The settings of the board: the parameters that the sectors hold, or why there are none.
+/// The settings of the board: the parameters that the sectors hold, or the reason why there are
+/// none.
 pub struct BoardSettings {
     found: Result<(Parameters, u32, u8), DecodeError>,
-    /// Whether a sector holds something that is no valid record.
+    /// Whether a sector holds data that is no valid record.
     pub is_damaged: bool,
 }
 
@@ -44,11 +45,11 @@ pub struct Board {
     pub watchdog: Independent,
     /// The port of the link's wire.
     pub port: Port,
-    /// What has come over the wire.
+    /// Bytes received over the wire.
     pub received: ReceiveQueue,
     /// The store in which parameters are saved.
     pub store: Store<Sectors>,
-    /// What is known of the crystal.
+    /// State of the crystal.
     pub crystal: Crystal,
     /// Clock of the processor, Hz.
     pub clock: u32,
@@ -74,7 +75,7 @@ impl BoardSettings {
         self.found.as_ref().map_or(0, |(_, saves, _)| *saves)
     }
 
-    /// Returns the parameters, or why there are none.
+    /// Returns the parameters, or the reason why there are none.
     pub fn parameters(&self) -> Result<&Parameters, DecodeError> {
         self.found.as_ref().map(|(parameters, ..)| parameters).map_err(|error| *error)
     }
@@ -148,8 +149,8 @@ pub fn start(
     Board { control_task, watchdog, port, received, store, crystal, clock, timer_clock }
 }
 
-/// Puts a blank servo in its place. It is a function of its own, so that the stack that it needs is
-/// free again for what follows.
+/// Writes a blank servo to `place`. As a separate function, it frees its stack for the code that
+/// follows.
 #[inline(never)]
 fn blank(place: &'static mut MaybeUninit<Servo>) -> &'static mut Servo {
     place.write(Servo::blank())

@@ -1,13 +1,12 @@
 //! The stopwatch: a free-running counter for the control task's deadline, on TIM5, 32 bits.
 //!
-//! The processor's own cycle counter would not do. It stands still while the processor sleeps, and
-//! the processor sleeps between two ticks: a tick that comes late would look as if it came early. A
-//! timer goes on.
+//! The processor's own cycle counter is unsuitable. It stands still while the processor sleeps, and
+//! the processor sleeps between two ticks: a late tick would look early. A timer keeps counting.
 
 use stm32f4xx_hal::pac;
 use stm32f4xx_hal::rcc::{Enable, Rcc, Reset};
 
-/// A counter of the clock of the timers on APB1: 84 MHz, or the internal 16 MHz without a crystal.
+/// Counter of the clock of the timers on APB1: 84 MHz, or the internal 16 MHz without the PLL.
 pub struct Stopwatch {
     timer: pac::TIM5,
 }

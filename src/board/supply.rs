@@ -35,7 +35,8 @@ impl Supply {
         self.converter.cr2().modify(|_, w| w.swstart().start());
     }
 
-    /// Returns the reading that the last call has begun, and begins the next one.
+    /// Returns the reading of the conversion that the last call has begun, and begins the next
+    /// conversion.
     #[inline]
     pub fn read(&mut self) -> u16 {
         let reading = self.converter.dr().read().data().bits();

@@ -8,10 +8,10 @@ pub struct TickTimer {
     timer: pac::TIM3,
 }
 
-/// The period of the ticks: a sample time, as the timer counts it.
+/// The period of the ticks: a sample time, in units of the timer.
 #[derive(Clone, Copy)]
 pub struct Period {
-    /// Length of the period, clocks of the timers on APB1, the stopwatch's among them.
+    /// Length of the period, clocks of the timers on APB1; the stopwatch counts the same clock.
     pub clocks: u32,
     divider: u32,
 }
@@ -35,7 +35,7 @@ impl TickTimer {
         this
     }
 
-    /// Begins a period, and lets more of the same length follow it.
+    /// Begins a period, which the timer then repeats with the same length.
     pub fn set(&mut self, period: &Period) {
         let Period { clocks, divider } = *period;
         let timer = &self.timer;
@@ -60,8 +60,8 @@ impl TickTimer {
     }
 }
 
-/// Returns the smallest prescaler that leaves 16 bits. If one nearby divides the period exactly, it
-/// returns that one: 20 ms is then 20 ms, not 6 ppm off.
+/// Returns the smallest prescaler with which the period fits 16 bits. If one nearby divides the
+/// period exactly, it returns that one: 20 ms is then 20 ms, not 6 ppm off.
 fn divider(clocks: u32) -> u32 {
     let smallest = clocks / 65_536 + 1;
     (smallest..smallest + 32).find(|divider| clocks.is_multiple_of(*divider)).unwrap_or(smallest)

@@ -1,9 +1,9 @@
-//! The traits of a board's parts that the control task needs, where embedded-hal 1.0 has none for
-//! them.
+//! The traits of the board's parts that the control task needs and for which embedded-hal 1.0 has
+//! none.
 
 use stiction::control::drive::Duty;
 
-/// A counter of encoder edges that runs by itself.
+/// Counter of encoder edges that runs in hardware.
 pub trait EncoderInput {
     /// Returns the counter's present reading, which wraps.
     fn counter(&self) -> u32;
@@ -11,13 +11,13 @@ pub trait EncoderInput {
     /// Returns the two lines as they are now: bit 0 is A, bit 1 is B.
     fn lines(&self) -> u8;
 
-    /// Lets the resistors of the lines pull down, or up.
+    /// Sets whether the resistors of the lines pull down or up.
     fn pull(&mut self, down: bool);
 }
 
 /// The bridge that drives the motor.
 pub trait Bridge {
-    /// Lets `duty` through, and turns the outputs on if they are off.
+    /// Applies `duty`, and turns the outputs on if they are off.
     fn drive(&mut self, duty: Duty);
 
     /// Enables the bridge's driver with the outputs off, for a tick in which it wakes up.
@@ -27,7 +27,7 @@ pub trait Bridge {
     fn off(&mut self, neutral: Duty);
 }
 
-/// A watchdog, which resets the part unless it is fed in time.
+/// A watchdog, which resets the microcontroller unless it is fed in time.
 pub trait Watchdog {
     /// Feeds the watchdog: the program is alive.
     fn feed(&mut self);

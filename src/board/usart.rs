@@ -2,15 +2,16 @@
 //!
 //! Bytes come by DMA (RM0090: USART1_RX is channel 4 of stream 2 of DMA2) into a
 //! [ring](super::receive_ring). So no byte waits for the processor: neither a control tick, nor a
-//! line of the log, nor a whole pause of 5 ms costs one. Bytes go by interrupt, one at a time.
+//! line of the log, nor a whole pause of 5 ms loses one. Bytes are sent by interrupt, one at a
+//! time.
 //!
-//! The link is woken when the line falls idle for as long as a byte takes, and at each half of the
-//! ring. The idle flag ends by a read of the status and one of the data. A program that reads the
-//! data itself may take a byte away from the DMA, which comes between the two. So this one never
-//! reads the data: the DMA does, with the next byte. Until then the interrupt of the idle flag is
-//! off, and that of a byte is on, which lets the next idle line interrupt again. Should a part not
-//! end the flag that way, or not keep the interrupt of a byte that the DMA takes at once, a frame
-//! waits for the next tick: no byte is lost.
+//! The link is woken when the line has been idle for the time of a byte, and at each half of the
+//! ring. A read of the status and then one of the data clear the idle flag. If the program read the
+//! data itself, it could remove a byte that comes between the two reads before the DMA reads it. So
+//! the program never reads the data: the DMA does, with the next byte. Until then the interrupt of
+//! the idle flag is off. That of a received byte is on, and enables the idle interrupt again. If a
+//! microcontroller does not clear the flag that way, or drops the interrupt of a byte that the DMA
+//! reads at once, a frame waits for the next tick: no byte is lost.
 //!
 //! 84 MHz / 91 are 923 077 baud, 0.16 % too fast. Without a crystal the internal oscillator's error
 //! comes on top: docs/reference/faults.md states it with faults 3 and 4.
@@ -31,22 +32,24 @@ const BAUD: u32 = 921_600;
 const STREAM: usize = 2;
 const CHANNEL: u8 = 4;
 
-/// Where the DMA puts the bytes. It lies in the RAM that the DMA reaches (memory.x has no other).
+/// Ring into which the DMA writes the bytes. It is in RAM that the DMA can access (memory.x has no
+/// other).
 static RING: [AtomicU8; LENGTH] = [const { AtomicU8::new(0) }; LENGTH];
 
-/// Number of bytes that have come since the start. It wraps.
+/// Number of bytes received since the start. It wraps.
 static WRITTEN: AtomicU32 = AtomicU32::new(0);
 
-/// How often a look at the status has found noise or a framing error, and an overrun.
+/// Number of looks at the status that have found new noise or a new framing error.
 static NOISE: AtomicU32 = AtomicU32::new(0);
+/// Number of looks at the status that have found a new overrun.
 static OVERRUNS: AtomicU32 = AtomicU32::new(0);
 
-/// The port of the wire, which the interrupts have.
+/// The port of the wire, for the interrupts.
 pub struct Port {
     registers: pac::USART1,
     dma: pac::DMA2,
     writer: Writer,
-    /// The errors that the last look at the status has found.
+    /// Errors that the last look at the status has found.
     seen: Errors,
     _pins: (PA9<Alternate<7>>, PA10<Alternate<7>>),
 }
@@ -56,7 +59,7 @@ pub struct ReceiveQueue {
     reader: Reader,
 }
 
-/// The errors of a status.
+/// Errors in the status register.
 #[derive(Clone, Copy, Default)]
 struct Errors {
     noise: bool,
@@ -64,7 +67,7 @@ struct Errors {
 }
 
 impl Port {
-    /// Starts the port, which listens. Its interrupts wait until the tasks run.
+    /// Starts the port, ready to receive. Its interrupts wait until the tasks run.
     pub fn start(
         registers: pac::USART1,
         dma: pac::DMA2,
@@ -102,15 +105,15 @@ impl Port {
         (port, ReceiveQueue { reader: Reader::default() })
     }
 
-    /// Deals with an interrupt: looks what has come, and sends the byte that `next` gives, if there
-    /// is room for one. If there is nothing to send, the port does not ask again. Returns whether
-    /// the line has fallen idle.
+    /// Handles an interrupt: updates the number of received bytes, and sends the byte that `next`
+    /// returns, if there is room for one. If there is nothing to send, turns the interrupt for
+    /// sending off. Returns whether the line has fallen idle.
     #[inline]
     pub fn serve(&mut self, next: impl FnOnce() -> Option<u8>) -> bool {
         let status = self.registers.sr().read();
         let before = self.writer;
         let written = self.writer.look(self.dma.st(STREAM).ndtr().read().ndt().bits());
-        // Release: who sees the number sees the bytes, too.
+        // Release: a reader that sees the number sees the bytes, too.
         WRITTEN.store(written, Ordering::Release);
         let errors = Errors {
             noise: status.nf().bit_is_set() || status.fe().bit_is_set(),
@@ -155,12 +158,12 @@ impl ReceiveQueue {
         RING.get(place).map(|byte| byte.load(Ordering::Relaxed))
     }
 
-    /// Returns whether there is a byte.
+    /// Returns whether a byte waits to be read.
     pub fn is_waiting(&self) -> bool {
         self.reader.is_behind(WRITTEN.load(Ordering::Acquire))
     }
 
-    /// Returns what has gone wrong on the wire.
+    /// Returns the numbers of errors on the wire.
     pub fn errors(&self) -> WireErrors {
         let overruns = OVERRUNS.load(Ordering::Relaxed);
         WireErrors {
@@ -171,8 +174,8 @@ impl ReceiveQueue {
 }
 
 impl Errors {
-    /// Counts the errors that were not there at the look before. They stay until the DMA takes a
-    /// byte after such a look, so several in one frame count once.
+    /// Counts the errors that the look before has not found. The flags stay until the DMA reads a
+    /// byte after such a look, so several errors in one frame count once.
     fn count(self, before: Self) {
         for (now, then, number) in
             [(self.noise, before.noise, &NOISE), (self.overrun, before.overrun, &OVERRUNS)]

@@ -1,5 +1,5 @@
-//! The detector of the microcontroller's own supply (RM0090: PVD). It is asked before the flash is
-//! erased or written, which takes 2.7 V at 32 bits of parallelism.
+//! The detector of the microcontroller's own supply (RM0090: PVD). It is read before the flash is
+//! erased or written, which requires 2.7 V at 32 bits of parallelism.
 //!
 //! Level 5 falls at 2.75 to 2.89 V and rises at 2.85 to 2.99 V (data sheet).
 

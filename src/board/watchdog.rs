@@ -1,9 +1,9 @@
 //! The independent watchdog.
 //!
-//! Until the watchdog bites, a bridge keeps its last duty, so it waits no longer than it must: for
-//! three control ticks, and for 10 ms if they are shorter. Its clock, the LSI oscillator, has 32
-//! kHz typically and 17 to 47 kHz within the data sheet's limits, so that the longest time is 47/17
-//! of the shortest:
+//! Until the watchdog resets the microcontroller, a bridge keeps its last duty, so the timeout is
+//! as short as possible: three control ticks, or 10 ms if they are shorter. Its clock, the LSI
+//! oscillator, has 32 kHz typically and 17 to 47 kHz within the data sheet's limits, so that the
+//! longest time is 47/17 of the shortest:
 //!
 //! ```text
 //! counts = shortest * 47 kHz / 4              (prescaler 4, fastest oscillator)
@@ -16,11 +16,11 @@
 //! ([`super::liveness`]). Each is woken once a tick, so all have run within a tick or two of any
 //! instant.
 //!
-//! A new timeout is taken over by the first feed after it has crossed into the oscillator's domain.
-//! That takes up to [`CROSSING`] and is not waited for at the start. Until the first one, the
-//! watchdog counts the reset value, 4096 * 4 clocks: 349 to 964 ms for the start, which takes some
-//! 55 ms at most. The watchdog keeps running while a debugger halts the core, and each feed sees to
-//! it ([`super::debugger`]).
+//! A new timeout takes effect at the first feed after it has crossed into the oscillator's domain.
+//! The crossing takes up to [`CROSSING`]; the start does not wait for it. Until the first timeout
+//! is in effect, the watchdog counts the reset value, 4096 * 4 clocks: 349 to 964 ms for the start,
+//! which takes some 55 ms at most. The watchdog keeps running while a debugger halts the core: each
+//! feed sets the bits for that ([`super::debugger`]).
 //!
 //! An erase of the flash holds up the processor for up to 4 s (data sheet). [`Timeout::ERASE`] is
 //! for that:
@@ -38,7 +38,7 @@ use super::traits::Watchdog;
 /// Number of control ticks that may be missed.
 const TICKS: f32 = 3.0;
 
-/// The shortest timeout, s: a hundred times what the log may hold up a tick.
+/// The shortest timeout, s: a hundred times the longest delay of a tick by the log.
 const SHORTEST: f32 = 0.010;
 
 /// The time to wait for a timeout to be set, s.
@@ -52,10 +52,10 @@ pub const CROSSING: f32 = 0.050;
 /// Frequency of the fastest oscillator, Hz.
 const FASTEST: f32 = 47e3;
 
-/// A timeout of the watchdog: how long it waits, at least.
+/// A timeout of the watchdog: the shortest time that it waits.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub struct Timeout {
-    /// Bits by which 4 is shifted left to be the prescaler.
+    /// Number of bits by which 4 is shifted left to make the prescaler.
     shift: u8,
     counts: u16,
 }
@@ -96,23 +96,23 @@ impl Independent {
         this
     }
 
-    /// Returns the timeout that was set last, whether or not it counts yet.
+    /// Returns the timeout that was set last, whether or not it is in effect yet.
     pub fn timeout(&self) -> Timeout {
         self.next.unwrap_or(self.timeout)
     }
 
-    /// Sets another timeout, which counts from one of the next feeds on.
+    /// Sets another timeout, which takes effect at one of the next feeds.
     pub fn set(&mut self, timeout: Timeout) {
         self.next = (timeout != self.timeout).then_some(timeout);
     }
 
-    /// Returns whether the timeout that was set last counts from the next feed on.
+    /// Returns whether the timeout that was set last is in effect from the next feed on.
     pub fn is_set(&self) -> bool {
         self.next.is_none() && self.has_crossed()
     }
 
-    /// Returns whether what was written before has arrived at the counter. Until then, nothing else
-    /// may be written.
+    /// Returns whether the last write has arrived at the counter. Until then, nothing else may be
+    /// written.
     fn has_crossed(&self) -> bool {
         self.registers.sr().read().bits() == 0
     }

@@ -45,7 +45,7 @@ table! {
     }
 }
 
-/// The number of the value `sample_time`.
+/// Key of the configured value `sample_time`.
 pub(crate) const SAMPLE_TIME: Key = key(ControllerConfig::ABOUT, "sample_time");
 
 /// A controller that is prepared for its ticks. Any number of joints of the same kind may share it.
@@ -66,38 +66,38 @@ pub struct ControllerState {
     counts: i32,
     #[cfg(feature = "two-encoders")]
     motor_counts: i32,
-    /// Whether a tick has seen the motor.
+    /// Whether a tick has read the motor's encoder. Until then, the motor's travel is zero.
     #[cfg(feature = "two-encoders")]
     has_seen_motor: bool,
     velocity: VelocityState,
     compensator: CompensatorState,
     output: OutputState,
-    /// Ticks since the motion began. The count stops at its largest value, so that no motion ever
-    /// begins anew by itself.
+    /// Ticks since the motion began. The count stops at its largest value: a wrap to zero would
+    /// start the motion again.
     tick: u32,
 }
 
-/// The readings that one tick of the controller is given.
+/// Readings of the hardware for one tick of the controller.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Reading {
     /// Position of the joint, counts. It wraps.
     pub counts: i32,
-    /// Position of the motor, counts of its own encoder, of a joint that has one on either side. It
-    /// wraps. `counts` is the position of the load then.
+    /// Position of the motor, counts of its own encoder, for a joint with an encoder on either
+    /// side. It wraps. `counts` is then the position of the load.
     #[cfg(feature = "two-encoders")]
     pub motor_counts: i32,
-    /// The converter's reading of the supply; without effect unless the output is scaled by the
-    /// supply.
+    /// Reading of the supply, the converter's units; without effect unless the output is scaled by
+    /// the supply.
     pub supply: u16,
 }
 
 impl Reading {
-    /// Returns the reading of a joint in a position (counts), with a supply that is not measured.
+    /// Returns a reading of the position (counts) without a measured supply.
     pub const fn position(counts: i32) -> Self {
         Self::measured(counts, 0)
     }
 
-    /// Returns the reading of a joint in a position (counts) with a reading of the supply.
+    /// Returns a reading of the position (counts) and of the supply (the converter's units).
     pub const fn measured(counts: i32, supply: u16) -> Self {
         Self {
             counts,
@@ -109,7 +109,7 @@ impl Reading {
 }
 
 impl ControllerConfig {
-    /// Returns what the laws take from the loop.
+    /// Returns the properties of the loop that the laws are prepared for.
     pub const fn around(&self) -> Loop {
         Loop {
             sample_time: self.sample_time,
@@ -123,18 +123,18 @@ impl ControllerConfig {
 }
 
 impl ControllerState {
-    /// Returns theta_a as of the last tick, counts.
+    /// Returns the position theta_a in the last tick, counts.
     pub const fn counts(&self) -> i32 {
         self.counts
     }
 
-    /// Returns the number of the next tick, counted from the begin of the motion.
+    /// Returns the number of the next tick, counted from the start of the motion.
     pub const fn next_tick(&self) -> u32 {
         self.tick
     }
 
-    /// Forgets everything, in place: a state is too large to be made elsewhere and copied while the
-    /// bridge waits to be turned off.
+    /// Resets the state, in place: it is too large to be made elsewhere and copied while the bridge
+    /// waits to be turned off.
     pub(crate) fn forget(&mut self) {
         let Self { counts, velocity, compensator, output, tick, .. } = self;
         (*counts, *tick) = (0, 0);
@@ -147,13 +147,13 @@ impl ControllerState {
         }
     }
 
-    /// Sets the least code of the next tick in its direction; zero: none.
+    /// Sets the least code of the next tick, with the sign of its direction; zero: none.
     pub(crate) const fn push(&mut self, least: i32) {
         self.output.least = least;
     }
 
-    /// Lets a motion begin at the next tick. Everything else goes on; a law that has given up tries
-    /// again.
+    /// Starts a motion at the next tick: the count of ticks restarts at zero, and a law that has
+    /// given up tries again. The rest of the state is kept.
     pub fn begin_motion(&mut self) {
         self.tick = 0;
         self.compensator.begin_motion();
@@ -162,7 +162,7 @@ impl ControllerState {
 
 #[cfg(feature = "two-encoders")]
 impl ControllerConfig {
-    /// Refuses the law for two encoders in a loop with one.
+    /// Refuses the law for two encoders (`robust-dual`) in a loop with one encoder.
     fn has_the_encoders_of_its_laws(&self) -> Result<(), InvalidValue> {
         let is_missing =
             |law: &&Gains| matches!(law, Gains::RobustDual(_)) && self.motor.count().is_none();
@@ -180,10 +180,10 @@ impl Controller {
     /// Validates a configuration and prepares everything that a tick needs.
     ///
     /// # Errors
-    /// Names the first value that is not allowed.
+    /// Returns an error that names the first invalid value.
     pub fn new(config: &ControllerConfig, hardware: &Hardware) -> Result<Self, InvalidValue> {
-        // The drive comes first: the board knows narrower bounds of the PWM's frequency than its
-        // declaration.
+        // The drive comes first: the board's bounds of the PWM's frequency are narrower than those
+        // of its declaration.
         let drive = Drive::new(&config.drive, hardware)?;
         config.validate()?;
         #[cfg(feature = "two-encoders")]
@@ -207,17 +207,18 @@ impl Controller {
         self.output.on_device(soft_start, nominal_supply);
     }
 
-    /// Bounds the effort of the motion that begins, V.
+    /// Sets the largest effort of the motion that starts, V; infinity: the full scale alone limits
+    /// it.
     pub(crate) fn bound_effort(&mut self, effort: f32) {
         self.output.bound_effort(effort);
     }
 
-    /// Returns the ticks that are left of the soft start.
+    /// Returns the remaining ticks of the soft start.
     pub(crate) const fn soft_start_left(&self, state: &ControllerState) -> u32 {
         self.output.soft_start_left(&state.output)
     }
 
-    /// Returns the state of a joint at rest in position `counts`, in which a motion begins.
+    /// Returns the state at the start of a motion, for a joint at rest in position `counts`.
     pub fn start(&self, counts: i32) -> ControllerState {
         ControllerState {
             counts,
@@ -236,12 +237,12 @@ impl Controller {
         &self.encoder
     }
 
-    /// Returns the drive, which converts codes.
+    /// Returns the drive, which converts volts into codes and codes into PWM settings.
     pub const fn drive(&self) -> &Drive {
         &self.output.drive
     }
 
-    /// Runs one tick with the loop closed. The returned [`Tick::duty`] is to be applied at once.
+    /// Runs one tick with the loop closed. The returned [`Tick::duty`] must be applied at once.
     #[inline]
     pub fn tick(
         &self,
@@ -252,7 +253,8 @@ impl Controller {
         self.closed_loop(state, reading, |tick| reference.at(tick))
     }
 
-    /// Runs one tick with the loop closed around a set point, as [`tick`](Self::tick) does.
+    /// Runs one tick with the loop closed, as [`tick`](Self::tick) does, with a set point instead
+    /// of a reference.
     #[inline]
     pub fn follow(
         &self,
@@ -263,8 +265,8 @@ impl Controller {
         self.closed_loop(state, reading, |_| setpoint)
     }
 
-    // One copy for references and one for profiles: what they share would have to agree on where
-    // the set point is, which costs every tick 20 instructions.
+    // One copy for references and one for profiles: shared code would need the set point in the
+    // same place for both, which costs every tick 20 instructions.
     #[inline(always)]
     fn closed_loop(
         &self,
@@ -298,8 +300,8 @@ impl Controller {
         let v_c = self.compensator.update(&mut state.compensator, &input);
 
         let sum = if replaces_pd { v_c } else { v_pd + v_c };
-        // A law may hide an infinity (tanh, a comparison), so the set point is asked as well as the
-        // sum.
+        // A law can hide an infinity (tanh, a comparison), so the set point is checked as well as
+        // the sum.
         let non_finite = !(sum.is_finite() && setpoint.is_finite());
         if non_finite {
             self.compensator.begin_anew(&mut state.compensator);
@@ -308,7 +310,7 @@ impl Controller {
         let output = self.output.apply(&mut state.output, asked, reading.supply, Rise::Soft);
         let terms = Terms { error, v_pd, v_c };
         let mut tick = record(state, &setpoint, velocity, &terms, &output, non_finite);
-        // What has been forgotten may not even be a number.
+        // After a reset, the values of the law's state need not be numbers.
         if !non_finite && let Some(law) = self.compensator.signals(&state.compensator) {
             tick.law = law;
         }
@@ -321,8 +323,8 @@ impl Controller {
         self.compensator.has_given_up(&state.compensator)
     }
 
-    /// Runs one tick with the loop open: `effort` gives the output (V) at a position in counts. The
-    /// set point goes along with the joint, so there is no error. The laws rest.
+    /// Runs one tick with the loop open: `effort` returns the output (V) for a position in counts.
+    /// The set point is the position of the joint, so the error is zero. The laws do not run.
     #[inline]
     pub fn open_loop(
         &self,
@@ -340,8 +342,8 @@ impl Controller {
         record(state, &setpoint, velocity, &Terms::default(), &output, non_finite)
     }
 
-    /// Takes the position, and returns the travel since the last tick (counts) and the velocity
-    /// (deg/s), which is that of the motor if it has an encoder of its own.
+    /// Stores the position, and returns the travel since the last tick (counts) and the velocity
+    /// (deg/s). If the motor has an encoder of its own, the velocity is that of the motor.
     #[inline]
     fn observe(&self, state: &mut ControllerState, reading: Reading) -> (i32, f32) {
         let travel = reading.counts.wrapping_sub(state.counts);
@@ -360,7 +362,7 @@ impl Controller {
     }
 }
 
-/// The terms of a tick that only a closed loop computes.
+/// Terms of a tick that only a closed loop computes.
 #[derive(Default)]
 struct Terms {
     error: f32,
@@ -368,8 +370,8 @@ struct Terms {
     v_c: f32,
 }
 
-/// Returns the tick with all its signals, and counts it: the next one is one later.
-// The tick is made in one piece: one that is made of another one is copied word by word.
+/// Returns the signals of a tick, those of the law at zero, and increments the count of ticks.
+// The tick is made in one piece: a tick that is made from another one is copied word by word.
 #[inline(always)]
 fn record(
     state: &mut ControllerState,

@@ -1,4 +1,5 @@
-//! `[device]` of a machine's file: what only a device has, and a simulated loop does without.
+//! `[device]` of a machine's file: values that only a device has and a simulated loop does not
+//! need.
 
 use crate::units::value::{Table, choice, table};
 
@@ -67,7 +68,7 @@ table! {
 }
 
 impl DeviceConfig {
-    /// The configuration of a device that neither starts nor scales anything by itself. It has half
-    /// a second of soft start and one microsecond of dead time.
+    /// Configuration without autostart and without scaling by the supply. It has half a second of
+    /// soft start and one microsecond of dead time.
     pub const CAUTIOUS: Self = Self::EXAMPLE;
 }

@@ -9,7 +9,7 @@
 //! The thesis's D/A has an LSB of 0.00488 V (10 V / 2048) and a full scale of 5 V (section 3.2):
 //! codes of +-1024. A PWM whose top equals the number of codes is the same thing configured
 //! otherwise. Both maps are odd, so a drive without offset error favours no direction. The quotient
-//! is computed as a product with the reciprocal of the LSB: at an exact half, the code may be the
+//! is computed as a product with the reciprocal of the LSB: at an exact half, the code can be the
 //! neighbouring one.
 
 use crate::control::hardware::Hardware;
@@ -55,14 +55,14 @@ table! {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Drive {
     codes_per_volt: f32,
-    /// The largest code. It fits an `i16` and has 32 bits, since the processor has no other
-    /// arithmetic.
+    /// Largest code. It fits an `i16`, and is stored in 32 bits, since the processor computes in 32
+    /// bits alone.
     max_code: i32,
     mode: PwmMode,
     pwm_top: u16,
 }
 
-/// The PWM setting that the timer is given.
+/// PWM setting of the timer.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[repr(C)]
 pub struct Duty {
@@ -101,7 +101,7 @@ impl Drive {
     /// Validates and prepares a drive.
     ///
     /// # Errors
-    /// Names the value that is not allowed.
+    /// Returns an error that names the invalid value.
     pub fn new(config: &DriveConfig, hardware: &Hardware) -> Result<Self, InvalidValue> {
         let pwm_top = pwm_top(hardware, config.pwm_hz)?;
         config.validate()?;
@@ -186,7 +186,7 @@ impl Drive {
         self.duty_of(i32::from(code).max(-self.max_code).min(self.max_code))
     }
 
-    /// Returns the PWM setting of a code that is no larger than the largest one.
+    /// Returns the PWM setting of a code whose magnitude is at most the largest code.
     #[inline]
     pub(crate) fn duty_of(&self, code: i32) -> Duty {
         let (max, magnitude) = (self.max_code.unsigned_abs(), code.unsigned_abs());
@@ -205,9 +205,10 @@ impl Drive {
     }
 }
 
-/// Returns the number of whole codes in `ratio`. A decimal full scale may be a multiple of a
-/// decimal LSB (1.0 and 0.004), and yet fall short of it by the rounding of three `f32`s: it would
-/// lose its last code.
+/// Returns the number of whole codes in `ratio`, full scale over LSB. If a decimal full scale is a
+/// multiple of a decimal LSB (1.0 and 0.004), the rounding of three `f32`s can leave the ratio just
+/// below the whole number. The whole number is then returned, since the last code would be lost
+/// otherwise.
 fn max_code(ratio: f32) -> i16 {
     let nearest = libm::roundf(ratio);
     let whole = if (ratio - nearest).abs() <= 1.5 * f32::EPSILON * ratio { nearest } else { ratio };

@@ -58,7 +58,7 @@ table! {
     }
 }
 
-/// The number of the value `resolution_deg`.
+/// Key of the configured value `resolution_deg`.
 pub(crate) const RESOLUTION: Key = key(Encoder::ABOUT, "resolution");
 
 /// The state of the encoder from tick to tick.
@@ -71,7 +71,7 @@ pub struct EncoderState {
 }
 
 impl EncoderState {
-    /// Returns the state with the counter at `counter` in a position that is called `counts`.
+    /// Returns the state in which a reading of `counter` corresponds to the position `counts`.
     pub const fn start(counter: u32, counts: i32) -> Self {
         Self { counter, counts }
     }
@@ -88,7 +88,8 @@ impl EncoderState {
 }
 
 impl Encoder {
-    /// Takes one reading of the counter, and returns the travel since the last one, in counts.
+    /// Updates the position with a reading of the counter, and returns the travel since the last
+    /// reading, counts.
     ///
     /// ```
     /// use stiction::control::encoder::{

@@ -8,8 +8,8 @@
 //!                             +-----> laws -------+    (eqs. 29-36, or a sum of them)
 //! ```
 //!
-//! [`controller`] calls them in this order, and [`signal`] holds every term of a tick. [`hardware`]
-//! has the figures of a board that turn a user's units into codes.
+//! [`controller`] runs these parts in this order, and [`signal`] holds every term of a tick.
+//! [`hardware`] has the properties of a board with which a user's units are converted into codes.
 
 pub mod controller;
 pub mod device_config;

@@ -1,12 +1,12 @@
-//! The encoder of a motor whose joint has another one on its load.
+//! The encoder of the motor, on a joint with a second encoder on its load.
 //!
-//! With two encoders, the one on the load says where the joint is: it is the
+//! With two encoders, the one on the load measures the position of the joint: it is the
 //! [`Encoder`](crate::control::encoder::Encoder) of the configuration, and all positions are in its
-//! counts. The one on the motor gives the velocity, and shows what the effort moves: the monitors
-//! of wiring, stall and speed look at it.
+//! counts. The one on the motor measures the velocity and what the effort moves: the monitors of
+//! wiring, stall and speed use it.
 //!
-//! It is there with the feature `two-encoders`, which the simulator turns on: `[load_encoder]` of a
-//! machine's file configures it. No image reads a second encoder yet.
+//! The motor's encoder can be configured with the feature `two-encoders`, which the simulator turns
+//! on, by `[load_encoder]` of a machine's file. No image reads a second encoder yet.
 
 use crate::units::error::Allowed;
 use crate::units::value::{About, Absent, InvalidBits, Key, Table, Values};
@@ -14,10 +14,11 @@ use crate::units::value::{About, Absent, InvalidBits, Key, Table, Values};
 /// The encoder of the motor; none by default.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct MotorEncoder {
-    /// Angle of a count, deg of the joint; zero: there is none.
+    /// Angle of a count, deg of the joint; zero: the joint has one encoder.
     #[cfg(feature = "two-encoders")]
     pub count: f32,
-    /// Largest twist at which a healthy gear rests, deg of the joint; zero: it is not watched.
+    /// Largest twist at which a healthy gear rests, deg of the joint; zero: the twist is not
+    /// monitored.
     #[cfg(feature = "two-encoders")]
     pub twist: f32,
     /// Largest twist of a healthy gear while its sides move opposite ways, deg of the joint.
@@ -36,7 +37,8 @@ impl MotorEncoder {
         swing: 0.0,
     };
 
-    /// Returns the angle of a count (deg of the joint) if the joint has one on either side.
+    /// Returns the angle of a count of the motor's encoder (deg of the joint) if the joint has two
+    /// encoders.
     #[inline]
     pub const fn count(&self) -> Option<f32> {
         #[cfg(feature = "two-encoders")]
@@ -47,7 +49,7 @@ impl MotorEncoder {
     }
 }
 
-/// No parameter of a device configures it.
+/// No parameter of a device configures the motor's encoder.
 impl Values for MotorEncoder {
     fn nth(&self, _: &mut usize) -> Option<(Key, Absent)> {
         None

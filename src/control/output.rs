@@ -1,16 +1,16 @@
-//! The output stage: from what the loop asks for to what the bridge gets. There is one stage,
-//! whatever drives the joint.
+//! The output stage: from the effort that the loop requests to the duty of the bridge. The closed
+//! loop and the open one share this stage.
 //!
 //! ```text
 //! asked -> full scale -> supply scaling -> full scale -> code -> soft start and cap -> compare
 //!            v                                                       code                duty
 //! ```
 //!
-//! `v` is limited to the full scale, or to less by a motion with a bound of its own
+//! `v` is limited to the full scale, or to less in a motion with its own bound
 //! ([`OutputStage::bound_effort`]). If the supply is measured and has a nominal value, the duty is
-//! scaled by nominal over measured, so that the motor gets the volts that it was asked for. After
-//! arming, the limit of the code rises in a straight line from zero to the largest code (soft
-//! start). The cap limits the code for good.
+//! scaled by nominal over measured, so that the motor gets the requested volts. After arming, the
+//! limit of the code rises in a straight line from zero to the largest code (soft start). The cap
+//! (`duty_max`) limits the code at all times.
 //!
 //! The effort that is [applied](Applied::v_applied) is reported in volts at the nominal supply: the
 //! code's volts, divided by the ratio of nominal to measured supply. Without scaling, it is the
@@ -31,7 +31,7 @@ pub struct OutputStage {
     nominal_supply: f32,
     /// Length of the soft start, ticks.
     soft_start: u32,
-    /// The largest code that is let through.
+    /// Largest code that the stage passes on: the cap.
     cap: i32,
     /// Largest output of the present motion, V.
     most: f32,
@@ -44,25 +44,26 @@ pub struct OutputState {
     elapsed: u32,
     /// Effort that the joint has had since the last tick, V.
     pub(crate) applied: f32,
-    /// Whether that effort was less than was asked for.
+    /// Whether that effort was less than requested.
     pub(crate) saturated: bool,
-    /// Least code of the next tick in its direction; zero: none. A probe of the encoder sets it.
+    /// Least code of the next tick, with the sign of its direction; zero: none. A probe of the
+    /// encoder sets it.
     pub(crate) least: i32,
 }
 
-/// The result of the output stage: what it makes of one effort.
+/// Result of the output stage for one effort.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Applied {
-    /// The effort that was asked for, limited to the full scale, V.
+    /// Requested effort, limited to the full scale or to the bound of the motion, V.
     pub v: f32,
-    /// The effort that the joint gets, V at the nominal supply.
+    /// Effort that the joint gets, V at the nominal supply.
     pub v_applied: f32,
     pub code: i16,
     pub duty: Duty,
     pub saturated: bool,
 }
 
-/// The limit of the code that holds for an effort.
+/// Limit of the code that applies to an effort.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Rise {
     /// The limit of the soft start, and the cap.
@@ -75,8 +76,8 @@ impl OutputStage {
     /// Makes a stage without a soft start, whose duty does not depend on the supply.
     pub(crate) fn new(config: &DriveConfig, drive: Drive) -> Self {
         let &DriveConfig { full_scale, lsb, duty_max, .. } = config;
-        // Towards zero: the cap is never more than what was asked for. A share of less than a code
-        // lets nothing through.
+        // Rounded towards zero: the cap never exceeds the configured share. A share of less than
+        // one code is a cap of zero.
         let cap = (duty_max * f32::from(drive.max_code())) as i32;
         Self { full_scale, lsb, nominal_supply: 0.0, soft_start: 0, cap, most: full_scale, drive }
     }
@@ -87,18 +88,19 @@ impl OutputStage {
         (self.soft_start, self.nominal_supply) = (soft_start, nominal_supply);
     }
 
-    /// Bounds the effort of the motion that begins, V at the nominal supply; infinity: by the full
-    /// scale alone. What is applied exceeds it by half a code at most.
+    /// Sets the largest effort of the motion that starts, V at the nominal supply; infinity: the
+    /// full scale alone limits it. The applied effort exceeds this limit by half a code at most.
     pub(crate) fn bound_effort(&mut self, effort: f32) {
         self.most = self.full_scale.min(effort);
     }
 
-    /// Returns the ticks that are left of the soft start.
+    /// Returns the remaining ticks of the soft start.
     pub(crate) const fn soft_start_left(&self, state: &OutputState) -> u32 {
         self.soft_start.saturating_sub(state.elapsed)
     }
 
-    /// Returns what is applied for `asked` (V, finite) at a reading of the supply.
+    /// Returns the effort, code and duty that are applied for a requested effort `asked` (V,
+    /// finite), at a reading of the supply (the converter's units).
     // The image has this code twice, for the closed loop and the open one, as it has the
     // velocity's.
     #[inline(always)]
@@ -131,8 +133,8 @@ impl OutputStage {
         Applied { v, v_applied, code: code as i16, duty: self.drive.duty_of(code), saturated }
     }
 
-    /// Returns what is asked for (V), or the least effort if that is more and not against it. It is
-    /// for this tick alone.
+    /// Returns the requested effort (V), or the least effort if that is larger and not in the
+    /// opposite direction. The least effort is then cleared: it applies to this tick alone.
     #[cold]
     #[inline(never)]
     fn at_least(&self, state: &mut OutputState, asked: f32) -> f32 {
@@ -141,7 +143,7 @@ impl OutputStage {
         if is_less { least } else { asked }
     }
 
-    /// Returns the largest code of this tick.
+    /// Returns the largest code of this tick, and counts the tick of the soft start.
     #[inline]
     fn soft_start_limit(&self, state: &mut OutputState) -> i32 {
         if state.elapsed >= self.soft_start {
@@ -154,7 +156,7 @@ impl OutputStage {
     }
 }
 
-/// Returns how much more duty the present supply needs, within a factor of two either way: a broken
+/// Returns the ratio of nominal to measured supply, within a factor of two either way: a broken
 /// divider must not turn into full effort.
 fn supply_ratio(nominal: f32, measured: u16) -> f32 {
     (nominal / f32::from(measured.max(1))).clamp(0.5, 2.0)
@@ -207,7 +209,7 @@ mod tests {
         for k in -7000..=7000i16 {
             let asked = f32::from(k) / 1000.0;
             let mut state = OutputState::default();
-            // The supply is not looked at.
+            // The reading of the supply has no effect.
             let found = stage.apply(&mut state, asked, 17, Rise::Soft);
             let whole = (i32::from(k.abs()) * 256 + 500) / 1000;
             let code = whole.min(i32::from(MAX)) as i16 * k.signum();
@@ -347,7 +349,8 @@ mod tests {
             let (stage, mut state) = (stage(2, NOMINAL), OutputState::default());
             let found =
                 [(); 3].map(|()| stage.apply(&mut state, sign * 2.0, NOMINAL / 2, Rise::Soft));
-            // 4 V at the bridge, which are 2 V of the nominal supply's.
+            // The last code is that of 4 V, which at half of the nominal supply are 2 V at the
+            // motor.
             let codes = [0, 640, 1024].map(|code| (sign * f32::from(code as i16)) as i16);
             assert_eq!(found.map(|found| found.code), codes);
             assert_eq!(found.map(|found| found.v_applied), [0.0, 1.25, 2.0].map(|v| sign * v));

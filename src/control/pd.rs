@@ -1,4 +1,4 @@
-//! The PD loop that every compensator is plugged into.
+//! The PD loop, to which a compensator adds its output.
 //!
 //! Eq. 28 without its compensator term:
 //!
@@ -7,9 +7,9 @@
 //! ```
 //!
 //! Guarantees: on a joint with viscous friction alone, and with gains for which the sampled loop is
-//! stable, it comes to rest on target. Does badly: with stick friction it rests anywhere within
-//! `v_stick / Kp` of the target, for ever and with effort applied; at constant speed it trails by
-//! `(v_slip + b theta_d') / Kp`.
+//! stable, the joint comes to rest on target. Does badly: with stick friction the joint rests
+//! anywhere within `v_stick / Kp` of the target, forever and with effort applied; at constant speed
+//! it trails by `(v_slip + b theta_d') / Kp`.
 
 use crate::units::error::HUGE;
 use crate::units::value::table;
@@ -26,7 +26,7 @@ table! {
 }
 
 impl PdGains {
-    /// Returns v_PD in volts, of a position error (deg) and a velocity error (deg/s).
+    /// Returns v_PD, V, for a position error (deg) and a velocity error (deg/s).
     ///
     /// ```
     /// let pd = stiction::control::pd::PdGains { kp: 1.0, kd: 0.25 };

@@ -1,8 +1,8 @@
 //! The signals of a tick, declared once.
 //!
-//! The list makes [`Tick`], which the controller fills. From the same list, a subscriber gets
-//! the signals' descriptions ([`describe`]) and their values ([`value`]), and a host writes
-//! columns and compares an image with itself.
+//! The list generates [`Tick`], which the controller fills. From the same list, a subscriber gets
+//! the signals' descriptions ([`describe`]) and their values ([`value`]). A host uses the list to
+//! write columns and to compare the ticks of an image with its own.
 //!
 //! A law publishes up to [`MAX_LAW_SIGNALS`] signals of its own, which follow those of the list.
 //! They are declared in the law's own file ([`Law::SIGNALS`](crate::control::laws::Law::SIGNALS)).
@@ -11,7 +11,7 @@ use crate::control::drive::Duty;
 use crate::control::reference::Setpoint;
 use crate::units::position::Position;
 
-/// The largest number of signals that a law publishes of itself.
+/// Largest number of signals that a law publishes.
 pub const MAX_LAW_SIGNALS: usize = 8;
 
 /// The form of a signal's value: how its 32 bits are read.
@@ -37,7 +37,7 @@ pub struct Signal {
     pub form: Form,
 }
 
-/// A signal that a law publishes of itself; its values are numbers.
+/// Signal that a law publishes; its values are `f32` numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LawSignal {
     /// The column's name, with its unit.
@@ -46,7 +46,7 @@ pub struct LawSignal {
     pub unit: &'static str,
 }
 
-/// A type that a signal may have.
+/// Type that a signal can have.
 pub trait Value: Copy {
     /// How the bits of a value of the type are read.
     const FORM: Form;
@@ -54,7 +54,7 @@ pub trait Value: Copy {
     /// Returns the value's 32 bits.
     fn bits(self) -> u32;
 
-    /// Makes a value of the lowest bits that the type has.
+    /// Returns the value with these bits. A type of 16 bits uses the lowest 16.
     fn from_bits(bits: u32) -> Self;
 }
 
@@ -149,23 +149,23 @@ macro_rules! signals {
                 $(#[$field_meta])*
                 pub $field: $type,
             )+
-            /// The values of the signals that the law publishes of itself; the others are zero.
+            /// Values of the signals that the law publishes; unused entries are zero.
             pub law: [f32; MAX_LAW_SIGNALS],
         }
 
-        /// The signals of every loop, in the order of their places.
+        /// The signals of every loop, in the order of their indices.
         pub const SIGNALS: &[Signal] =
             &[$(Signal { name: $name, unit: $unit, form: <$type as Value>::FORM }),+];
 
-        /// The place of each of [`SIGNALS`] in a [`Tick`], bytes, and how many bytes the signal
-        /// has. The last entry is that of all signals of the law.
+        /// Offset of each of [`SIGNALS`] in a [`Tick`] and size of the signal, bytes. The last
+        /// entry covers all signals of the law.
         pub const LAYOUT: &[(usize, usize)] = &[
             $((core::mem::offset_of!($Tick, $field), size_of::<$type>()),)+
             (core::mem::offset_of!($Tick, law), 4 * MAX_LAW_SIGNALS),
         ];
 
-        /// Returns the value of a signal as bits, by its place in [`SIGNALS`]; the law's own
-        /// signals follow.
+        /// Returns the bits of a signal's value. `index` is the signal's place in [`SIGNALS`]; the
+        /// signals of the law follow.
         pub fn value(tick: &$Tick, index: usize) -> Option<u32> {
             let mut i = 0;
             $(
@@ -177,8 +177,8 @@ macro_rules! signals {
             tick.law.get(index.checked_sub(i)?).map(|value| value.to_bits())
         }
 
-        /// Gives a signal its value, for those who read a tick from the memory of an image; see
-        /// [`value`].
+        /// Sets the value of a signal, with the `index` of [`value`]. A host that reads a tick from
+        /// the memory of an image needs it.
         pub fn set(tick: &mut $Tick, index: usize, bits: u32) {
             let mut i = 0;
             $(
@@ -193,8 +193,8 @@ macro_rules! signals {
             }
         }
 
-        /// Returns the place of a signal in [`SIGNALS`] by its field. It is for constants: a field
-        /// that does not exist does not compile.
+        /// Returns the place in [`SIGNALS`] of the signal with the field name `field`. It is for
+        /// constants: a field that does not exist does not compile.
         pub const fn index(field: &str) -> usize {
             const FIELDS: &[&str] = &[$(stringify!($field)),+];
             let mut i = 0;
@@ -256,16 +256,17 @@ signals! {
     }
 }
 
-/// Returns the name of a signal by its field, with its unit. It is for constants, as [`index`] is.
+/// Returns the name, with its unit, of the signal with the field name `field`. It is for constants,
+/// as [`index`] is.
 pub const fn name(field: &str) -> &'static str {
     SIGNALS[index(field)].name
 }
 
 impl Tick {
-    /// The bit of `status` that says that the law has ended its attempts to reach the set point.
+    /// Bit of `status` that is set once the law has ended its attempts to reach the set point.
     pub const GAVE_UP: u32 = 1 << 19;
 
-    /// Returns theta_d and its derivatives.
+    /// Returns the set point theta_d of the tick, with its derivatives.
     pub const fn setpoint(&self) -> Setpoint {
         let position =
             Position { counts: self.reference_counts, fraction: self.reference_fraction };
@@ -279,7 +280,8 @@ impl Tick {
     }
 }
 
-/// Returns a signal by its place: those of every loop come first, then those of the law.
+/// Returns the description of the signal at a place: the signals of every loop come first, then
+/// those of the law.
 pub fn describe(index: usize, law: &[LawSignal]) -> Option<Signal> {
     SIGNALS.get(index).copied().or_else(|| {
         let own = law.get(index.checked_sub(SIGNALS.len())?)?;

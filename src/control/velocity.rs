@@ -11,16 +11,15 @@
 //! integers, exact and independent of where the joint is; it needs no division per tick, and a
 //! window of zeros is a joint that has been at rest.
 //!
-//! Guarantees: exact for constant velocity; the quantisation of a joint at rest on a count gives
-//! exactly zero. Does badly: it answers `(N - 1)/2` samples late, and its resolution at low speed
-//! is no finer than `6 (N - 1) / (N (N^2 - 1))` counts per sample (0.2 for `N` = 5).
+//! Guarantees: exact for constant velocity; for a joint at rest on a count, the velocity is exactly
+//! zero. Does badly: it answers `(N - 1)/2` samples late, and its resolution at low speed is no
+//! finer than `6 (N - 1) / (N (N^2 - 1))` counts per sample (0.2 for `N` = 5).
 
 /// The number of positions in the longest window.
 pub const MAX_WINDOW: usize = 16;
 
-/// The number of counts per tick to which an increment is clamped. The weights of the longest
-/// window add up to `N (N^2 - 1)/6` = 680, and 680 * 2^21 is the largest such product below 2^31:
-/// the sum cannot overflow.
+/// Limit of an increment, counts per tick. The weights of the longest window add up to `N (N^2 -
+/// 1)/6` = 680, and 680 * 2^21 is the largest such product below 2^31: the sum cannot overflow.
 const MAX_INCREMENT: i32 = 1 << 21;
 
 /// The least-squares velocity of an `N`-sample window.
@@ -52,7 +51,7 @@ impl Velocity {
         Self { weights, scale }
     }
 
-    /// Takes the travel of one tick (counts), and returns the velocity (deg/s) including it.
+    /// Adds the travel of one tick (counts) to the window, and returns the velocity, deg/s.
     ///
     /// ```
     /// use stiction::control::velocity::{Velocity, VelocityState};

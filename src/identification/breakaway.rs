@@ -12,19 +12,19 @@
 //! The first effort is held for a tenth of a second, in which counts are no motion: bristles and
 //! shafts give way to it at once.
 //!
-//! A joint with pre-sliding counts before it breaks away, but slowly: a run of counts ends with a
-//! tenth of a second without one, and what was counted in it was no motion.
+//! A joint with pre-sliding shows counts before it breaks away, but slowly: a tenth of a second
+//! without a count ends a run of counts, and the counts of that run were no motion.
 //!
 //! The reading is late. With `D = F_s - F_c` the joint moves by `x = (D t^2 / 2 + r t^3 / 6) / J`
 //! after breaking away, so the first count comes after about `delta = sqrt(2 x J / D)`, with half a
-//! count for `x`, and the reading is high by `r delta`. Readings at two rates give it back, as long
-//! as it is `D` that accelerates the joint: `F = u_2 - (u_1 - u_2) r_2 / (r_1 - r_2)`.
+//! count for `x`, and the reading is high by `r delta`. Readings at two rates correct this, as long
+//! as `D` accelerates the joint: `F = u_2 - (u_1 - u_2) r_2 / (r_1 - r_2)`.
 //!
-//! The reading is of the effort that was asked for. The drive rounds it to the nearest code, and so
-//! the first code that is enough is applied from half a code before on: on average, that is right.
+//! The reading is the requested effort. The drive rounds it to the nearest code, and so applies the
+//! first sufficient code from half a code before on: on average, that is right.
 //!
-//! Does badly: where `D` is zero the reading is high by a power 2/3 of the rate, of which two rates
-//! give back less than all. A joint that rests on a wound-up shaft breaks away early.
+//! Does badly: if `D` is zero, the reading is high by a power 2/3 of the rate, of which two rates
+//! correct only a part. A joint that rests on a wound-up shaft breaks away early.
 
 /// Travel within [`SHORT`] that confirms a motion, counts.
 const CONFIRMED: u32 = 3;
@@ -35,7 +35,7 @@ const FAR: u32 = 8;
 /// Time without a count that ends a run, s.
 const PAUSE: f32 = 0.1;
 
-/// Counts to and fro that are noise.
+/// Travel to and fro, beyond twice the net travel, that is noise, counts.
 const NOISE: u32 = 16;
 
 /// A ramp of the effort that is prepared for its ticks.
@@ -43,7 +43,7 @@ const NOISE: u32 = 16;
 pub struct Push {
     /// First effort, V, without its sign.
     pub from: f32,
-    /// What the effort rises by in a tick, V.
+    /// Rise of the effort in a tick, V.
     pub rung: f32,
     /// Whether the effort is negative.
     pub reverse: bool,
@@ -53,16 +53,17 @@ pub struct Push {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Breakaway {
     elapsed: u32,
-    /// Where it began, where the present run of counts began, and the present position, counts.
+    /// Positions at the start of the ramp, at the start of the present run of counts, and now,
+    /// counts.
     origin: i32,
     run: i32,
     counts: i32,
     /// Tick of the first and of the last count of the run.
     run_began: u32,
     last_count: u32,
-    /// Travel without its sign, counts.
+    /// Sum of all travel without its sign, counts.
     path: u32,
-    /// The position at the begin of the present short time, and its tick.
+    /// Position (counts) and tick at the start of the present interval of `SHORT`.
     short: i32,
     short_began: u32,
 }
@@ -83,14 +84,14 @@ impl Breakaway {
         }
     }
 
-    /// Returns the travel since the begin, counts.
+    /// Returns the travel since the start of the ramp, counts.
     pub const fn travel(&self) -> i32 {
         self.counts.wrapping_sub(self.origin)
     }
 
-    /// Returns what the joint had given way by before the run of counts that is its motion, counts:
-    /// bristles, backlash or a shaft. A stiff joint gives way by one at most, from the edge of a
-    /// count.
+    /// Returns the travel by which the joint gave way before the run of counts that is its motion,
+    /// counts: bristles, backlash or a shaft. A stiff joint gives way by one count at most, at the
+    /// edge of a count.
     pub const fn gave_way(&self) -> u32 {
         self.run.wrapping_sub(self.origin).unsigned_abs()
     }
@@ -101,8 +102,8 @@ impl Breakaway {
         self.path > self.travel().unsigned_abs().saturating_mul(2).saturating_add(NOISE)
     }
 
-    /// Takes the position of a tick (counts) and its length (s). Returns the effort from now on
-    /// (V), or the reading (V, without its sign) if the joint has broken away.
+    /// Runs one tick with the joint at `counts`; `tick` is its length (s). Returns the effort from
+    /// now on (V), or the reading (V, without its sign) if the joint has broken away.
     pub fn update(&mut self, push: &Push, counts: i32, tick: f32) -> Result<f32, f32> {
         // Never shorter than two ticks, or a slow loop would see no motion between two of them.
         let ticks = |s: f32| (libm::roundf(s / tick) as u32).max(2);
@@ -135,8 +136,8 @@ impl Breakaway {
         Ok(if push.reverse { -effort } else { effort })
     }
 
-    /// Returns the level behind readings at a fast and at a slow rate (V, V/s): the line through
-    /// both, at the rate zero.
+    /// Returns the breakaway level (V) from readings (V) at a fast and at a slow rate (V/s): the
+    /// line through both, at the rate zero.
     pub fn at_rest([fast, slow]: [f32; 2], [fast_rate, slow_rate]: [f32; 2]) -> f32 {
         slow - (fast - slow) * slow_rate / (fast_rate - slow_rate)
     }
@@ -147,7 +148,7 @@ mod tests {
     use super::*;
 
     /// A joint that rests up to `stick` (V) and then moves by `x = (D t^2/2 + r t^3/6)/J`, with
-    /// counts from `phase` on, and presliding of `bristle` counts up to there.
+    /// counts from `phase` on, and pre-sliding of `bristle` counts up to there.
     struct Truth {
         stick: f64,
         drop: f64,

@@ -6,47 +6,50 @@ use super::model::{Model, ModelEstimate, Search};
 use super::plan::{PLACES, SPEEDS};
 use crate::safety::open_loop::Bound;
 
-/// The residual beyond which a fit is poor, as a share of the efforts. A joint of the model leaves
-/// what drive and encoder round, which is a hundredth or less.
+/// Relative residual beyond which a fit is poor. A joint that matches the model leaves only the
+/// rounding of drive and encoder, which is a hundredth or less.
 const POOR: f32 = 0.05;
-/// What a breakaway may differ by between places, as a share of the median: the drive's rounding of
-/// a small level is up to 0.03 of it.
+/// Largest difference of the breakaway between places, as a share of the median, for the friction
+/// to count as even. The drive's rounding of a small level is up to 0.03 of it.
 const UNEVEN: f32 = 0.15;
-/// What a breakaway after a reversal may differ by from the next one in the same sense.
+/// Largest difference between a breakaway after a reversal and the next one in the same sense, as a
+/// share of the next one, without lost motion.
 const LOST: f32 = 0.15;
-/// Counts that a joint gives way by before it breaks away, and the number of pushes in which it has
-/// to do so: of 20 pushes on each of 240 stiff joints (seed 7), one did in one joint.
+/// Counts by which a joint gives way before it breaks away, and the number of such pushes that
+/// shows lost motion: in 20 pushes on each of 240 stiff joints (seed 7), one joint did so in one
+/// push.
 pub(super) const GIVES_WAY: u32 = 2;
 const GIVES_WAY_OFTEN: u8 = 3;
-/// The part of the inertia at low frequency that a pulse from rest has to meet. It meets more than
-/// all of it where there is viscous friction, and only the driven side of a shaft that winds up.
+/// Least share of the inertia at low frequency that a pulse from rest meets without lost motion.
+/// With viscous friction, a pulse meets more than the whole inertia; with a shaft that winds up,
+/// only that of the driven side.
 const LIGHT: f32 = 0.85;
-/// Rows that a fit of eight parameters needs to be trusted.
+/// Least number of rows for a fit of eight parameters to be trusted.
 const FEW: u32 = 24;
 
 /// How an identification has ended.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Outcome {
-    /// It has not ended.
+    /// The identification has not ended.
     #[default]
     Running,
-    /// All of its steps were done.
+    /// All steps were done.
     Done,
     /// The encoder counts against the effort.
     Reversed,
     /// The joint moved the same way under both efforts: a load moves it.
     Pulled,
-    /// Nothing moved up to the effort's bound.
+    /// The joint did not move up to the effort bound.
     Still,
-    /// The joint went on without effort.
+    /// The joint kept moving without effort.
     RunsOn,
-    /// The joint went as far as it may.
+    /// The joint exceeded the travel bound.
     Travel,
-    /// The joint was as fast as it may be.
+    /// The joint exceeded the speed bound.
     Speed,
-    /// The time was over.
+    /// The time ran out.
     Time,
-    /// Drive or supply let less effort through than was asked for.
+    /// The motion required more effort than the effort bound.
     Capped,
     /// Effort beyond the friction moved the joint by less than a quarter of what was due: an end
     /// stop, or an encoder that broke.
@@ -64,11 +67,10 @@ impl From<Bound> for Outcome {
     }
 }
 
-/// The breakaway efforts in one sense, V, without their sign and with the load. They are zero where
-/// nothing was found.
+/// Breakaway efforts in one sense, V, without their sign and with the load; zero: not found.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct BreakawayLevels {
-    /// The least of all places.
+    /// The least effort of all places.
     pub least: f32,
     /// The median.
     pub median: f32,
@@ -78,7 +80,7 @@ pub struct BreakawayLevels {
     pub places: u8,
 }
 
-/// A point of the map: the means over all windows of a leg at its speed.
+/// A point of the friction map: the means over all windows of a leg near its speed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct MapPoint {
     /// Velocity, deg/s.
@@ -94,29 +96,30 @@ pub struct MapPoint {
 pub struct Doubts {
     /// The rows do not determine the parameters.
     pub no_fit: bool,
-    /// The fit leaves more than a twentieth of the efforts.
+    /// The relative residual of the fit is more than a twentieth.
     pub poor_fit: bool,
     /// The regression has fewer than 24 rows.
     pub few_rows: bool,
-    /// The breakaway differs between the places by more than 15 %: without the load, unless there
-    /// is a fit without gravity.
+    /// The breakaway differs between the places by more than 15 %. The mean of both senses, which
+    /// is free of the load, is compared; if the fit has no gravity, each sense is compared as well.
     pub uneven: bool,
     /// Backlash, bristles, or a shaft that winds up: the breakaway after a reversal differs from
     /// the next one in the same sense by more than 15 %; or the joint gave way before it broke
     /// away, three times or more; or a pulse met less than 0.85 of the inertia.
     pub lost_motion: bool,
-    /// A parameter that is positive in nature came out as negative or as zero.
+    /// Inertia or constant friction came out as negative or as zero, or viscous friction as
+    /// negative by more than two standard deviations.
     pub unphysical: bool,
 }
 
 impl Doubts {
-    /// Returns whether there is nothing to doubt.
+    /// Returns whether there is no doubt.
     pub fn is_none(&self) -> bool {
         *self == Self::default()
     }
 }
 
-/// What an identification has found. Before it has ended, there is nothing.
+/// Result of an identification, which is reported after its end.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Summary {
     /// How it has ended.
@@ -129,11 +132,11 @@ pub struct Summary {
     pub estimate: Option<ModelEstimate>,
     /// Difference between the highest and the lowest position, deg.
     pub range: f32,
-    /// What there is to doubt.
+    /// Doubts about the result.
     pub doubts: Doubts,
 }
 
-/// The readings of an identification, from which a [`Summary`] is made away from the tick.
+/// Readings of an identification, from which a [`Summary`] is computed outside the tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Findings {
     /// How it has ended.
@@ -142,13 +145,14 @@ pub struct Findings {
     pub steps: u8,
     /// The breakaway of each place in both senses, V; zero: not found.
     pub levels: [[f32; PLACES]; 2],
-    /// What a breakaway after a reversal differed by from the next, as a share, at most.
+    /// Largest difference between a breakaway after a reversal and the next one, as a share of the
+    /// next.
     pub lost: f32,
     /// Number of pushes in which the joint gave way before it broke away.
     pub gave_way: u8,
     /// The inertia that the pulses have met, V/(deg/s^2); zero: not found.
     pub met: f32,
-    /// The angle that the joint has gone through, deg.
+    /// Difference between the highest and the lowest position, deg: the angle gone through.
     pub range: f32,
     /// The regression.
     pub model: Model,
@@ -176,8 +180,9 @@ impl BreakawayLevels {
     }
 }
 
-/// Returns whether the friction depends on the place. A load adds to the one sense what it takes
-/// from the other; where none varies with the place, each sense is asked by itself.
+/// Returns whether the friction depends on the place. A load raises the breakaway in one sense and
+/// lowers it in the other, so the mean of both is compared. If no load varies with the place, each
+/// sense is compared as well.
 fn is_uneven(levels: &[[f32; PLACES]; 2], load_may_vary: bool) -> bool {
     let [positive, negative] = levels;
     let mut without_load = [0.0; PLACES];
@@ -189,7 +194,8 @@ fn is_uneven(levels: &[[f32; PLACES]; 2], load_may_vary: bool) -> bool {
 }
 
 impl Findings {
-    /// Returns the summary of the readings. It makes dozens of fits, as a host may at once.
+    /// Returns the summary of the readings after a whole search: dozens of fits at once, for a
+    /// host.
     pub fn summary(&self) -> Summary {
         self.summary_of(&Search::whole(&self.model, self.range))
     }
@@ -208,14 +214,14 @@ impl Findings {
             ..Doubts::default()
         };
         if let Some(found) = &estimate {
-            // What is no number is no good fit.
+            // NaN is a poor fit.
             let fits = found.relative_residual <= POOR;
             doubts.poor_fit = !fits;
             doubts.few_rows = found.rows < FEW;
             let [inertia, _] = found.inertia;
             doubts.lost_motion |= self.met > 0.0 && self.met < LIGHT * inertia;
             let positive = [found.inertia[0], found.coulomb[0]];
-            // No viscous friction is possible; less than none, beyond its deviation, is not.
+            // Zero viscous friction is possible; a negative one beyond its deviation is not.
             doubts.unphysical = !positive.iter().all(|value| *value > 0.0)
                 || found.viscous[0] < -2.0 * found.viscous[1];
         }

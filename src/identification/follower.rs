@@ -1,13 +1,13 @@
-//! The loop that leads a joint along the speeds of an identification.
+//! The loop that moves a joint at the speeds of an identification.
 //!
 //! ```text
 //! u = F sgn(r') + J (r'' + 2 w (r' - v) + w^2 (r - q))         v, q: a tracking filter at 5 w
 //! ```
 //!
 //! `J` and `F` are rough: the inertia of two pulses, and the breakaway effort. The loop has double
-//! poles at `w`. It does not have to be precise: the findings come from what the joint did,
-//! and not from its set point. The constant friction that is taken too large or too small
-//! moves the joint by `(F - F_true) / (J w^2)` off its reference, for all of a stretch.
+//! poles at `w`. The loop does not have to be precise: the findings come from the motion of the
+//! joint, and not from its set point. An error of the constant friction `F` moves the joint by
+//! `(F - F_true) / (J w^2)` off its reference, for all of a stretch.
 //!
 //! The bandwidth `w` is a tenth of the sample rate, and at most 20 rad/s: with two samples of delay
 //! the phase is 0.2 rad at `w`, and the encoder's rounding is not turned into effort.
@@ -31,7 +31,7 @@ const FILTER: f32 = 5.0;
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Follower {
     origin: i32,
-    /// Position of the reference, deg, and its speed, deg/s.
+    /// Position of the reference, deg.
     pub reference: f32,
     /// Speed of the reference, deg/s.
     pub speed: f32,
@@ -52,9 +52,9 @@ impl Follower {
         Self { origin: counts, reference: 0.0, speed: 0.0, filtered: 0.0, velocity: 0.0 }
     }
 
-    /// Takes the position of a tick: the filter alone.
+    /// Updates only the filter, with the joint at `counts`.
     ///
-    /// It is a Luenberger observer with both poles at `exp(-5 w h)`.
+    /// The filter is a Luenberger observer with both poles at `exp(-5 w h)`.
     pub fn observe(&mut self, counts: i32, [tick, count]: [f32; 2]) {
         let x = FILTER * Self::bandwidth(tick) * tick;
         // exp(-x) to third order: x is 0.5 at most.
@@ -67,8 +67,9 @@ impl Follower {
     }
 
     /// Moves the reference on towards a speed (deg/s) within an acceleration (deg/s^2), and returns
-    /// the effort (V). `rough` is what is known of the joint: its inertia (V per deg/s^2), its
-    /// friction in this sense (V), and the effort that a lag may add to that (V).
+    /// the effort (V). The last argument has rough values of the joint: its inertia (V per
+    /// deg/s^2), its friction in this sense (V), and the largest effort that a lag adds to the
+    /// friction (V).
     pub fn lead(
         &mut self,
         towards: f32,

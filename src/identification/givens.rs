@@ -1,24 +1,24 @@
-//! Recursive least squares by Givens rotations: rows come one by one, and a triangle remembers
-//! them.
+//! Recursive least squares by Givens rotations: rows are added one by one, and condensed into a
+//! triangle.
 //!
 //! ```text
 //! |  R   z |        | R' z' |      for each column i:  r = sqrt(R_ii^2 + x_i^2)
 //! |  x   y |   ->   | 0  e  |      c = R_ii / r,  s = x_i / r,  and the rows turn by (c, s)
 //! ```
 //!
-//! `R p = z` has the parameters with the least sum of squares, which is the sum of all `e^2`
-//! (Gentleman, *Least squares computations by Givens transformations without square roots*, J.
-//! Inst. Maths Applics 12, 1973, in the form with roots; Golub and Van Loan, *Matrix Computations*,
-//! section 5.2).
+//! The solution of `R p = z` is the parameters with the least sum of squares, which is the sum of
+//! all `e^2` (Gentleman, *Least squares computations by Givens transformations without square
+//! roots*, J. Inst. Maths Applics 12, 1973, in the form with roots; Golub and Van Loan, *Matrix
+//! Computations*, section 5.2).
 //!
-//! Why this form: the normal equations square the condition of the columns, for which `f32` has no
-//! room; a rotation keeps every length. The triangle of all columns also has the fit of each choice
-//! of them: its rows are as good as all rows that went in.
+//! Why this form: the normal equations square the condition number of the columns, for which `f32`
+//! is not precise enough; a rotation keeps every length. The triangle of all columns also yields
+//! the fit of each choice of them: its rows are equivalent to all rows that were added.
 //!
-//! Guarantees: nothing is divided by zero, and no row is kept. What one row costs is known: `N`
+//! Guarantees: nothing is divided by zero, and no row is kept. The cost of one row is known: `N`
 //! roots, and `N (N + 3)` products and sums.
 //!
-//! Does badly: it forgets nothing. A parameter that drifts is averaged.
+//! Does badly: old rows keep their full weight. A parameter that drifts is averaged.
 
 /// The triangle of `N` columns and a right-hand side. `P` is the number of its elements,
 /// `N (N + 1) / 2`.
@@ -27,7 +27,7 @@ pub struct Triangle<const N: usize, const P: usize> {
     /// The rows of `R` from the diagonal on, one after the other.
     packed: [f32; P],
     rhs: [f32; N],
-    /// Sum of the squares that no choice of parameters explains.
+    /// Residual sum of squares: the part that no choice of parameters explains.
     unexplained: f32,
     /// Sum of the squares of the right-hand sides.
     total: f32,
@@ -69,7 +69,7 @@ impl<const N: usize, const P: usize> Default for Triangle<N, P> {
 }
 
 impl<const N: usize, const P: usize> Triangle<N, P> {
-    /// Returns a triangle without a row.
+    /// Returns a triangle without rows.
     pub const fn new() -> Self {
         const { assert!(2 * P == N * (N + 1)) };
         Self { packed: [0.0; P], rhs: [0.0; N], unexplained: 0.0, total: 0.0, rows: 0 }
@@ -80,23 +80,23 @@ impl<const N: usize, const P: usize> Triangle<N, P> {
         self.rows
     }
 
-    /// Returns the root of the sum of squares that is left, as a share of that of the right-hand
-    /// sides: the relative residual.
+    /// Returns the relative residual: the root of the ratio of the residual sum of squares to that
+    /// of the right-hand sides.
     pub fn relative_residual(&self) -> f32 {
         if self.total > 0.0 { libm::sqrtf(self.unexplained / self.total) } else { 1.0 }
     }
 
-    /// Returns the sum of squares that is left.
+    /// Returns the residual sum of squares.
     pub const fn unexplained(&self) -> f32 {
         self.unexplained
     }
 
-    /// Supposes another sum of squares, from which the standard deviations follow.
+    /// Sets another residual sum of squares, from which the standard deviations follow.
     pub const fn suppose_unexplained(&mut self, sum: f32) {
         self.unexplained = sum;
     }
 
-    /// Takes a row `x p = y`.
+    /// Adds a row `x p = y`.
     pub fn add(&mut self, x: [f32; N], y: f32) {
         self.rows = self.rows.saturating_add(1);
         self.total += y * y;
@@ -112,7 +112,7 @@ impl<const N: usize, const P: usize> Triangle<N, P> {
             let Some((row, below)) = rest.split_at_mut_checked(of_x.len()) else { break };
             rest = below;
             let (Some(diagonal), Some(&head)) = (row.first(), of_x.first()) else { break };
-            // An element whose square is below the smallest number is none.
+            // An element whose square underflows counts as zero.
             let length = libm::sqrtf(diagonal * diagonal + head * head);
             if head != 0.0 && length > 0.0 {
                 let (c, s) = (diagonal / length, head / length);
@@ -126,7 +126,8 @@ impl<const N: usize, const P: usize> Triangle<N, P> {
         self.unexplained += y * y;
     }
 
-    /// Returns the triangle of other columns, each made of these by `choose`. It has the same rows.
+    /// Returns the triangle of the same rows with other columns, which `choose` computes from a
+    /// row.
     pub fn chosen<const M: usize, const Q: usize>(
         &self,
         choose: impl Fn(&[f32; N]) -> [f32; M],
@@ -145,7 +146,7 @@ impl<const N: usize, const P: usize> Triangle<N, P> {
         chosen
     }
 
-    /// Holds a parameter at zero, for which the column has to be zero in every row.
+    /// Holds a parameter at zero. Its column must be zero in every row.
     pub fn hold_at_zero(&mut self, column: usize) {
         let mut x = [0.0; N];
         if let Some(one) = x.get_mut(column) {
@@ -154,7 +155,7 @@ impl<const N: usize, const P: usize> Triangle<N, P> {
         self.rotate(x, 0.0);
     }
 
-    /// Returns the element of `R` in a row and a column that is not before it.
+    /// Returns the element of `R` in a row and a column, on or right of the diagonal.
     #[inline(never)]
     fn element(&self, row: usize, column: usize) -> f32 {
         // The rows before this one have N, N - 1 .. elements.
@@ -163,7 +164,7 @@ impl<const N: usize, const P: usize> Triangle<N, P> {
     }
 
     /// Returns the parameters with the least sum of squares; none if there are no more rows than
-    /// columns, or if a column is none but a sum of others to within `tolerance` of its own length.
+    /// columns, or if a column is a combination of others to within `tolerance` of its own length.
     #[inline(never)]
     pub fn values(&self, tolerance: f32) -> Option<[f32; N]> {
         if self.rows <= N as u32 {
@@ -183,8 +184,8 @@ impl<const N: usize, const P: usize> Triangle<N, P> {
     }
 
     // A function of its own in an image: more than one fit calls it.
-    /// Solves for the parameters with their deviations; none where [`values`](Self::values) has
-    /// none. It takes ten times as long.
+    /// Returns the parameters with their standard deviations; none if [`values`](Self::values)
+    /// returns none. This needs ten times as long.
     #[inline(never)]
     pub fn solve(&self, tolerance: f32) -> Option<Solution<N>> {
         let values = self.values(tolerance)?;
@@ -242,8 +243,8 @@ mod tests {
         f64::from(*state as i32) / f64::from(1u32 << 31)
     }
 
-    /// The second method: the normal equations in f64, by Gauss and Jordan. Returns parameters,
-    /// the diagonal of the inverse, and the sum of squares that is left.
+    /// The second method: the normal equations in f64, by Gauss and Jordan. Returns parameters, the
+    /// diagonal of the inverse, and the residual sum of squares.
     fn normal_equations(rows: &[([f64; 4], f64)]) -> ([f64; 4], [f64; 4], f64) {
         let mut a = [[0.0f64; 9]; 4];
         for (x, y) in rows {

@@ -1,33 +1,35 @@
-//! The regression of an identification: which columns there are, and which of them a joint needs.
+//! The regression of an identification: its columns, and the choice of those that a joint needs.
 //!
 //! ```text
 //! u = J a + B v + C d + off + g_s sin q + g_c cos q + S d exp(-(v / v_s)^2) + delay u'
 //! ```
 //!
-//! Each row is the mean of this over a window (`window.rs`); `d` is the sense of the motion. `v_s`
-//! is not linear, so the triangle has the exponential for seven speeds, from the slowest of the map
-//! to half of the fastest one, in equal ratios. What lies between two of them is interpolated by a
-//! cubic through four, in steps of a sixteenth. The search is over every fourth of these, and then
-//! around the best; all else is linear, and comes from the same triangle.
-//! So the level of sliding is precise, and the Stribeck curve is an outline.
+//! Each row is the mean of this equation over a window (`window.rs`); `d` is the sense of the
+//! motion. The equation is not linear in `v_s`, so the triangle has one column of the exponential
+//! for each of seven speeds, from the slowest of the map to half of the fastest one, in equal
+//! ratios. Between two of them, a cubic through four columns interpolates in steps of a sixteenth.
+//! The search tries every fourth step, and then the steps around the best; all other parameters are
+//! linear, and come from the same triangle. So the level of sliding is precise, and the Stribeck
+//! curve is an outline.
 //!
-//! Gravity and the Stribeck term are taken if they explain more than chance would: if they lower
-//! the sum of squares by ten times what as many columns of noise would lower it (an F ratio of 10),
-//! and gravity only where the joint has gone through 60 degrees. A smaller angle does not
-//! distinguish it from the offset.
+//! The fit includes gravity or the Stribeck term if the term lowers the sum of squares by ten times
+//! as much as the same number of columns of noise would (an F ratio of 10). Gravity is included
+//! only if the joint has gone through 60 degrees: within a smaller angle, it cannot be
+//! distinguished from the offset.
 //!
-//! Standard deviations come from the largest one of three variances of a row. The first is what is
-//! left, over its degrees of freedom; it would do if the errors of the rows were independent and
-//! alike. The second is that of the swings alone: only they show the inertia, and their errors are
-//! the larger ones. It is the mean square of what the triangle of all columns has not explained of
-//! each as it came (recursive residuals; Brown, Durbin and Evans, *J. Royal Statistical Society* B
-//! 37, 1975). The third is the lack of fit (Draper and Smith, *Applied Regression Analysis*): what
-//! the columns that the fit leaves out would still explain, over their number, times the square of
-//! Student's t over 1.96. The errors of a model that does not fit are few and large, and
-//! there are only as many of them as columns that show them.
+//! Standard deviations come from the largest of three variances of a row. The first is the residual
+//! sum of squares over its degrees of freedom; it suffices if the errors of the rows are
+//! independent and alike. The second is that of the swings alone: only they show the inertia, and
+//! their errors are the larger ones. It is the mean square of the residual that each row of a swing
+//! had against the triangle of all columns when it was added (recursive residuals; Brown, Durbin
+//! and Evans, *J. Royal Statistical Society* B 37, 1975). The third is the lack of fit (Draper and
+//! Smith, *Applied Regression Analysis*): the sum of squares that the columns left out of the fit
+//! would still explain, over their number, times the square of Student's t over 1.96. The errors of
+//! a model that does not fit are few and large, and there are only as many of them as columns that
+//! show them.
 //!
-//! A constant load and a friction that differs between both senses are the same two numbers: the
-//! levels either way are `C + off` and `C - off`.
+//! A constant load cannot be distinguished from a friction that differs between both senses: the
+//! levels are `C + off` in the positive sense and `C - off` in the negative one.
 
 use serde::{Deserialize, Serialize};
 
@@ -36,54 +38,54 @@ use super::window::RegressionRow;
 
 /// Number of speeds for which there is a Stribeck column.
 pub const CANDIDATES: usize = 7;
-/// Number of columns: seven that are linear, and these.
+/// Number of columns: seven linear ones, and the Stribeck columns.
 pub const COLUMNS: usize = 7 + CANDIDATES;
 const ELEMENTS: usize = COLUMNS * (COLUMNS + 1) / 2;
-/// Number of the columns of a fit: seven, one Stribeck term, and what that changes by from one step
-/// of the search to the next.
+/// Number of columns of a fit: the seven linear ones, one Stribeck term, and the change of that
+/// term from one step of the search to the next.
 const FITTED: usize = 9;
 type Fit = Triangle<FITTED, 45>;
 
-/// The places of the columns.
+/// Places of columns: constant friction, offset, Stribeck term, and the change of that term.
 const COULOMB: usize = 3;
 const OFFSET: usize = 4;
 const STRIBECK: usize = 7;
 const SPEED: usize = 8;
 
-/// The F ratio beyond which a term is taken.
+/// F ratio above which the fit includes a term.
 const TELLING: f32 = 10.0;
-/// The angle from which on gravity is distinguished from an offset, deg.
+/// Least angle of travel at which gravity can be distinguished from an offset, deg.
 const WIDE: f32 = 60.0;
-/// Steps of the search from one candidate to the next, the last one, and those of the first, coarse
-/// search.
+/// Steps of the search from one candidate speed to the next, the last step, and the step width of
+/// the first, coarse search.
 const STEPS: usize = 16;
 const LAST: u8 = (STEPS * (CANDIDATES - 1)) as u8;
 const COARSE: u8 = 4;
-/// Steps that a piece of the coarse search looks at, and pieces of a pass: the coarse ones, and
-/// that around the best step.
+/// Steps that a piece of the coarse search tries, and number of pieces in a pass: the coarse ones,
+/// and the one around the best step.
 const LOOKS: u8 = 5;
 const PIECES: u8 = LAST / COARSE / LOOKS + 2;
 const _: () = assert!(STEPS * (CANDIDATES - 1) + LOOKS as usize * COARSE as usize <= 255);
-/// The columns that a fit leaves out with none, one and both of its terms, and Student's t at 95 %
-/// (two-sided) of as many degrees of freedom, over the normal distribution's 1.96.
+/// Number of columns that a fit leaves out with none, one and both of its terms, and Student's t at
+/// 95 % (two-sided) for that number of degrees of freedom, over the normal distribution's 1.96.
 const LACK: [[f32; 2]; 3] = [[9.0, 1.154], [7.0, 1.207], [5.0, 1.312]];
 /// Columns that only the swings determine: the inertia's and the delay's.
 const ONLY_IN_SWINGS: u32 = 2;
-/// The part of a column that others have to leave of it. `f32` has seven digits, and a hundred rows
-/// cost one of them.
+/// Least part of a column's length that the other columns must not explain. `f32` has seven digits,
+/// and a hundred rows cost one of them.
 const TOLERANCE: f32 = 1e-4;
 
-/// Where the one term has hidden the other, the second pass finds it.
+/// Number of passes of the search: the second one finds a term that the other term has hidden.
 const PASSES: u8 = 2;
 
 /// The search for the terms that a joint needs: gravity, and the step of the Stribeck speed.
 ///
-/// It goes on piece by piece. All of it in one turn took longer than the 15 ms that the watchdog of
-/// an emulated board waits, and the tasks beside it, which the watchdog watches, have to run. There
-/// a piece ends within a quarter of the shortest watchdog (`tests/image/identification.rs`).
+/// The search runs piece by piece, since the other tasks, which the watchdog monitors, have to run.
+/// All pieces at once took longer than the 15 ms watchdog timeout of an emulated board. There a
+/// piece ends within a quarter of the shortest timeout (`tests/image/identification.rs`).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Search {
-    /// Pieces that are done.
+    /// Number of pieces that are done.
     pieces: u8,
     best: Option<u8>,
     gravity: bool,
@@ -96,8 +98,8 @@ pub struct Model {
     /// The first of the candidates' speeds, deg/s, and the ratio from one to the next.
     first: f32,
     ratio: f32,
-    /// The sum of squares that no column explained when the last row of a leg had come, and the
-    /// number of rows.
+    /// Residual sum of squares of all columns after the last row of a leg, and the number of rows
+    /// until then.
     legs: (f32, u32),
 }
 
@@ -118,13 +120,13 @@ pub struct ModelEstimate {
     pub coulomb: [f32; 2],
     /// Constant load, V.
     pub offset: [f32; 2],
-    /// Load of the sine and of the cosine of the position, V; zero: not found.
+    /// Gravity load, V: the factors of the sine and of the cosine of the position; zero: not found.
     pub gravity: [[f32; 2]; 2],
-    /// What the level rises by towards standstill, V; zero: not found.
+    /// Rise of the level of sliding towards standstill, V; zero: not found.
     pub stribeck: [f32; 2],
-    /// The speed at which it has fallen to 1/e, deg/s; zero: not found.
+    /// Speed at which that rise has fallen to 1/e, deg/s; zero: not found.
     pub stribeck_velocity: f32,
-    /// Root of the sum of squares that is left, as a share of that of the efforts.
+    /// Relative residual: root of the ratio of the residual sum of squares to that of the efforts.
     pub relative_residual: f32,
     /// Number of rows.
     pub rows: u32,
@@ -149,7 +151,7 @@ impl Model {
         self.triangle.rows()
     }
 
-    /// Takes a row of sliding: of a leg at a constant speed, or of a swing.
+    /// Adds a row of sliding: of a leg at a constant speed, or of a swing.
     pub fn add(&mut self, row: &RegressionRow, is_of_leg: bool) {
         let sense = if row.velocity < 0.0 { -1.0 } else { 1.0 };
         let [sin, cos] = row.gravity;
@@ -169,9 +171,9 @@ impl Model {
         }
     }
 
-    /// Returns the fit with a Stribeck term at a step of the search, or none, with or without
-    /// gravity. An absent term is held at zero. With `speed`, the step may be off by a little
-    /// (Gauss and Newton).
+    /// Returns the fit with or without a Stribeck term, which is at a step of the search, and with
+    /// or without gravity. An absent term is held at zero. With `speed`, the fit also has a column
+    /// for a small error of the step (Gauss and Newton).
     #[inline(never)]
     fn fit(&self, stribeck: Option<usize>, gravity: bool, speed: bool) -> Fit {
         let mut fit: Fit = self.triangle.chosen(|x| {
@@ -206,14 +208,15 @@ impl Model {
         self.rows().saturating_sub(FITTED as u32) as f32
     }
 
-    /// Returns whether two more numbers explain more than chance does.
+    /// Returns whether the two additional parameters of `more` explain more than chance would.
     fn is_significant(&self, more: &Fit, less: &Fit) -> bool {
         let gained = less.unexplained() - more.unexplained();
         gained * self.freedom() > TELLING * 2.0 * more.unexplained()
             && more.values(TOLERANCE).is_some()
     }
 
-    /// Returns the sum of squares that the standard deviations are made of.
+    /// Returns the sum of squares from which the standard deviations follow: `freedom` times the
+    /// largest of the three variances of a row.
     fn uncertain(&self, fit: &Fit, terms: usize, freedom: f32) -> f32 {
         let left = fit.unexplained();
         let [columns, widened] = LACK[terms.min(LACK.len() - 1)];
@@ -238,7 +241,7 @@ impl Model {
         let Search { gravity, .. } = *search;
         let step = search.best.map(usize::from);
         let mut fit = self.fit(step, gravity, false);
-        // The speed is a parameter like others: the others are less certain for it.
+        // The Stribeck speed is one more parameter, which widens the deviations of the others.
         if let Some(step) = step {
             let with = self.fit(Some(step.min(usize::from(LAST) - 1)), gravity, true);
             if with.values(TOLERANCE).is_some() {
@@ -265,15 +268,15 @@ impl Model {
 }
 
 impl Search {
-    /// Returns a search that is over.
+    /// Runs a whole search at once, and returns it.
     pub fn whole(model: &Model, range: f32) -> Self {
         let mut search = Self::default();
         while !search.go_on(model, range) {}
         search
     }
 
-    /// Goes on for a piece of nine fits, and returns whether the search is over. `range` is the
-    /// angle that the joint has gone through, deg.
+    /// Runs one piece of the search, nine fits at most, and returns whether the search is over.
+    /// `range` is the angle that the joint has gone through, deg.
     #[inline(never)]
     pub fn go_on(&mut self, model: &Model, range: f32) -> bool {
         let (pass, piece) = (self.pieces / PIECES, self.pieces % PIECES);
@@ -424,7 +427,7 @@ mod tests {
             assert!((estimate.stribeck[0] / 0.3 - 1.0).abs() < 0.15, "{estimate:?}");
             assert!((estimate.stribeck_velocity / speed - 1.0).abs() < 0.35, "{estimate:?}");
             assert!(close(estimate.gravity[0], 0.1), "{estimate:?}");
-            // Within a narrow angle, gravity is not asked for, and shows as what does not fit.
+            // Within a narrow angle, gravity is not fitted, and shows in the residual.
             let narrow = model.estimate(59.0).unwrap();
             assert_eq!(narrow.gravity, [[0.0; 2]; 2]);
             assert!(narrow.relative_residual > 2.0 * estimate.relative_residual);
@@ -439,10 +442,10 @@ mod tests {
         assert!(estimate.gravity[0][0] > 0.015, "{estimate:?}");
     }
 
-    /// Friction that falls as `1 / (1 + (v / v_s)^2)` and not as the exponential does. Of noise
-    /// alone, the lack of fit is that of the residual times an F ratio with 7 degrees of freedom,
-    /// which is below 2.7 in 99 of 100 cases. If all that is left were in the columns that are left
-    /// out, it would be `(240 - 9) / 7` times as much. Both are times 1.207 squared.
+    /// Friction that falls as `1 / (1 + (v / v_s)^2)` instead of the exponential. With noise alone,
+    /// the lack of fit is the variance of the residual times an F ratio with 7 degrees of freedom,
+    /// which is below 2.7 in 99 of 100 cases. If the columns left out explained the whole residual,
+    /// it would be `(240 - 9) / 7` times as much. Both are multiplied by 1.207 squared.
     #[test]
     fn what_the_model_does_not_know_widens_the_deviations_and_noise_does_not() {
         let ratio = |drop: f32| {
@@ -474,7 +477,8 @@ mod tests {
     }
 
     /// Swings with ten times the noise, and the same efforts otherwise: the inertia is as uncertain
-    /// as if all rows had the swings' noise, but for what 118 squares say of their mean (5 sigma).
+    /// as if all rows had the swings' noise, within the scatter of the mean of 118 squares (5
+    /// sigma).
     #[test]
     fn the_inertia_is_as_uncertain_as_the_swings_are_noisy() {
         let deviation = |[of_legs, of_swings]: [f32; 2]| {
@@ -528,7 +532,7 @@ mod tests {
         assert_eq!(model.estimate(90.0), None);
     }
 
-    /// The second method: all steps in one loop over both passes, as it reads in a book.
+    /// The second method: all steps in one loop over both passes, as in a textbook.
     fn searched_at_once(model: &Model, range: f32) -> (Option<u8>, bool) {
         let fit = |step: Option<u8>, gravity| model.fit(step.map(usize::from), gravity, false);
         let (mut best, mut gravity) = (None, false);

@@ -8,10 +8,10 @@ pub const SPEEDS: usize = 6;
 /// Ratio of each speed of the map to the next faster one: six speeds span a factor of 54.
 const PER_SPEED: f32 = 0.45;
 
-/// A step. Each begins and ends with the joint at rest.
+/// A step of the sequence. Each begins and ends with the joint at rest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Task {
-    /// A first look at the breakaway, from zero.
+    /// A first ramp of the effort from zero, to a rough breakaway effort.
     Try { reverse: bool },
     /// A pulse, the stronger or the weaker one.
     Pulse { strong: bool, reverse: bool },
@@ -19,20 +19,20 @@ pub(super) enum Task {
     Leg { speed: usize, reverse: bool },
     /// A stretch at a speed that swings.
     Swing { reverse: bool },
-    /// On to a place.
+    /// A motion to a place.
     Go { place: usize },
-    /// Back to where the sequence began. A broken encoder does not show the way.
+    /// The return to the start of the sequence, in which a broken encoder shows no progress.
     Return,
-    /// The breakaway at a place.
+    /// A ramp of the effort to the breakaway at a place.
     Push { place: usize, reverse: bool, slow: bool },
 }
 
-/// Number of steps before the map, of the map with the swings, and of a place.
+/// Number of steps before the map, of the swings, and of a place.
 const BEFORE: usize = 6;
 const SWINGS: usize = 4;
 const OF_PLACE: usize = 5;
 
-/// The step after the legs.
+/// Number of the step after the legs: the first swing.
 pub(super) const FIRST_SWING: u8 = (BEFORE + 2 * SPEEDS) as u8;
 
 impl Task {
@@ -67,7 +67,7 @@ pub(super) fn share(speed: usize) -> f32 {
     (0..speed).fold(1.0, |share, _| share * PER_SPEED)
 }
 
-/// Returns where a place is, as a share of the room on either side of the start.
+/// Returns the position of a place, as a share of the room on either side of the start.
 pub(super) fn at(place: usize) -> f32 {
     // From -0.8 to 0.8.
     0.4 * place as f32 - 0.8

@@ -1,4 +1,5 @@
-//! The check of a leg: effort beyond the joint's friction, and the joint goes too little.
+//! The check of a leg: it detects that a joint under an effort beyond its friction travels too
+//! little.
 //!
 //! ```text
 //! v     <- (1 - h / T) v + (s u - F) h / J     and no less than zero; s: sense of the leg
@@ -9,26 +10,26 @@
 //!
 //! `J` is the rough inertia that the sequence has found, and `F` the effort that this sense has
 //! needed so far. `T` is 0.2 s. When `due` exceeds a share of the sequence's travel, `made` has to
-//! be a quarter of the lesser of `due` and `asked`, and the sums start anew. If it is less, the
-//! caller ends the leg or the sequence.
+//! be at least a quarter of the lesser of `due` and `asked`, and the sums start anew. If `made` is
+//! less, the caller ends the leg or the sequence.
 //!
-//! An encoder with an open line counts noise. The servo's monitors take such counts for a living
-//! encoder below `stall_v`, and a leg pushes with up to twice `F`. Here the counts have to go where
-//! the leg goes.
+//! An encoder with an open line counts noise. Below `stall_v`, the servo's monitors mistake such
+//! counts for a working encoder, and a leg pushes with up to twice `F`. This check requires counts
+//! in the sense of the leg.
 //!
 //! Guarantees: an encoder whose error stays within n counts is detected when a joint with a
 //! mechanical time constant of 0.2 s would have gone the judged share, if 8 n counts are less than
-//! what was asked for. A joint that follows the reference passes, whatever its friction.
+//! `asked`. A joint that follows the reference passes, whatever its friction.
 //!
 //! Does badly: a joint with a longer time constant goes farther than `due`. An end stop and a place
 //! with about twice `F` are detected, too.
 
-/// Mechanical time constant of the joint that `due` belongs to, s: as in the servo's monitor.
+/// Mechanical time constant that `due` assumes for the joint, s: as in the servo's monitor.
 const TIME: f32 = 0.2;
 /// Part of the travel due that the joint has to make.
 const SHARE: f32 = 0.25;
 
-/// What was due and what was made, since the sums began; degrees.
+/// Travel that was due, requested and made since the sums started, deg.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Progress {
     /// The due speed, deg/s.
@@ -54,8 +55,8 @@ pub(super) struct LegTick {
 }
 
 impl Progress {
-    /// Takes a tick, and returns whether the joint makes too little of what was due. It is judged
-    /// when `judged` is due, deg.
+    /// Adds a tick, and returns whether the joint has travelled too little. The travel is judged
+    /// when more than `judged` (deg) is due.
     pub fn lacks(&mut self, leg: &LegTick, judged: f32) -> bool {
         let LegTick { excess, inertia, speed, tick, .. } = *leg;
         let left = (1.0 - tick / TIME).max(0.0);
@@ -104,7 +105,7 @@ mod tests {
     #[test]
     fn a_joint_that_follows_the_reference_passes_whatever_its_friction_is() {
         let mut progress = Progress::default();
-        // Viscous friction takes three times the breakaway; 5 deg/s were asked for.
+        // Viscous friction needs three times the breakaway effort; 5 deg/s were requested.
         let leg =
             LegTick { excess: 1.2, inertia: 0.005, speed: 5.0, travel: 5.0 * 0.02, tick: 0.02 };
         assert!((0..5000).all(|_| !progress.lacks(&leg, 5.0)));

@@ -5,40 +5,40 @@
 //! strong   u_2 = 2.5 F     x = a_2 t^2 / 2      +    the mean of 1 / J of both senses
 //! ```
 //!
-//! `F` is the rough breakaway effort. A pulse lasts for 64 counts and 30 ticks, unless one of these
-//! comes first: three tenths of the travel's bound; the same part of the speed's, after 30 ticks;
-//! twice that part of the speed's, at once; or a second. If it comes to the second and the joint
-//! has not left its place, `F` was the effort at which a bristle or a shaft gave way: the effort of
-//! the pulse takes its place, and the pulse is repeated.
+//! `F` is the rough breakaway effort. A pulse lasts for 64 counts and 30 ticks. It ends earlier at
+//! three tenths of the travel bound; at the same share of the speed bound, after 30 ticks; at twice
+//! that share of the speed bound, at any time; or after a second. If the joint has not left its
+//! place after that second, `F` was the effort at which a bristle or a shaft gave way: the effort
+//! of the pulse replaces `F`, and the pulse is repeated.
 //!
-//! Guarantees: a pulse that ends by the speed has three counts or more, since a disc on an edge
-//! shows one or two. A pulse of few ticks or of few counts is reported apart, and serves the loop
-//! of the next steps alone.
+//! Guarantees: a pulse that ends by its speed has three counts or more, since an encoder disc on an
+//! edge shows one or two. A pulse of few ticks or of few counts is marked as rough: its inertia is
+//! used only by the loop of the next steps.
 //!
-//! Does badly: such pulses show the inertia roughly. The time of one is known to a tick, of which
-//! the delay of the drive may take one, and its way to a count. The loop bears an inertia that is
-//! too small better than one too large, so the shorter time counts. Over rigid joints of all
-//! accelerations, the inertia of such pulses is between 0.14 and 1.9 of the true one, and that of
-//! the others between 0.94 and 1.17: a test holds these figures.
+//! Does badly: rough pulses show the inertia only roughly. The time of a pulse is known to a tick,
+//! which may be the delay of the drive, and its travel to a count. The loop tolerates an inertia
+//! that is too small better than one that is too large, so the shorter time is used. Over rigid
+//! joints of all accelerations, the inertia of rough pulses is between 0.14 and 1.9 of the true
+//! one, and that of the others between 0.94 and 1.17: a test checks these figures.
 
 use super::settings::IdentificationPlan;
 
-/// The efforts, in rough breakaway efforts, and the part of the effort's bound that the stronger
-/// one stays below.
+/// Efforts of the weak and of the strong pulse, in rough breakaway efforts, and the largest share
+/// of the effort bound that the strong one uses.
 const PULSES: [f32; 2] = [1.5, 2.5];
 const BELOW: f32 = 0.9;
-/// A pulse lasts until the joint has gone so far (counts) for so long (ticks), or this long (s).
+/// Travel (counts) and time (ticks) after which a pulse ends, and its longest time (s).
 const COUNTS: u32 = 64;
 const TICKS: u32 = 30;
 const LONGEST_S: f32 = 1.0;
-/// The part of the travel's and of the speed's bound at which it ends earlier. At twice this part
-/// of the speed's bound it does so before its ticks are over.
+/// Share of the travel bound and of the speed bound at which a pulse ends earlier. Before its ticks
+/// are over, it ends at twice this share of the speed bound.
 const SHARE: f32 = 0.3;
-/// What a disc on an edge shows of a joint that rests, counts.
+/// Travel that an encoder disc on an edge shows of a joint at rest, counts.
 const EDGE: u32 = 2;
-/// Fewer counts show no inertia that another one could be compared with. A count of the strong
-/// pulse's 16 is 6 % of its acceleration. One of the weak pulse's five or so, with a third of the
-/// acceleration, is as much of the difference of both.
+/// Least number of counts for an inertia that can be compared with another one. One count of the
+/// strong pulse's 16 is 6 % of its acceleration. One count of the weak pulse's five or so, at a
+/// third of the acceleration, is as much of the difference of both.
 const FEW: u32 = 16;
 
 /// A pulse at a tick.
@@ -48,21 +48,21 @@ pub(super) struct Pulse {
     pub reverse: bool,
     /// The effort without its sign, V.
     pub size: f32,
-    /// Ticks since it began, and what the joint has gone, counts.
+    /// Ticks since the start of the pulse, and travel of the joint without its sign, counts.
     pub elapsed: u32,
     pub moved: u32,
 }
 
-/// What comes after a tick of a pulse.
+/// Next step after a tick of a pulse.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Next {
-    /// The pulse lasts.
+    /// The pulse continues.
     Lasts,
     /// The pulse has shown its acceleration.
     Measured,
     /// The joint has not left its place: the pulse is repeated with more effort.
     Again,
-    /// The same, and there is no more effort.
+    /// The joint has not left its place, and the effort is close to its bound already.
     Still,
 }
 
@@ -71,13 +71,14 @@ pub(super) enum Next {
 pub(super) struct Pulses {
     /// The weaker pulse either way: effort (V) and acceleration (deg/s^2).
     weaker: [[f32; 2]; 2],
-    /// One over the inertia, halved as long as one sense has shown it.
+    /// Inverse of the inertia: the mean of both senses, or half of the first one's as long as the
+    /// second is missing.
     per_inertia: f32,
     /// The rough inertia, V/(deg/s^2).
     pub inertia: f32,
-    /// Where the pulse was after half of its longest time, counts.
+    /// Position of the joint after half of the longest time of a pulse, counts.
     halfway: i32,
-    /// Whether a pulse was short of ticks or counts.
+    /// Whether a pulse had too few ticks or counts.
     is_rough: bool,
 }
 
@@ -94,7 +95,7 @@ impl Pulse {
         if strong { strong_effort } else { weak_effort }
     }
 
-    /// Returns whether a pulse has shown enough, or has reached its bound.
+    /// Returns whether the pulse ends: it has enough travel and time, or has reached a bound.
     fn is_enough(&self, settings: &IdentificationPlan) -> bool {
         let Self { moved, elapsed, .. } = *self;
         let bounds = &settings.bounds;
@@ -121,7 +122,7 @@ impl Pulses {
         if self.is_rough { 0.0 } else { self.inertia }
     }
 
-    /// Takes a tick of a pulse, whose joint is at `counts`.
+    /// Evaluates a tick of a pulse with the joint at `counts`, and returns the next step.
     pub fn update(&mut self, pulse: &Pulse, counts: i32, settings: &IdentificationPlan) -> Next {
         let Pulse { strong, reverse, size, elapsed, moved } = *pulse;
         let longest = settings.ticks(LONGEST_S);
@@ -131,9 +132,9 @@ impl Pulses {
             }
             return Next::Lasts;
         }
-        // What gave way before was a bristle or a shaft, and the joint itself has not left its
-        // place: it takes more than that. A joint that slides goes farther in the second half of
-        // the time than in the first, however few its counts are.
+        // Only a bristle or a shaft gave way before, and the joint itself has not left its place:
+        // it needs more effort. A joint that slides goes farther in the second half of the time
+        // than in the first, however few its counts are.
         let later = counts.wrapping_sub(self.halfway).unsigned_abs();
         if moved < COUNTS && 2 * later <= moved && elapsed > longest {
             let most = BELOW * settings.bounds.effort;
@@ -149,7 +150,7 @@ impl Pulses {
         if strong {
             let [before, slower] = *weaker;
             let slope = (acceleration - slower) / (size - before);
-            // Whatever friction takes of the effort, the inertia gets no more than all of it.
+            // Whatever the friction is, at most the whole effort accelerates the inertia.
             let least = acceleration / size;
             self.per_inertia += 0.5 * slope.max(least);
             self.inertia = 1.0 / self.per_inertia;
@@ -167,7 +168,7 @@ mod tests {
     const TICK: f32 = 1e-3;
     const COUNT: f32 = 0.01;
 
-    /// With a bound of the speed, counts a tick.
+    /// Settings with a speed bound, counts a tick.
     fn settings(speed: f32) -> IdentificationPlan {
         let bounds = Bounds { effort: 4.0, travel: 18_000, speed, ticks: 300_000 };
         IdentificationPlan {
@@ -223,8 +224,8 @@ mod tests {
         (pulses, found, longest)
     }
 
-    /// Joints from those that a pulse throws to the bound of the speed in two ticks to those that
-    /// take half a second to it.
+    /// Joints from those that a pulse accelerates to the speed bound in two ticks to those that
+    /// need half a second.
     fn joints() -> impl Iterator<Item = Joint> {
         (0..60).flat_map(|step| {
             let gain = 8.0 * 0.8f64.powi(step);

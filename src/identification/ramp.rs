@@ -8,9 +8,10 @@
 //!         +----/---------------------------\----> ticks
 //! ```
 //!
-//! The effort rises by `r h` a tick (rate `r`, sample time `h`) until the joint has moved. It is
-//! held, and then falls as fast until the joint rests. The stick level is the effort at the first
-//! count of the motion, the slip level that at the last count before rest. No law runs meanwhile.
+//! The effort rises by `r h` a tick (rate `r`, sample time `h`) until the joint has moved. The
+//! effort is then held, and falls at the same rate until the joint rests. The stick level is the
+//! effort at the first count of the motion, the slip level the effort at the last count before
+//! rest. No law runs meanwhile.
 //!
 //! Why this form: an effort is a whole number of rungs times one constant, so that a ramp of hours
 //! is as exact as one of seconds; nothing is added up. A level is reported as its rung, too.
@@ -19,22 +20,23 @@
 //! to rest. A ramp ends. It ends without any level at the full scale, and without a slip level when
 //! a joint without friction coasts for twice the time from the full scale to zero.
 //!
-//! Does badly: both levels are late. The stick level is high by what the effort rises until a count
-//! is seen. The slip level is low by the lag of the joint's velocity, which only who knows its time
-//! constant can give back. And nothing bounds the travel: a joint with little viscous friction
-//! gathers speed for as long as the effort is held. A joint whose encoder does not count gets the
-//! full scale before the ramp gives up; the servo ends it sooner, by its monitors.
+//! Does badly: both levels are late. The stick level is high by the rise of the effort until a
+//! count is seen. The slip level is low by the lag of the joint's velocity, which can be corrected
+//! only if its time constant is known. And nothing bounds the travel: a joint with little viscous
+//! friction gathers speed for as long as the effort is held. If the encoder does not count, the
+//! effort rises to the full scale before the ramp gives up; the servo's monitors end the ramp
+//! sooner.
 
 use crate::units::error::{InvalidValue, between};
 use crate::units::value::Key;
 
-/// The number of a ramp's rate.
+/// Value number of a ramp's rate.
 pub(crate) const RATE: Key = Key(0x0604);
-/// The number of a ramp's hold.
+/// Value number of a ramp's hold time.
 pub(crate) const HOLD: Key = Key(0x0605);
 
-/// Distance from its rest at which a joint has moved, counts: one more than a disc that stands on
-/// an edge can flicker.
+/// Distance from its rest position at which a joint has moved, counts: one more than the flicker of
+/// an encoder disc on an edge.
 const MOVED: u32 = 2;
 
 /// Time without a count after which a joint rests, s.
@@ -44,7 +46,7 @@ const QUIET: f32 = 1.0;
 /// some three weeks at 20 ms.
 pub const MAX_TICKS: f32 = 1e8;
 
-/// The rounding that is allowed of a limit, as a fraction of it: what a host has taken in double
+/// Allowed rounding of a limit, as a fraction of it: a value that a host has accepted in double
 /// precision must not be refused.
 const ROUNDING: f32 = 1e-6;
 
@@ -69,7 +71,7 @@ pub struct RampFindings {
     pub stick: Option<u32>,
     /// Rung of the last count before rest; none: the joint did not rest.
     pub slip: Option<u32>,
-    /// Time from the begin of the fall to that last count, ticks.
+    /// Time from the start of the fall to that last count, ticks.
     pub fall: u32,
 }
 
@@ -105,8 +107,9 @@ impl Ramp {
     /// `sample_time` (s) whose output is at most `full_scale` (V).
     ///
     /// # Errors
-    /// Names `ramp_rates_v_per_s` unless the full scale is reached in one tick or more, and in a
-    /// third of [`MAX_TICKS`] or less; names `hold_s` unless it is from 0 to [`MAX_TICKS`].
+    /// Returns an error that names `ramp_rates_v_per_s` unless the full scale is reached in one
+    /// tick or more, and in a third of [`MAX_TICKS`] or less; or `hold_s` unless it is from 0 to
+    /// [`MAX_TICKS`].
     // Once in the flash: it is called to check and to prepare.
     #[cfg_attr(target_os = "none", inline(never))]
     pub fn new(
@@ -141,7 +144,7 @@ impl Ramp {
         if v < self.full_scale { v } else { self.full_scale }
     }
 
-    /// Takes the joint's position in counts, and returns the effort from now on, V.
+    /// Runs one tick with the joint at `counts`, and returns the effort from now on, V.
     pub fn update(&self, state: &mut RampState, counts: i32) -> f32 {
         state.elapsed = state.elapsed.saturating_add(1);
         let distance = counts.wrapping_sub(state.start).unsigned_abs();
@@ -193,12 +196,12 @@ impl RampState {
         matches!(self.phase, Phase::Over)
     }
 
-    /// Returns what the ramp has found so far.
+    /// Returns the findings so far.
     pub const fn findings(&self) -> RampFindings {
         self.findings
     }
 
-    /// Ends the ramp without a level, because the effort is not what was asked for.
+    /// Ends the ramp without a level, because the applied effort is not the requested one.
     pub fn abandon(&mut self) {
         self.findings = RampFindings::default();
         self.end();

@@ -10,25 +10,26 @@
 //! return      to where it began
 //! ```
 //!
-//! The sequence tries to keep itself within the bound of the speed. A pulse ends at 0.6 of it,
-//! however short it is then. The loop lets go of a joint that has come to the bound: a joint whose
-//! friction falls breaks free faster than any loop of 20 rad/s can catch it. Some come to the bound
-//! all the same, and it ends the sequence (docs/how-to/identify.md has the share).
+//! The sequence tries to stay within the speed bound. A pulse ends at 0.6 of the bound, however
+//! short the pulse is then. If the joint has come to the bound, the loop no longer drives it on: a
+//! joint whose friction falls breaks free faster than any loop of 20 rad/s can catch it. Some
+//! joints exceed the bound all the same, which ends the sequence (docs/how-to/identify.md has the
+//! share).
 //!
 //! Every effort goes through [`Bounds::admit`](crate::safety::open_loop::Bounds), which ends the
-//! sequence at the bounds of travel, speed and time, and the breakaway at that of the effort. So
-//! the guarantees are those of `open_loop.rs`. The servo's monitors stay on.
+//! sequence at the bounds of travel, speed and time, and a push at the effort bound. So the
+//! guarantees are those of `open_loop.rs`. The servo's monitors stay on.
 //!
 //! A broken encoder ends the sequence as well, and never as [`Outcome::Done`]: legs and the return
 //! have to make progress (`progress.rs`), and a push whose counts go to and fro ends at 1.75 times
 //! the effort that the joint has needed before.
 //!
 //! Between two steps the effort is zero until the joint has rested. The rates of the breakaway are
-//! `F / 5` and `F / 20` a second: at the slow one a reading that is a tenth of a second late is
-//! high by half a percent, and the other one gives most of that back.
+//! `F / 5` and `F / 20` a second: at the slow rate, a reading that is a tenth of a second late is
+//! high by half a percent, and the reading at the fast rate corrects most of that.
 //!
-//! Does badly: a load that moves the joint without effort ends it. A joint that slips and sticks at
-//! the slow speeds has no point of the map there, and its Stribeck curve is not found.
+//! Does badly: a load that moves the joint without effort ends the sequence. A joint that slips and
+//! sticks at the slow speeds has no point of the map there, and its Stribeck curve is not found.
 
 use super::breakaway::{Breakaway, Push};
 use super::findings::{Findings, GIVES_WAY, Outcome};
@@ -43,29 +44,31 @@ use crate::safety::monitor::Standstill;
 use crate::safety::open_loop::{Bound, OpenLoopState};
 use crate::units::saturation::bounded;
 
-/// Time of the first rise to the effort's bound, s.
+/// Time in which the effort of the first pushes rises to its bound, s.
 const RISE_S: f32 = 8.0;
-/// Rates of the breakaway, in rough breakaway efforts a second.
+/// Rates of the fast and of the slow push, in rough breakaway efforts a second.
 const RATES: [f32; 2] = [0.2, 0.05];
-/// Where the ramps begin: in rough breakaway efforts, and in readings of the fast rate. What is
-/// more than 15 % below the fast reading shows lost motion, so the slow one begins below that. It
-/// creeps up for 3 s, of which the monitor of the stall bears what is beyond `limits.breakaway_v`.
+/// First effort of the fast push, in rough breakaway efforts, and of the slow push, in readings of
+/// the fast one. A slow reading more than 15 % below the fast one shows lost motion, so the slow
+/// push begins there. It creeps up for 3 s; the stall monitor tolerates the part of that time
+/// beyond `limits.breakaway_v`.
 const FROM: [f32; 2] = [0.5, 0.85];
-/// Time after which a joint without effort runs on, s.
+/// Time without effort after which a joint that still moves counts as running on, s.
 const RUNS_ON_S: f32 = 5.0;
-/// Part of the asked speed below which a joint does not slide evenly.
+/// Share of the target speed below which the joint does not slide evenly.
 const SLIDES: f32 = 0.25;
-/// Part by which the mean speed of a window of the map may differ from the asked one.
+/// Largest deviation of a window's mean speed from the target speed, as a share of it, for the map
+/// to include the window.
 const EVEN: f32 = 0.2;
-/// Parts of the travel that have to be due before a motion is judged: one that ends the sequence,
-/// and a slow leg.
+/// Shares of the travel bound that must be due before the progress is judged: of a motion whose
+/// failure ends the sequence, and of a slow leg.
 const DUE: [f32; 2] = [0.25, 0.05];
-/// The first speed of the map at which a joint may stick.
+/// First speed of the map, by its index, at which a joint that sticks does not end the sequence.
 const SLOW: usize = 2;
-/// Multiples of the needed effort beyond which a fast push has no reading, and of the fast reading
-/// beyond which a slow one has none.
+/// Multiple of the needed effort beyond which a noisy fast push has no reading, and multiple of the
+/// fast reading beyond which a noisy slow push has none.
 const BEYOND: [f32; 2] = [1.75, 1.25];
-/// The shares of its mean speed between which a swing goes, and the time of each in windows.
+/// Shares of the mean speed between which a swing alternates, and the time of each in windows.
 const SWING: [f32; 2] = [0.4, 1.6];
 const SWING_WINDOWS: f32 = 1.25;
 
@@ -90,25 +93,25 @@ pub struct Identification {
     phase: Phase,
     /// Ticks since the phase began.
     elapsed: u32,
-    /// Where the phase began, and the range of all positions, counts.
+    /// Position at the start of the phase, and the lowest and the highest position so far, counts.
     origin: i32,
     range: [i32; 2],
     /// The effort that has been held since the last tick, V.
     applied: f32,
-    /// Rough breakaway effort either way, V, and on which side the joint left.
+    /// Rough breakaway effort in each sense, V, and the sign of the joint's travel in that push.
     rough: [f32; 2],
     went: [i32; 2],
     pulses: Pulses,
     push: Push,
     breakaway: Breakaway,
-    /// The reading of the fast rate, V.
+    /// Breakaway reading at the fast rate, V; zero: none.
     fast: f32,
     follower: Follower,
-    /// Speed of the leg, deg/s, and its way, deg. Zero: it comes to its end.
+    /// Speed of the leg, deg/s, and its length, deg. At length zero the leg comes to its end.
     speed: f32,
     way: f32,
     progress: Progress,
-    /// The position of the tick before, counts.
+    /// Position at the previous tick, counts.
     before: i32,
     window: Window,
     findings: Findings,
@@ -144,41 +147,41 @@ impl Identification {
         }
     }
 
-    /// Begins anew, with the joint at rest at zero.
+    /// Restarts the identification, with the joint at rest at zero.
     #[inline(never)]
     pub fn restart(&mut self) {
         let settings = self.settings;
         *self = Self::new(&settings);
     }
 
-    /// Returns whether it has ended. Its effort is zero then.
+    /// Returns whether the identification has ended. Its effort is zero then.
     pub const fn is_over(&self) -> bool {
         matches!(self.phase, Phase::Over)
     }
 
-    /// Returns its bounds.
+    /// Returns the plan of the identification, with its bounds.
     pub const fn settings(&self) -> &IdentificationPlan {
         &self.settings
     }
 
-    /// Returns what it has found so far.
+    /// Returns the findings so far.
     pub const fn findings(&self) -> &Findings {
         &self.findings
     }
 
-    /// Takes the effort that the joint gets until the next tick, V.
+    /// Stores the effort that is applied to the joint until the next tick, V.
     pub const fn applied(&mut self, effort: f32) {
         self.applied = effort;
     }
 
-    /// Takes that less effort was let through than was asked for: a ramp has no reading then.
+    /// Called when less effort is applied than requested: a push then ends without a reading.
     pub fn capped(&mut self) {
         if self.phase == Phase::Pushing {
             self.not_found();
         }
     }
 
-    /// Takes the joint's position in counts, and returns the effort from now on, V.
+    /// Runs one tick with the joint at `counts`, and returns the effort from now on, V.
     #[inline(never)]
     pub fn update(&mut self, counts: i32) -> f32 {
         if self.is_over() {
@@ -199,7 +202,7 @@ impl Identification {
         };
         self.before = counts;
         match self.settings.bounds.admit(&mut self.open_loop, counts, effort) {
-            // The loop lets go of a joint that has come to the bound of the speed.
+            // The loop does not drive on a joint that has come to the speed bound.
             Ok(effort) if self.phase == Phase::Leading && self.open_loop.drives_on(effort) => 0.0,
             Ok(effort) => effort,
             Err(Bound::Effort) if self.phase == Phase::Pushing => {
@@ -218,16 +221,16 @@ impl Identification {
         0.0
     }
 
-    /// Lets the joint come to rest, after which the next step begins.
+    /// Sets the effort to zero until the joint rests, after which the next step begins.
     fn settle(&mut self) -> f32 {
         self.findings.steps = self.findings.steps.saturating_add(1);
         self.again()
     }
 
-    /// Lets the joint come to rest, after which the same step begins anew.
+    /// Sets the effort to zero until the joint rests, after which the same step is repeated.
     fn again(&mut self) -> f32 {
         (self.phase, self.elapsed) = (Phase::Resting, 0);
-        // From now on: it may have stood still at the begin of a push.
+        // Counted from now on: the joint may have stood still at the start of a push.
         self.standstill = Standstill::default();
         0.0
     }
@@ -287,7 +290,8 @@ impl Identification {
         0.0
     }
 
-    /// Returns what the first two pushes say, or that nothing is wrong.
+    /// Returns the outcome that the directions of the first two pushes show; `Running` if they are
+    /// right.
     const fn direction(&self) -> Outcome {
         match self.went {
             [1, -1] => Outcome::Running,
@@ -301,9 +305,9 @@ impl Identification {
         self.rough[reverse as usize]
     }
 
-    /// Returns the efforts (V) that the joint has needed in a sense so far, the least one of a leg
-    /// and the largest one. Neither is less than the rough breakaway effort: a bristle or a shaft
-    /// may have given way to that.
+    /// Returns the least and the largest effort (V) that the legs have needed in a sense so far.
+    /// Neither is less than the rough breakaway effort, to which only a bristle or a shaft may have
+    /// given way.
     #[inline(never)]
     fn needed(&self, reverse: bool) -> [f32; 2] {
         let rough = self.rough_friction(reverse);
@@ -318,7 +322,7 @@ impl Identification {
         [if least < f32::MAX { least.max(rough) } else { rough }, most]
     }
 
-    /// Returns where the joint rests, deg.
+    /// Returns the position in which the joint rests, deg.
     const fn position(&self) -> f32 {
         self.origin as f32 * self.settings.count
     }
@@ -329,8 +333,8 @@ impl Identification {
         self.phase = Phase::Pushing;
     }
 
-    /// Returns the effort (V) beyond which a push whose counts go to and fro has no reading: they
-    /// do not show that the joint broke away.
+    /// Returns the effort (V) beyond which a push whose counts go to and fro has no reading: such
+    /// counts do not show that the joint broke away.
     fn most_of_push(&self) -> f32 {
         match self.task() {
             Some(Task::Push { slow: true, .. }) => BEYOND[1] * self.fast,
@@ -417,7 +421,8 @@ impl Identification {
         self.speed = sign * speed;
         self.window = Window::begin(self.origin);
         self.progress = Progress::default();
-        // It is not worth it, or the encoder would not show that the joint slides.
+        // The leg is skipped without a way to go, or if the encoder would not show that the joint
+        // slides.
         if self.way > 0.0 && speed >= self.settings.slow {
             self.phase = Phase::Leading;
         } else {
@@ -446,7 +451,7 @@ impl Identification {
         let expected = [friction, self.follower.speed.abs()];
         if self.lacks_progress(counts, reverse, expected) {
             return match task {
-                // It may stick there, and at the slower speeds. The swings have to move it.
+                // The joint may stick at this speed and at slower ones. The swings have to move it.
                 Some(Task::Leg { speed: SLOW.., .. }) => {
                     self.findings.steps = self.findings.steps.max(FIRST_SWING);
                     self.again()
@@ -454,7 +459,7 @@ impl Identification {
                 _ => self.end(Outcome::NoProgress),
             };
         }
-        // Of the least speed that is asked for.
+        // In a swing, the share is that of its lower speed.
         let share = if let Some(Task::Swing { .. }) = task { SWING[0] * SLIDES } else { SLIDES };
         let slides = self.follower.velocity * speed.signum() > share * speed.abs();
         if slides {
@@ -479,8 +484,9 @@ impl Identification {
         bounded(asked, self.settings.bounds.effort)
     }
 
-    /// Returns whether the joint makes too little of what the effort of the last tick was due to
-    /// make. `friction` (V) is that of this sense; `speed` is the reference's, deg/s.
+    /// Adds a tick to the check of the progress, and returns whether the joint travels too little
+    /// for the applied effort. `friction` (V) is that of this sense; `speed` (deg/s) is the
+    /// reference's.
     #[inline(never)]
     fn lacks_progress(&mut self, counts: i32, reverse: bool, [friction, speed]: [f32; 2]) -> bool {
         let IdentificationPlan { tick, count, bounds, .. } = self.settings;
@@ -500,7 +506,7 @@ impl Identification {
         self.progress.lacks(&leg, share * bounds.travel as f32 * count)
     }
 
-    /// Takes a row, and counts it for the map if it is of a leg.
+    /// Adds a row to the regression, and to the map if it is of a leg and near the leg's speed.
     fn take(&mut self, row: &RegressionRow) {
         let task = self.task();
         self.findings.model.add(row, matches!(task, Some(Task::Leg { .. })));

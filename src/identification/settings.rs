@@ -1,4 +1,4 @@
-//! The bounds of an identification, and what follows from them.
+//! The bounds of an identification, and the values derived from them.
 
 use serde::{Deserialize, Serialize};
 
@@ -10,22 +10,22 @@ use crate::safety::open_loop::Bounds;
 use crate::units::error::{HUGE, InvalidValue, above, between};
 use crate::units::value::Key;
 
-/// The numbers of the bounds, under which a refusal names them.
+/// Value numbers of the bounds, by which a refusal names them.
 pub(crate) const EFFORT: Key = Key(0x0606);
 pub(crate) const TRAVEL: Key = Key(0x0607);
 pub(crate) const SPEED: Key = Key(0x0608);
 pub(crate) const TIME: Key = Key(0x0609);
 
-/// Travel either way unless a client says otherwise, deg.
+/// Default travel in each sense, deg.
 const TRAVEL_DEG: f32 = 45.0;
 /// The largest travel, deg: two turns.
 const FARTHEST_DEG: f32 = 720.0;
-/// The least travel, counts: what a window of the slowest speed needs.
+/// The least travel bound, counts: a window at the slowest speed needs it.
 pub const LEAST_TRAVEL_COUNTS: f32 = 500.0;
-/// Time unless a client says otherwise, and the longest one, s.
+/// Default time, and the longest one, s.
 const TIME_S: f32 = 300.0;
 const LONGEST_S: f32 = 1800.0;
-/// Effort unless a client says otherwise, in efforts that start the joint (`limits.breakaway_v`).
+/// Default effort, in breakaway efforts (`limits.breakaway_v`).
 const EFFORT_SHARE: f32 = 4.0;
 /// Time without two counts after which a joint rests, s.
 const QUIET_S: f32 = 0.2;
@@ -33,24 +33,25 @@ const QUIET_S: f32 = 0.2;
 const WINDOW: f32 = 4.0;
 /// Windows in the longest leg.
 const DWELL: f32 = 10.0;
-/// Part of the travel and of the speed that the motion makes use of: the rest is for what it
-/// overshoots.
+/// Shares of the travel bound and of the speed bound that the motion uses: the rest is for
+/// overshoot.
 const USED: f32 = 0.85;
 const USED_SPEED: f32 = 0.7;
-/// Windows that fit between the start and the end of the travel at the fastest speed.
+/// Least number of windows between the start and the end of the travel at the fastest speed.
 const FEWEST: f32 = 5.0;
 
-/// What a client asks of an identification: bounds, or nothing.
+/// Bounds that a client requests for an identification; none: the default.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct IdentificationRequest {
-    /// Largest effort, V. Otherwise it is four times `limits.breakaway_v`, and no more than drive
-    /// and `duty_max` let through.
+    /// Largest effort, V. Default: four times `limits.breakaway_v`, and no more than drive and
+    /// `duty_max` allow; half of that maximum if `limits.breakaway_v` is zero.
     pub effort: Option<f32>,
-    /// Largest distance from where the joint was armed, deg. Otherwise it is 45 deg.
+    /// Largest distance from where the joint was armed, deg. Default: 45 deg, or 500 counts if that
+    /// is more.
     pub travel: Option<f32>,
-    /// Largest speed, deg/s. Otherwise it is that of `[profile]`.
+    /// Largest speed, deg/s. Default: the velocity of `[profile]`.
     pub speed: Option<f32>,
-    /// Longest time, s. Otherwise it is 300 s.
+    /// Longest time, s. Default: 300 s.
     pub time: Option<f32>,
 }
 
@@ -71,12 +72,12 @@ pub struct IdentificationPlan {
 }
 
 impl IdentificationPlan {
-    /// Prepares an identification within what a client asks for.
+    /// Prepares an identification within the bounds that a client requests.
     ///
     /// # Errors
-    /// Names the bound that is not allowed: an effort that the drive does not let through, a speed
-    /// of more than `[profile]`, a travel of less than 500 counts or of more than two turns, a time
-    /// of more than half an hour.
+    /// Returns an error that names the invalid bound: an effort beyond what the drive allows, a
+    /// speed of more than `[profile]`, a travel of less than 500 counts or of more than two turns,
+    /// a time of more than half an hour.
     pub fn new(
         asked: &IdentificationRequest,
         controller: &ControllerConfig,
@@ -125,8 +126,9 @@ impl IdentificationPlan {
         self.bounds.travel
     }
 
-    /// Returns the least bound of the speed at which the encoder shows the swings, deg/s, if this
-    /// one is less: without swings nothing shows the inertia. They go at half of the fastest speed.
+    /// Returns the least speed bound at which the encoder shows the swings, deg/s, if the bound of
+    /// the plan is less; none otherwise. Without swings nothing shows the inertia. Their mean speed
+    /// is half of the fastest speed.
     ///
     /// A travel of 500 counts, the least that is allowed, has room for three times that speed.
     ///
@@ -155,7 +157,7 @@ impl IdentificationPlan {
         self.bounds.ticks as f32 * self.tick
     }
 
-    /// Returns the part of the travel that the motion makes use of, deg.
+    /// Returns the part of the travel that the motion uses, deg.
     pub(super) const fn room(&self) -> f32 {
         USED * self.bounds.travel as f32 * self.count
     }
@@ -170,7 +172,7 @@ impl IdentificationPlan {
         DWELL * self.window_time() * speed
     }
 
-    /// Returns a number of ticks for a time, s.
+    /// Returns the number of ticks in a time (s), rounded.
     pub(super) fn ticks(&self, time: f32) -> u32 {
         libm::roundf(time / self.tick) as u32
     }

@@ -17,27 +17,27 @@
 //! an acceleration of zero. All is divided by `int phi`, so that a row has the unit of an effort.
 //!
 //! The effort `u_k` is held from tick k - 1 to tick k. If the acceleration is constant in each, the
-//! second difference of the positions is the mean of two of them, so that `u_k` has the weight
-//! `(phi(k - 1) + phi(k)) / 2` if it acts without delay. With one tick of delay it has
-//! `(phi(k) + phi(k + 1)) / 2`. What is taken is the mean of both,
+//! second difference of the positions is the mean of two accelerations, so that `u_k` has the
+//! weight `(phi(k - 1) + phi(k)) / 2` if it acts without delay. With one tick of delay the weight
+//! is `(phi(k) + phi(k + 1)) / 2`. The window uses the mean of both,
 //!
 //! ```text
 //! w_k = (phi(k - 1) + 2 phi(k) + phi(k + 1)) / 4
 //! ```
 //!
-//! and half a tick of `u'` either way leads to each, exactly to second order. With phi in the
+//! and half a tick of `u'` either way yields each of them, exactly to second order. With phi in the
 //! middle of the tick, a tick h of delay would make the inertia too large by the part `(w h)^2 / 2`
-//! at the frequency w: 0.6 % at 20 ms. The part is `(w h)^2 / 2 (d^2 - d)` for d ticks now: zero
-//! for none and for one.
+//! at the frequency w: 0.6 % at 20 ms. With the mean, the part is `(w h)^2 / 2 (d^2 - d)` for d
+//! ticks of delay: zero for none and for one.
 //!
 //! The gear's angle changes little in a window, and is taken at the mean position over `phi`.
 //! The level of the Stribeck curve is the mean of two: a standard deviation of the speed below and
 //! above its mean (the quadrature of Gauss and Hermite with two points).
 //!
-//! Guarantees: a window costs the same at each tick, and remembers six sums.
+//! Guarantees: a window costs the same at each tick, and stores six sums.
 //!
-//! Does badly: within a window the sense of the motion must not change; who asks sees to it. Motion
-//! that is faster than about `4 / T` is smoothed away with the noise.
+//! Does badly: within a window the sense of the motion must not change; the caller ensures this.
+//! Motion that is faster than about `4 / T` is smoothed away with the noise.
 
 use core::f32::consts::{FRAC_PI_2, PI, TAU};
 
@@ -52,7 +52,7 @@ pub struct RegressionRow {
     pub spread: f32,
     /// Mean effort, V.
     pub effort: f32,
-    /// Mean rate of the effort, V/s: what a second of delay would take off the effort.
+    /// Mean rate of the effort, V/s: the decrease of the effort per second of delay.
     pub rate: f32,
     /// Sine and cosine of the mean position, counted from where the joint was armed.
     pub gravity: [f32; 2],
@@ -61,9 +61,9 @@ pub struct RegressionRow {
 /// The sums of a window that is being filled.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Window {
-    /// Ticks since its begin.
+    /// Ticks since the start of the window.
     tick: u32,
-    /// Position at its begin, counts.
+    /// Position at the start of the window, counts.
     origin: i32,
     /// Sums of `phi'' q`, `phi' q`, `phi q` (counts), `phi u`, `phi' u` (V) and `phi`.
     sums: [f32; 6],
@@ -78,9 +78,9 @@ const fn modulate(s: f32) -> f32 {
 /// Returns the second and the first central difference of phi over a step `d` at s, divided by
 /// `d^2` and by `d`.
 ///
-/// phi is a polynomial of sixth order, so the series of both end. As derivatives they would not: at
-/// 40 ticks a window, the sum would take a steady speed for a twentieth of the friction.
-/// Differences that are taken of rounded values of phi would lose half of the digits.
+/// phi is a polynomial of sixth order, so the series of both differences end, and are exact.
+/// Derivatives would not be: at 40 ticks a window, a steady speed would appear in the sum as a
+/// twentieth of the friction. Differences of rounded values of phi would lose half of the digits.
 fn differences(s: f32, d: f32) -> [f32; 2] {
     let d2 = d * d;
     let second = s * (6.0 + s * (-36.0 + s * (60.0 - 30.0 * s)))
@@ -91,8 +91,8 @@ fn differences(s: f32, d: f32) -> [f32; 2] {
     [second, first + d2 * (third / 6.0 + d2 * (3.0 - 6.0 * s))]
 }
 
-/// Returns the sine of an angle (rad), to 4e-6: the series of Taylor up to the ninth power, within
-/// a quarter of a turn. `libm::sinf` computes in `f64`, for which the part has no unit.
+/// Returns the sine of an angle (rad), to 4e-6: the Taylor series up to the ninth power, within a
+/// quarter of a turn. `libm::sinf` computes in `f64`, for which the microcontroller has no unit.
 fn sin(angle: f32) -> f32 {
     let within = angle - TAU * libm::roundf(angle / TAU);
     let x = if within > FRAC_PI_2 {
@@ -112,9 +112,9 @@ impl Window {
         Self { tick: 0, origin: counts, sums: [0.0; 6] }
     }
 
-    /// Takes the position of a tick and the effort that was held since the one before (V), and
-    /// returns the row of the window if this was the last of its `length` ticks. Then a new one
-    /// begins. `tick` is the time of a tick (s), and `count` the angle of a count (deg).
+    /// Adds a tick: its position, and the effort (V) that was held since the tick before. After the
+    /// last of `length` ticks, returns the row of the window, and a new window begins. `tick` is
+    /// the time of a tick (s), and `count` the angle of a count (deg).
     pub fn update(
         &mut self,
         counts: i32,
@@ -226,8 +226,8 @@ mod tests {
         assert!((row.effort - 0.5).abs() < 1e-4 && row.rate.abs() < 1e-3, "{row:?}");
     }
 
-    /// Of effort that is held, the acceleration is held as well, and the positions at the ticks are
-    /// exact sums. What a row should have is `effort - d h rate = J acceleration`, for d ticks.
+    /// If the effort is held, the acceleration is held as well, and the positions at the ticks are
+    /// exact sums. A row should satisfy `effort - d h rate = J acceleration` for d ticks of delay.
     #[test]
     fn none_and_one_tick_of_delay_leave_the_inertia_as_it_is_and_two_do_not() {
         const H: f64 = 0.02;

@@ -1,15 +1,14 @@
-//! The frames of the link, which say where a message begins and ends, and whether it is whole.
+//! The frames of the link, which delimit the messages and detect damaged ones.
 //!
 //! ```text
 //! COBS( message | CRC-32 (ISO-HDLC, little endian) ) 0
 //! ```
 //!
 //! COBS (Cheshire and Baker 1999) leaves no zero byte in a frame, so that a zero always is its end:
-//! whatever was lost before, the next zero is a new beginning. Guarantees: total, bounded, no
+//! whatever was lost before, a new frame begins after the next zero. Guarantees: total, bounded, no
 //! panic. Garbage costs at most the frames that it touches. Of the frames that were changed on the
-//! way, one in 2^32 passes for a whole one. A frame that is too long is thrown away up to its end.
-//! Does badly: what comes before the first zero spoils the first frame, so a client begins with a
-//! zero.
+//! way, one in 2^32 passes as valid. A frame that is too long is discarded up to its end. Does
+//! badly: bytes before the first zero spoil the first frame, so a client begins with a zero.
 
 use cobs::{DecodeResult, DecoderState};
 use heapless::Vec;
@@ -59,9 +58,9 @@ pub struct Deframer {
     /// Whether the bytes are a message that has been returned, so that the next byte begins another
     /// one.
     complete: bool,
-    /// Whether the frame is broken, so that nothing counts until the next zero.
+    /// Whether the frame is broken, so that all bytes until the next zero are ignored.
     broken: bool,
-    /// Number of frames that were not whole.
+    /// Number of frames that were damaged, cut off or too long.
     bad: u32,
 }
 
@@ -83,7 +82,7 @@ impl Deframer {
         }
     }
 
-    /// Takes a byte, and returns the message that it completes.
+    /// Decodes a byte, and returns the message that it completes, if any.
     pub fn push(&mut self, byte: u8) -> Option<&[u8]> {
         if self.complete {
             self.begin();
@@ -113,7 +112,7 @@ impl Deframer {
         }
     }
 
-    /// Returns how many frames were not whole.
+    /// Returns the number of frames that were damaged, cut off or too long.
     pub const fn bad(&self) -> u32 {
         self.bad
     }

@@ -1,4 +1,4 @@
-//! The command link: from bytes to what a servo does, and back.
+//! The command link: from bytes to actions of a servo, and back.
 //!
 //! ```text
 //! bytes -> frame -> request -> session -> servo, parameters, store
@@ -7,14 +7,14 @@
 //! ```
 //!
 //! A client sends [`Request`]s in postcard, each with a number, behind the byte [`REQUEST`]. The
-//! device answers each with one [`Reply`] of the same number, and sends [`Sample`]s to those who
-//! have subscribed. [`Request::Hello`] and [`Identity`] keep their form and their place in every
-//! version of the protocol: two different versions always detect each other. Every request can be
-//! repeated: it says what shall be, not what shall change.
+//! device answers each with one [`Reply`] of the same number, and sends [`Sample`]s to a client
+//! that has subscribed. [`Request::Hello`] and [`Identity`] keep their form and their place in
+//! every version of the protocol: two different versions always detect each other. Every request
+//! can be repeated: it states the result, not a change.
 //!
-//! The link is free of the chip and of any wire: a board moves bytes to and from its USART, a
-//! program on a host does the same in memory. Everything is bounded, and nothing that comes over
-//! the wire can panic.
+//! The link does not depend on the microcontroller or on a wire: a board moves bytes to and from
+//! its USART, a program on a host does the same in memory. Everything is bounded, and nothing that
+//! comes over the wire can panic.
 
 mod frame;
 mod outbox;

@@ -4,7 +4,7 @@ use heapless::Deque;
 
 use super::frame::{Frame, MAX_FRAME};
 
-/// Bytes of an outbox that are for answers alone: two of the longest.
+/// Bytes of an outbox that are reserved for answers: two of the longest frames.
 pub(super) const FOR_ANSWERS: usize = 2 * MAX_FRAME;
 
 /// A ring of bytes that wait for the wire.
@@ -34,7 +34,7 @@ impl<const RING: usize> Outbox<RING> {
         }
     }
 
-    /// Hands bytes to the wire, and returns how many.
+    /// Moves waiting bytes to `bytes`, for the wire, and returns their number.
     pub fn take(&mut self, bytes: &mut [u8]) -> usize {
         let mut count = 0;
         for (to, from) in bytes.iter_mut().zip(core::iter::from_fn(|| self.waiting.pop_front())) {

@@ -23,7 +23,7 @@ use crate::units::value::Key;
 pub enum Message {
     /// The answer to a request.
     Reply(NumberedMessage<Reply>),
-    /// Signals of a tick, which were subscribed.
+    /// Subscribed signals of a tick.
     Sample(Sample),
 }
 
@@ -103,7 +103,7 @@ pub enum DeviceKind {
     Simulated,
 }
 
-/// The code of a servo's state on the wire, in which a fault is its number.
+/// State of a servo as it is sent over the link, with the number of a fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum StateCode {
     /// The servo has not had its first tick.
@@ -137,24 +137,26 @@ pub struct Status {
     pub at_rest: bool,
     /// Whether the compensator holds effort at standstill, which the motor turns into heat.
     pub wound_up: bool,
-    /// Steady effort that would heat the motor as much as it is heated, V.
+    /// Steady effort at standstill that would keep the motor as warm as it is now, by the thermal
+    /// model, V.
     pub thermal_effort: f32,
-    /// Whether the parameters in use are not the saved ones.
+    /// Whether the parameters in use were changed and not saved since.
     pub unsaved: bool,
-    /// Whether one of the two saved sets of parameters is damaged, so that those in use may be
-    /// older than those that were saved last.
+    /// Whether one of the two saved sets of parameters is damaged. The parameters in use may then
+    /// be older than the last saved ones.
     pub is_damaged: bool,
-    /// How often parameters have been saved; each save wears the flash.
+    /// Number of saves of parameters so far; each save wears the flash.
     pub saves: u32,
-    /// Number of frames that were not whole.
+    /// Number of frames that were damaged, cut off or too long.
     pub bad_frames: u32,
-    /// Number of answers and samples that found no room on their way out.
+    /// Number of answers and samples that were dropped because the outbox was full.
     pub dropped: u32,
-    /// Whether the part's brown-out reset is on: if not, a dip of its supply looks like power-on.
+    /// Whether the microcontroller's brown-out reset is on. If it is off, a dip of its supply
+    /// cannot be distinguished from power-on.
     pub has_brown_out: bool,
-    /// What has gone wrong on the wire before a frame was looked at.
+    /// Errors of the wire, which are detected before a frame is decoded.
     pub wire: WireErrors,
-    /// Whether the part runs from a crystal whose frequency it could not measure.
+    /// Whether the microcontroller runs from a crystal whose frequency it could not measure.
     pub crystal_not_measured: bool,
     /// Whether the law has ended its attempts to reach the set point. The output stays on.
     pub gave_up: bool,
@@ -163,19 +165,19 @@ pub struct Status {
     pub is_encoder_in_doubt: bool,
     /// Whether the joint swings to and fro around a set point that rests.
     pub oscillates: bool,
-    /// Whether the position is that of the joint, on which its range rests; if not, a joint with a
-    /// range only jogs and homes.
+    /// Whether the joint is referenced: its position is known, and so its range of positions holds.
+    /// If not, a joint with a range can only jog and home.
     pub is_referenced: bool,
 }
 
-/// The errors of the wire that bytes come over. Each costs the frame that it hits, which is also
-/// one of the [`bad_frames`](Status::bad_frames). A port counts them that takes many bytes
-/// between two looks, so each is a lower bound.
+/// Errors of the wire that the device receives from. Each destroys a frame, which also counts as
+/// one of the [`bad_frames`](Status::bad_frames). The port receives many bytes between two checks,
+/// so each number is a lower bound.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct WireErrors {
-    /// How often there was noise on the wire, or a byte without its end.
+    /// Number of times with noise on the wire, or with a byte without its stop bit.
     pub noise: u32,
-    /// How often a byte was lost because the device was too slow to take it.
+    /// Number of times that a byte was lost because the device was too slow to read it.
     pub lost: u32,
 }
 
@@ -193,9 +195,9 @@ pub struct FaultReport {
 /// The reason why a request was not done.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum RequestRefusal {
-    /// The frame is whole, but no request of this protocol.
+    /// The frame is valid, but is no request of this protocol.
     Unknown,
-    /// The client has no session: it has not said hello, or the device was reset meanwhile, or
+    /// The client has no session: it has sent no hello, or the device was reset meanwhile, or
     /// another client has taken over.
     SayHello,
     /// A later request has been answered already.
@@ -204,7 +206,7 @@ pub enum RequestRefusal {
     Booting,
     /// The fault of this code is latched.
     Faulted(u8),
-    /// The fault of this code ends with valid parameters or a reset.
+    /// The fault of this code cannot be cleared: it ends with valid parameters or a reset.
     NotClearable(u8),
     /// The servo is armed, and does this only while the output is off.
     Armed,
@@ -212,19 +214,19 @@ pub enum RequestRefusal {
     NotArmed,
     /// The joint moves, and has to be at rest.
     Moving,
-    /// Arming would end in the fault of this code at once.
+    /// Arming would trip the fault of this code at once.
     WouldTrip(u8),
-    /// The motion leads out of the range of positions.
+    /// The motion leaves the range of positions.
     OutOfRange,
     /// There are no parameters.
     NoParameters,
-    /// There is no such fault, signal or motion here, or no such byte of a record.
+    /// The device has no such fault, signal or motion, or the record has no such byte.
     NoSuch,
-    /// The record is not whole, or not one of parameters.
+    /// The record is incomplete or damaged, or is no record of parameters.
     NotWhole,
     /// The record has this format version, which is unknown.
     Version(u32),
-    /// A value is not allowed.
+    /// A value is invalid.
     Value {
         /// The number of the value.
         key: Key,
@@ -233,16 +235,16 @@ pub enum RequestRefusal {
         /// The values that are allowed.
         allowed: Allowed,
     },
-    /// The record has a value that this firmware does not know.
+    /// The record has a value that is unknown to this firmware.
     UnknownValue(Key),
-    /// The record lacks a value that has to be there.
+    /// The record lacks a required value.
     MissingValue(Key),
     /// The flash failed; the parameters in use are not saved.
     Flash,
-    /// The watchdog did not take over another timeout in time.
+    /// The watchdog did not accept a new timeout in time.
     Watchdog,
-    /// The trajectory begins farther from the joint than the following error may be, or than the
-    /// error that asks for the full scale.
+    /// The motion begins farther from the joint than the limit of the following error, or than the
+    /// error at which the loop requests the full scale.
     FarAway,
     /// The device's own supply is too low to erase and write its flash.
     SupplyTooLow,
@@ -250,8 +252,8 @@ pub enum RequestRefusal {
     TooFar,
     /// The device has no option bytes: it is no microcontroller.
     NoOptionBytes,
-    /// The part's option bytes may not be changed: it is protected for ever, or they are not those
-    /// of the part that the firmware is for.
+    /// The microcontroller's option bytes must not be changed: they are protected forever, or they
+    /// belong to another microcontroller than that of the firmware.
     Untouchable,
     /// The set point is too fast to come to rest within the range of positions.
     TooFast,
@@ -262,11 +264,12 @@ pub enum RequestRefusal {
     Stopping,
     /// Parameters were saved too often: the next save is possible after this time, s.
     SaveLater(u16),
-    /// The friction of the joint is unknown, so that no closed loop is armed: `identify` finds it.
+    /// The friction of the joint is unknown, so that no closed loop is armed; `identify` finds the
+    /// friction.
     FrictionUnknown,
     /// The joint has a range of positions, and its position is unknown.
     NotReferenced,
-    /// Another client has the motor driven. This one may read, stop and take over.
+    /// Another client drives the motor. This client may read, stop and take over.
     NotOwner,
 }
 
@@ -288,7 +291,7 @@ impl From<servo::Refusal> for RequestRefusal {
             servo::Refusal::Stopping => Self::Stopping,
             servo::Refusal::FrictionUnknown => Self::FrictionUnknown,
             servo::Refusal::NotReferenced => Self::NotReferenced,
-            // Nothing that comes over a link asks for the motion of the parameters.
+            // No request of a link starts the motion of the parameters.
             servo::Refusal::Replaced => Self::NoSuch,
         }
     }
@@ -339,7 +342,8 @@ impl From<crate::safety::fault::LatchedFault> for FaultReport {
 }
 
 impl From<signal::Signal> for SignalDescription {
-    /// Announces a signal. Names and units are short; one that were not would be empty.
+    /// Returns the description of a signal. A name or a unit that is too long would become empty;
+    /// all are short enough.
     fn from(signal: signal::Signal) -> Self {
         let name = String::try_from(signal.name).unwrap_or_default();
         let unit = String::try_from(signal.unit).unwrap_or_default();

@@ -20,24 +20,24 @@ pub struct NumberedMessage<T> {
     pub content: T,
 }
 
-/// The first byte of a request: the direction of the message. No reply and no sample begins with
-/// it, so a wire that echoes what the device says asks it for nothing, and is no sign of life.
+/// The first byte of a request, which marks the direction of the message. No reply and no sample
+/// begins with it, so an echo of the device's own messages is neither a request nor a sign of life.
 ///
-/// A hello has no such byte, so that a device of any version of the protocol knows it. Nor does
-/// every stop need one: it is obeyed in either form.
+/// A hello has no such byte, so that a device of any version of the protocol recognises it. A stop
+/// is obeyed with and without this byte.
 pub const REQUEST: u8 = 0xFF;
 
-/// The number of no session, in which a client reads and takes over.
+/// Session number of a client without a session, which can read, stop and take over.
 pub const NO_SESSION: u32 = 0;
 
-/// A request as it comes over the wire.
+/// A request as received over the wire.
 #[derive(Clone, Debug, PartialEq)]
 pub struct IncomingRequest {
-    /// The session that the client has it in mind for.
+    /// Number of the session for which the client has sent the request.
     pub session: u32,
     /// The number of the request.
     pub number: u16,
-    /// The request; none if it is not known.
+    /// The request; none if it is unknown.
     pub content: Option<Request>,
 }
 
@@ -49,8 +49,8 @@ pub fn encode_request(session: u32, number: u16, content: Request) -> Option<Fra
     }
 }
 
-/// Reads a message as a request. A message that is no request at all gives none.
-// Made in the crate that asks for it, which in an image keeps its code small.
+/// Decodes a message as a request; returns none if the message is no request at all.
+// Compiled in the calling crate, which keeps the code of an image small.
 #[inline]
 pub fn decode_request(message: &[u8]) -> Option<IncomingRequest> {
     match message {
@@ -66,8 +66,8 @@ pub fn decode_request(message: &[u8]) -> Option<IncomingRequest> {
     }
 }
 
-/// Reads what a client of any version may say without the direction. No request has number zero,
-/// so that the echo of a short reply is none.
+/// Decodes a hello or a stop, which a client of any version can send without the byte of the
+/// direction. No request has number zero, so that the echo of a short reply is no request.
 #[inline]
 fn plain(message: &[u8]) -> Option<IncomingRequest> {
     let (number, content) = numbered(message)?;
@@ -75,8 +75,8 @@ fn plain(message: &[u8]) -> Option<IncomingRequest> {
     (number != 0 && is_one).then_some(IncomingRequest { session: NO_SESSION, number, content })
 }
 
-/// Reads a number, which comes first so that what is not understood can be answered, and a request
-/// that takes up all of the other bytes.
+/// Decodes a number and a request, which fills all of the other bytes. The number comes first, so
+/// that an unknown request can be answered.
 #[inline(never)]
 fn numbered<T: DeserializeOwned>(message: &[u8]) -> Option<(u16, Option<T>)> {
     let (number, content) = postcard::take_from_bytes::<u16>(message).ok()?;
@@ -90,118 +90,119 @@ fn numbered<T: DeserializeOwned>(message: &[u8]) -> Option<(u16, Option<T>)> {
 /// Request of a client to a device.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Request {
-    /// Who are you? The hello begins a session, unless another one has an owner: numbers start
-    /// anew, and whatever was subscribed ends.
+    /// Read the identity of the device, and begin a session unless another one has an owner. In a
+    /// new session, the numbers start anew, and nothing is subscribed.
     Hello {
         /// The client's version of the protocol, [`PROTOCOL`](super::PROTOCOL).
         protocol: u16,
-        /// Any number that the client has not used of late. The same one again is the same hello,
-        /// come twice.
+        /// Any number that the client has not used recently. A hello with the same number is a
+        /// repetition.
         session: u32,
     },
-    /// Turn the output off. The device obeys at all times, even one who has not said hello.
+    /// Stop the joint and turn the output off. The device obeys at all times, even without a hello.
     Stop,
-    /// What state are you in? The request is also a sign of life.
+    /// Read the status of the device. The request is also a sign of life.
     Status,
-    /// What was the fault of this place in the log?
+    /// Read the fault at this place in the log.
     Fault {
         /// Place of the fault; the oldest is 0.
         index: u8,
     },
-    /// Clear the latched fault, which has been seen to.
+    /// Clear the latched fault, after its cause has been removed.
     Clear,
-    /// Close the loop where the joint is.
+    /// Arm: close the loop at the present position of the joint.
     Arm,
-    /// Move, while armed: to a position or through corners in the zero that arming has set, or stay
-    /// where the joint is. A motion is never relative: the same move twice is the same as once.
+    /// Move, while armed: to a position or through corners, counted from the zero that arming has
+    /// set, or hold the joint. A motion is never relative: the same move twice has the effect of
+    /// one.
     Move(Motion),
-    /// What are the parameters that are in use? They are read as a record, from a byte on.
+    /// Read the parameters in use, as a record, from a byte on.
     ReadParameters {
         /// Place of the first byte in the record.
         offset: u16,
     },
-    /// Here is a piece of a record. Nothing is taken yet.
+    /// Transfer a piece of a record. The parameters in use do not change yet.
     WriteParameters {
         /// Place of the first byte in the record.
         offset: u16,
         /// The record's bytes from that place on.
         bytes: Vec<u8, CHUNK>,
     },
-    /// All of the record has been written: validate it as a whole, and take it.
+    /// Validate the whole record, after all of it has been written, and use its parameters.
     TakeParameters {
         /// Length of the record, bytes.
         length: u16,
     },
-    /// Keep the parameters that are in use across a reset.
+    /// Save the parameters in use, which then survive a reset.
     Save,
-    /// Take other values for some of the parameters, validated as a whole. A law that was not there
-    /// before needs all of its gains.
+    /// Change the values of some of the parameters, which are validated as a whole. A law that is
+    /// new in the sum needs all of its gains.
     Change {
         /// The values as entries of a [`record`](crate::parameters::record).
         entries: Vec<u8, CHUNK>,
     },
-    /// What is the signal of this place? The first one is 0, and after the last one there is no
-    /// such.
+    /// Read the description of the signal at this place. The first place is 0; after the last
+    /// signal, the request is refused.
     Signal {
         /// Place of the signal.
         index: u8,
     },
-    /// Send these signals of every `every`-th tick; 0 ends it.
+    /// Send these signals of every `every`-th tick; 0 ends the subscription.
     Subscribe {
         /// The signals to send: a sum of 1 << place.
         signals: u64,
         /// Ticks from one sample to the next.
         every: u16,
     },
-    /// Find the friction: arm, and run a ramp of the effort instead of the loop. The ramp ends by
-    /// itself.
+    /// Find the friction: arm, and run a ramp of the effort instead of the loop. The ramp ends
+    /// automatically.
     Identify {
         /// Rate of the effort, V/s.
         rate: f32,
         /// Time between the rise and the fall of the effort, s.
         hold: f32,
     },
-    /// What has the last ramp found?
+    /// Read the friction levels that the last ramp has found.
     ReadLevels,
     /// Find the encoder's direction: arm, and push the joint a little each way, open loop. The
-    /// device keeps its own bounds of effort, travel, speed and time; the client may ask for less.
-    /// The jog ends by itself.
+    /// device keeps its own bounds of effort, travel, speed and time; the client may request lower
+    /// ones. The jog ends automatically.
     Jog(JogRequest),
-    /// What has the last jog found?
+    /// Read the findings of the last jog.
     ReadJog,
-    /// Turn the part's brown-out reset on, at its highest level. The part keeps that for good, and
-    /// goes by it after its next reset. The output is off.
+    /// Turn the microcontroller's brown-out reset on, at its highest level. The setting is
+    /// permanent, and applies after the next reset. The output has to be off.
     SetBrownOut,
     /// Identify the joint: arm, and run a sequence of motions within bounds that the device keeps,
-    /// instead of the loop. The client may ask for other bounds. The sequence ends by itself.
+    /// instead of the loop. The client may request other bounds. The sequence ends automatically.
     IdentifyJoint(identification::IdentificationRequest),
-    /// What has the last identification found?
+    /// Read the result of the last identification.
     ReadIdentification,
-    /// What is the map of the friction that the last identification has made?
+    /// Read the map of the friction that the last identification has made.
     ReadMap,
-    /// The joint stands at this position: the range of positions holds from here. The output is
-    /// off, and the joint is at rest.
+    /// Set the position in which the joint is now. The range of positions refers to it from then
+    /// on. The output has to be off, and the joint at rest.
     SetReference {
         /// Position of the joint, counts.
         position: i32,
     },
-    /// What is the number of the session that my hello has begun?
+    /// Read the number of the session that the client's hello has begun.
     Open {
         /// The number in the hello.
         hello: u32,
     },
-    /// Stop, and end the session that there is: the next hello begins another one.
+    /// Stop the joint, and end the present session: the next hello begins another one.
     TakeOver,
     /// Find the joint's position: arm, and go one way, slowly and with a bounded effort, until a
-    /// hard stop blocks the joint. It stands at the position of the request then. The homing ends
-    /// by itself.
+    /// hard stop blocks the joint. The position there is that of the request. The homing ends
+    /// automatically.
     Home(HomeRequest),
-    /// What has the last homing found?
+    /// Read the findings of the last homing.
     ReadHome,
 }
 
 impl Request {
-    /// Returns whether the request only reads, at once: any client may.
+    /// Returns whether the request only reads and is answered at once: any client may send it.
     pub const fn only_reads(&self) -> bool {
         matches!(
             self,

@@ -1,4 +1,4 @@
-//! The samples of telemetry: signals of ticks, as they are sent to those who have subscribed.
+//! The samples of telemetry: signals of a tick, as they are sent to a client that has subscribed.
 
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
@@ -14,7 +14,7 @@ const _: () =
 /// A sample of telemetry: signals of one tick.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Sample {
-    /// Number of the sample. It counts every sample that was due: a gap says how many were lost.
+    /// Number of the sample. It counts every sample that was due: a gap shows how many were lost.
     pub number: u32,
     /// Ticks since power-on.
     pub clock: u32,

@@ -1,24 +1,24 @@
 //! The rate limit of saves: twenty at once, and one more every ten minutes.
 //!
-//! A sector of the flash bears ten thousand erases (data sheet), and a save erases one of two. A
-//! client that changes and saves without end, at two seconds a save, wears both out in 11 hours. At
-//! this rate it takes 139 days.
+//! A sector of the flash withstands ten thousand erases (data sheet), and a save erases one of two
+//! sectors. A client that changes and saves without end, at two seconds a save, would wear both out
+//! in 11 hours. With this limit, that needs 139 days.
 //!
 //! Does badly: the budget is full again after a reset.
 
 use super::RequestRefusal;
 
-/// Saves at once.
+/// Largest number of saves at once.
 const FULL: u8 = 20;
 
-/// Time for one more, s.
+/// Time after which one more save is possible, s.
 const REFILL_S: f32 = 600.0;
 
-/// The saves that are left.
+/// The number of saves that are left, with its refills.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct SaveBudget {
     left: u8,
-    /// The tick up to which they have been refilled.
+    /// The tick up to which the saves have been refilled.
     since: u32,
 }
 
@@ -26,10 +26,10 @@ impl SaveBudget {
     /// All saves are left.
     pub const FULL: Self = Self { left: FULL, since: 0 };
 
-    /// Takes one save, at a tick of `sample_time` (s).
+    /// Uses up one save, at the tick `clock`; ticks are `sample_time` (s) apart.
     ///
     /// # Errors
-    /// Says how long there is none.
+    /// Returns the time until the next save is possible, if none is left.
     pub fn take(&mut self, clock: u32, sample_time: f32) -> Result<(), RequestRefusal> {
         // The conversion saturates: ten minutes are 6 000 000 ticks at most.
         let refill = ((REFILL_S / sample_time) as u32).max(1);

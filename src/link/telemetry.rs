@@ -1,4 +1,4 @@
-//! The telemetry: signals of ticks, for those who have subscribed.
+//! The telemetry: samples of the signals that a client has subscribed to.
 
 use heapless::Vec;
 
@@ -11,17 +11,18 @@ use crate::servo::Output;
 pub struct Subscription {
     signals: u64,
     every: u16,
-    /// The tick of the next sample; none: the next one that comes.
+    /// The tick of the next sample; none: the next tick.
     next: Option<u32>,
     number: u32,
 }
 
 impl Subscription {
-    /// The subscription of a client that is sent nothing.
+    /// The subscription of a client that receives no samples.
     pub const NONE: Self = Self { signals: 0, every: 0, next: None, number: 0 };
 
-    /// Makes a subscription to `signals` of every `every`-th tick, from the next one on. There is
-    /// none if no signal is asked for, or if one of them is not among the first `known`.
+    /// Returns a subscription to `signals` of every `every`-th tick, from the next one on; for 0,
+    /// one without samples. Returns none if no signal is requested, or if one of them is not among
+    /// the first `known`.
     pub fn new(signals: u64, every: u16, known: usize) -> Option<Self> {
         if every == 0 {
             return Some(Self::NONE);
@@ -35,8 +36,8 @@ impl Subscription {
         })
     }
 
-    /// Returns the sample of a tick if one is due. Ticks may be missing; samples that were
-    /// due in them count, too.
+    /// Returns the sample of a tick if one is due. Ticks may be missing; the sample's number also
+    /// counts the samples that were due in them.
     pub fn sample(&mut self, output: &Output) -> Option<Sample> {
         let every = u32::from(self.every);
         let since = output.clock.wrapping_sub(self.next.unwrap_or(output.clock));

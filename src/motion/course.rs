@@ -13,14 +13,14 @@ use crate::motion::jog::{Jog, JogState};
 pub enum Course {
     /// The loop is closed and follows a reference, which has no end.
     Follow(Reference),
-    /// The loop is open and applies a ramp, which ends by itself.
+    /// The loop is open and applies a ramp, which ends automatically.
     Ramp(Ramp),
-    /// The loop is closed and follows a profile, which remembers where it is.
+    /// The loop is closed and follows a profile, which holds its own state.
     Profile(Profile),
-    /// The loop is open and applies the efforts of a jog, which ends by itself.
+    /// The loop is open and applies the efforts of a jog, which ends automatically.
     Jog(Jog),
-    /// The loop is open and applies the efforts of an identification, which ends by itself. It has
-    /// its state with it, in the place that a trajectory's corners would take.
+    /// The loop is open and applies the efforts of an identification, which ends automatically. The
+    /// identification holds its own state, in the memory that a trajectory's corners would occupy.
     Identification(Identification),
 }
 
@@ -69,8 +69,8 @@ impl Course {
         matches!(self, Self::Ramp(_) | Self::Jog(_) | Self::Identification(_))
     }
 
-    /// Lets the course begin from its begin, as the loop does: a profile is where the last tick
-    /// has left it. It sets out after `wait` ticks.
+    /// Restarts the course together with the loop: otherwise, a profile and an identification would
+    /// go on from their last tick. A profile sets out after `wait` ticks.
     pub(crate) fn restart(&mut self, wait: u32) {
         if let Self::Profile(profile) = self {
             profile.restart();
@@ -82,8 +82,8 @@ impl Course {
     }
 }
 
-/// Runs a tick of an identification. It is a function of its own, so that the other courses cost
-/// what they did.
+/// Runs a tick of an identification. It is a separate function, so that the other courses do not
+/// become slower.
 #[inline(never)]
 fn identify(
     controller: &Controller,
@@ -97,7 +97,7 @@ fn identify(
 }
 
 impl CourseState {
-    /// Forgets everything, in place.
+    /// Resets the whole state, in place.
     pub(crate) fn forget(&mut self) {
         self.controller.forget();
         self.ramp = RampState::default();
@@ -114,7 +114,7 @@ impl CourseState {
         }
     }
 
-    /// Returns the number of the next tick, counted from the begin of the motion.
+    /// Returns the number of the next tick, counted from the start of the motion.
     pub const fn next_tick(&self) -> u32 {
         self.controller.next_tick()
     }
@@ -139,7 +139,7 @@ impl CourseState {
         self.controller.push(least);
     }
 
-    /// Lets another motion begin at the next tick. The loop goes on.
+    /// Starts another motion at the next tick. The loop goes on.
     pub fn begin_motion(&mut self) {
         self.controller.begin_motion();
     }
@@ -164,8 +164,8 @@ impl CourseState {
         }
     }
 
-    /// Takes that an open loop did not get the effort that it asked for: a ramp has found the
-    /// levels of another effort then, and a jog has come to the end of its way.
+    /// Called when an open loop does not get the effort that it requests: a ramp then ends without
+    /// levels, a jog ends its way, and an identification ends a push without a reading.
     pub(crate) fn capped(&mut self, course: &mut Course) {
         match course {
             Course::Follow(_) | Course::Profile(_) => {}

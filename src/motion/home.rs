@@ -15,32 +15,33 @@
 //! counts at the homing speed, and the time `sqrt(2 q / (g (effort - F)))` in which the weakest
 //! joint makes its first count: `q` is a count, `g` `limits.progress_gain_deg_per_s2_per_v`, `F`
 //! `limits.breakaway_v`. Ticks of the soft start do not count, since it bounds the effort as well.
-//! If the places do not agree, the second is the first of another pair.
+//! If the places do not agree, the second becomes the first of another pair.
 //!
 //! An encoder that dies on the way looks like a stop. It shows no counts on the way back, so that
-//! the monitors of a stall end the homing, or its time. One that counts again later has lost
+//! the stall monitors or the time bound end the homing. An encoder that counts again later has lost
 //! counts, so that the places do not agree. The monitor of an abrupt stop is off on the way to the
-//! stop, which is one.
+//! hard stop, which it would report.
 //!
 //! The effort lies between `F + 0.3 (S - F)` and `F + 0.9 (S - F)`, where `S` is `limits.stall_v`.
-//! Below, the probe of the encoder would not see the joint held
-//! ([`encoder_probe`](crate::safety::monitor)); above, a stop would be a stall at once.
+//! Below this range, the probe of the encoder would not see that the joint is held
+//! ([`encoder_probe`](crate::safety::monitor)); above it, a hard stop would be a stall at once.
 //!
-//! A blocked joint, or one that sets out slowly under so little effort, falls behind the set point.
-//! At three quarters of `limits.following_error_deg` the set point waits, so that a stiff loop does
-//! not trip.
+//! A blocked joint, or one that sets out slowly under this small effort, falls behind the set
+//! point. At three quarters of `limits.following_error_deg` the set point waits, so that a stiff
+//! loop does not trip.
 //!
 //! Guarantees: the effort is never more than `effort` and half a code. The homing ends when the
-//! joint is `travel` away from its start, plus the travel of one tick, and after `time` and the
-//! soft start; a joint that moves coasts. Only two places that agree, with counts away from each,
-//! set a reference. The range of positions is off, since it is not known yet.
+//! joint is `travel` away from its start, plus the travel of one tick, and at the latest after
+//! `time` and the soft start; a joint that still moves then coasts. A reference is set only by two
+//! places that agree, with counts on the way back from each. The range of positions is not
+//! monitored, since the position is not known yet.
 //!
-//! Does badly: what holds the joint twice at the same place is a stop: a cable, a place with more
-//! friction. Counts that are lost slowly on the last way back shift the position, as in every later
-//! motion. The position is that of the loaded stop: a gear gives way by `effort` over its
-//! stiffness, and an encoder on the motor counts its slack. A load that takes a part of `effort`
-//! leaves the rest. A law that builds up its effort slowly ends as a stall. At a supply that cannot
-//! give the effort, the time ends it.
+//! Does badly: anything that holds the joint twice at the same place counts as a stop: a cable, a
+//! place with more friction. Counts that are lost slowly on the last way back shift the position,
+//! as in every later motion. The position is that of the loaded stop: a gear gives way by `effort`
+//! over its stiffness, and an encoder on the motor counts its slack. If a load uses up a part of
+//! `effort`, only the rest presses against the stop. A law that builds up its effort slowly ends in
+//! a stall. If the supply is too low for the effort, the time bound ends the homing.
 
 use serde::{Deserialize, Serialize};
 
@@ -53,49 +54,50 @@ use crate::units::error::{HUGE, InvalidValue, above, between};
 use crate::units::position::Position;
 use crate::units::value::Key;
 
-/// The numbers of the bounds, under which a refusal names them.
+/// Value numbers of the bounds, by which a refusal names them.
 pub(crate) const EFFORT: Key = Key(0x060C);
 pub(crate) const TRAVEL: Key = Key(0x060D);
 pub(crate) const SPEED: Key = Key(0x060E);
 pub(crate) const TIME: Key = Key(0x060F);
 
-/// Travel unless a client states another one, if there is no range of positions, deg: a turn.
+/// Default travel if there is no range of positions, deg: a turn.
 const TURN_DEG: f32 = 360.0;
-/// Travel unless a client states another one, in ranges of positions.
+/// Default travel, in ranges of positions.
 const OF_RANGE: f32 = 1.1;
 /// The largest travel, deg: two turns.
 const FARTHEST_DEG: f32 = 720.0;
-/// Time unless a client states another one, in times of the travel at the homing speed.
+/// Part of the default time for the travel, in times of the travel at the homing speed.
 const OF_TRAVEL: f32 = 1.5;
-/// The same, in times of the way back.
+/// Part of the default time for the ways back, in times of one way back at the homing speed.
 const OF_RETREAT: f32 = 4.0;
-/// What is added to both for accelerations and the time at the stop, s.
+/// Part of the default time for accelerations and the time at the stop, s.
 const ADDED_S: f32 = 5.0;
 /// The longest time, s.
 const LONGEST_S: f32 = 1800.0;
-/// Time at the stop, s: friction stops a joint in less ([`super::jog`]).
+/// Least time at the stop, s: friction stops a joint in less ([`super::jog`]).
 const QUIET_S: f32 = 0.2;
-/// Counts of the travel in that time at the homing speed.
+/// Least time at the stop: the time of this number of counts at the homing speed.
 const QUIET_COUNTS: f32 = 8.0;
-/// Fewest counts of the way back, and of a travel: half of it, which is judged, is twice the noise
-/// of 16 counts that an open line picks up.
+/// Least way back and least travel, counts: half of the way back, which is judged, is twice the
+/// noise of 16 counts that an open line picks up.
 const RETREAT_COUNTS: f32 = 64.0;
-/// The longest way back, deg: places that are farther from each other than a sixteenth of it are
-/// two.
+/// The longest way back, deg: places that are farther from each other than a sixteenth of the way
+/// back do not agree.
 const RETREAT_DEG: f32 = 2.0;
-/// The error at which the set point waits, in limits of the following error.
+/// The error at which the set point waits, as a share of the limit of the following error.
 const WAITS: f32 = 0.75;
-/// Places agree within this part of the way back, of which half lies between two places that are
-/// none, and within the counts that a joint at rest may show twice.
+/// Places agree if they are no farther apart than the way back over this divisor, or than this
+/// number of counts: twice what a joint at rest may show. Two places that are no stop are half of
+/// the way back apart.
 const AGREES: i32 = 16;
 const AGREES_COUNTS: i32 = 8;
-/// The effort's bounds, as parts of the way from `breakaway_v` to `stall_v`. The probe of the
-/// encoder takes a joint for held from a quarter on.
+/// Bounds of the effort, as shares of the span from `breakaway_v` to `stall_v`. The probe of the
+/// encoder assumes a held joint from a quarter of that span on.
 const WEAKEST: f32 = 0.3;
 const STRONGEST: f32 = 0.9;
-/// What an encoder on an edge flickers by, and one with a wire cut, counts twice.
+/// Tolerated flicker, counts: twice that of an encoder on an edge, or with a wire cut.
 const FLICKER: i32 = 2;
-/// What rounding may take off an effort at its bound, codes.
+/// Largest reduction of an effort at its bound by rounding, codes.
 const PUSHING: f32 = 1.5;
 
 /// The sense of a homing.
@@ -117,21 +119,21 @@ impl Sense {
     }
 }
 
-/// What a client asks of a homing.
+/// Homing that a client requests.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct HomeRequest {
-    /// Sense in which the stop is.
+    /// Sense of the motion towards the stop.
     pub sense: Sense,
     /// Position of the joint at the stop, counts.
     pub at: i32,
-    /// Largest effort, V. Otherwise it is that of `[jog]`, within the bounds of a homing's.
+    /// Largest effort, V. Default: that of `[jog]`, limited to the range for a homing.
     pub effort: Option<f32>,
-    /// Largest distance from where the joint was armed, deg. Otherwise it is 1.1 times the range of
+    /// Largest distance from where the joint was armed, deg. Default: 1.1 times the range of
     /// positions, or a turn without one.
     pub travel: Option<f32>,
-    /// Speed, deg/s. Otherwise it is that of `[jog]`, and no more than that of `[profile]`.
+    /// Speed, deg/s. Default: that of `[jog]`, and no more than that of `[profile]`.
     pub speed: Option<f32>,
-    /// Longest time after the soft start, s. Otherwise it is 1.5 times that of the travel, four
+    /// Longest time after the soft start, s. Default: the sum of 1.5 times that of the travel, four
     /// times that of the way back, and 5 s.
     pub time: Option<f32>,
 }
@@ -139,27 +141,28 @@ pub struct HomeRequest {
 /// What ended a homing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum HomeEnd {
-    /// It has not ended by itself yet.
+    /// The homing has not ended at a stop or a bound.
     #[default]
     Not,
-    /// The stop was found twice, and the joint has left it: it is referenced.
+    /// The stop was found twice, and the joint has left it: the joint is referenced.
     Stop,
-    /// The joint went as far as it may, and found no stop.
+    /// The joint exceeded the travel bound, and found no stop.
     Travel,
-    /// The time was over.
+    /// The time ran out.
     Time,
 }
 
-/// What a homing has found.
+/// Findings of a homing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct HomeFindings {
     /// What ended it.
     pub ended: HomeEnd,
-    /// Travel from its begin to the stop, or to its end without one, counts.
+    /// Travel from the start of the homing to the stop, or to the last position on the way there,
+    /// counts.
     pub moved: i32,
-    /// Effort there, V.
+    /// Effort in that position, V.
     pub effort: f32,
-    /// How often the joint was blocked.
+    /// Number of times that the joint was blocked.
     pub touches: u8,
 }
 
@@ -168,16 +171,16 @@ pub struct HomeFindings {
 pub struct Home {
     /// The set point: a move that would go on beyond the travel.
     pub(crate) profile: Profile,
-    /// What ends it.
+    /// The watch that ends the homing.
     pub(crate) watch: HomeWatch,
 }
 
-/// The watch over a profile that looks for a stop, with its state.
+/// The watch that looks for a stop while a profile runs, with its state.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct HomeWatch {
     sense: Sense,
     at: i32,
-    /// Largest effort, V, and the effort from which on it is at that bound.
+    /// Largest effort, V, and the effort from which on the effort counts as at that bound, V.
     effort: f32,
     pushing: f32,
     /// Largest distance, counts.
@@ -186,31 +189,31 @@ pub(crate) struct HomeWatch {
     ticks: u32,
     /// Time at the stop, ticks.
     quiet: u32,
-    /// Way back from it, counts.
+    /// Way back from the stop, counts.
     retreat: i32,
-    /// Ticks that are left of the soft start.
+    /// Ticks of the soft start that were left at the start of the homing.
     wait: u32,
     elapsed: u32,
-    /// How far the set point may be from the joint, counts.
+    /// Largest distance of the set point from the joint, counts.
     lead: u32,
-    /// Whether it waits for the joint.
+    /// Whether the set point waits for the joint.
     waits: bool,
     /// Whether the joint is on its way back.
     is_back: bool,
     /// The farthest count in the sense of the homing since the joint last went the other way.
     farthest: i32,
-    /// For how many ticks the effort has been at its bound without a count that is farther.
+    /// Number of ticks for which the effort has been at its bound without a farther count.
     held: u32,
-    /// The place before the last one, counts.
+    /// Previous place that blocked the joint, counts; none: no place yet.
     before: Option<i32>,
     found: HomeFindings,
 }
 
 impl Home {
-    /// Prepares a homing within the bounds that a client asks for.
+    /// Prepares a homing within the bounds that a client requests.
     ///
     /// # Errors
-    /// Names the bound that is not allowed: an effort near `limits.breakaway_v` or
+    /// Returns an error that names the invalid bound: an effort near `limits.breakaway_v` or
     /// `limits.stall_v`, or beyond the drive; a speed of more than `[profile]`; a travel of less
     /// than 64 counts or of more than two turns; a time of more than half an hour.
     pub fn new(
@@ -312,8 +315,8 @@ impl HomeWatch {
         self.found = HomeFindings::default();
     }
 
-    /// Takes what the tick has made of the profile's set point, which turns at the stop and back.
-    /// Returns whether the homing has ended.
+    /// Evaluates a tick, turns the profile's set point at the stop and after the way back, and
+    /// returns whether the homing has ended.
     #[inline(never)]
     pub(crate) fn ends(&mut self, tick: &Tick, profile: &mut Profile) -> bool {
         self.elapsed = self.elapsed.saturating_add(1);
@@ -335,7 +338,7 @@ impl HomeWatch {
         self.is_over()
     }
 
-    /// Takes a tick on the way to the stop.
+    /// Evaluates a tick on the way to the stop.
     fn approach(&mut self, tick: &Tick, is_driven: bool, profile: &mut Profile) {
         // The place of the arming is zero.
         (self.found.moved, self.found.effort) = (tick.counts, tick.v_applied);
@@ -358,7 +361,8 @@ impl HomeWatch {
     fn wait_for(&mut self, tick: &Tick, profile: &mut Profile) {
         let is_far = tick.setpoint().position.counts.abs_diff(tick.counts) > self.lead;
         if is_far && !self.waits {
-            // Not braked within the limits of a move, which would lead it on.
+            // The set point stops at once: braking within the limits of a move would carry it
+            // farther.
             let here = profile.setpoint().position;
             profile.start_at(here, 0.0);
             profile.aim(here);
@@ -368,7 +372,7 @@ impl HomeWatch {
         self.waits = is_far;
     }
 
-    /// Returns where the set point goes: beyond the stop, or back from the last place.
+    /// Returns the target of the set point: beyond the stop, or back from the last place.
     const fn target(&self) -> Position {
         let counts = if self.is_back {
             self.found.moved - self.sense.sign() * self.retreat
@@ -378,14 +382,14 @@ impl HomeWatch {
         Position::from_counts(counts)
     }
 
-    /// Takes a tick on the way back from a place. With half of it counted, the place is compared
-    /// with the one before.
+    /// Evaluates a tick on the way back from a place. After half of the way, the place is compared
+    /// with the previous one.
     fn go_back(&mut self, counts: i32, profile: &mut Profile) {
         let place = self.found.moved;
         let back = self.sense.sign() * (place - counts);
         let agrees = (self.retreat / AGREES).max(AGREES_COUNTS);
         if back < -agrees {
-            // What held it has given way.
+            // The obstacle that held the joint has given way.
             (self.is_back, self.before) = (false, None);
         } else if back >= self.retreat / 2 {
             match self.before.replace(place) {
@@ -402,12 +406,12 @@ impl HomeWatch {
         }
     }
 
-    /// Returns whether the homing has ended by itself.
+    /// Returns whether the homing has ended at a stop or a bound.
     pub(crate) const fn is_over(&self) -> bool {
         !matches!(self.found.ended, HomeEnd::Not)
     }
 
-    /// Returns what the homing has found so far.
+    /// Returns the findings so far.
     pub(crate) const fn found(&self) -> &HomeFindings {
         &self.found
     }

@@ -13,14 +13,14 @@
 //! against the sign of the effort show whether the encoder's direction is right. Nothing has to be
 //! tuned or known: no gain, no friction, no direction. No law runs.
 //!
-//! An effort without a count ends at the effort's bound, and the other way is tried. Everything
-//! else that [`crate::safety::open_loop`] bounds ends the jog. So do a stop, a silent link and a
-//! fault. The monitors that take the direction for known (reversal, following error) are off in a
-//! jog. All others watch.
+//! If no count comes, the effort ends at its bound, and the other way is tried. Every other bound
+//! of [`crate::safety::open_loop`] ends the jog. So do a stop, a silent link and a fault. The
+//! monitors that assume the direction (reversal, following error) are off in a jog. All others are
+//! on.
 //!
 //! Guarantees: with an encoder that counts, the joint goes no farther from its start than
 //! `travel + v^2 / (2 a) + v h`. Here `v` is the speed at the bound: `speed + sqrt(16 q A)`, since
-//! 8 counts of `q` are let pass at the largest acceleration `A` of the joint; `a` is the
+//! 8 counts of `q` are tolerated at the largest acceleration `A` of the joint; `a` is the
 //! deceleration by friction, and `h` the sample time. With an encoder that is dead, each way goes
 //! as far as a ramp of [`effort`](JogBounds::effort) at [`rate`](JogBounds::rate) pushes the joint:
 //! see docs/reference/wiring.md for the figures of a joint, and the tests for the closed form.
@@ -44,19 +44,20 @@ pub const TELLING: u32 = SLACK;
 /// jog ends with, friction stops a joint in less.
 const QUIET: f32 = 0.2;
 
-/// Time in which the effort rises to its bound, s, if it is known what starts the joint. The faster
-/// it rises, the less far goes a joint whose encoder is dead; and the less time is left to see a
-/// heavy one move. The thesis's joint, a slow one, shows its direction at 0.5 of 0.6 V.
+/// Time in which the effort rises to its bound, s, if the breakaway effort is known. A faster rise
+/// moves a joint whose encoder is dead less far, but leaves less time to see a heavy joint move.
+/// The thesis's joint, a slow one, shows its direction at 0.5 of 0.6 V.
 const RISE: f32 = 1.0;
 
-/// The same if nothing is known, s: the bound may be far beyond what starts the joint then, and
-/// only the time keeps a joint with a dead encoder from going far.
+/// Time in which the effort rises to its bound, s, if the breakaway effort is unknown. The bound
+/// may be far beyond it then, and only the short time keeps a joint with a dead encoder from going
+/// far.
 const UNKNOWN_RISE: f32 = 0.5;
 
 /// The longest jog, s.
 const LONGEST: f32 = 60.0;
 
-/// The rounding that is allowed of a bound, as a fraction of it.
+/// Allowed rounding of a bound, as a fraction of it.
 const ROUNDING: f32 = 1e-6;
 
 table! {
@@ -90,8 +91,8 @@ const TRAVEL: Key = key(JogBounds::ABOUT, "travel");
 const SPEED: Key = key(JogBounds::ABOUT, "speed");
 const TIME: Key = key(JogBounds::ABOUT, "time");
 
-/// What a client asks of a jog, in the units of [`JogBounds`]: less than the device's bounds, or
-/// nothing.
+/// Bounds that a client requests for a jog, in the units of [`JogBounds`]: at most the device's
+/// own. None: the device's own.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct JogRequest {
     /// Largest effort, V.
@@ -107,8 +108,8 @@ pub struct JogRequest {
 }
 
 impl JogBounds {
-    /// Returns the bounds of a machine that says nothing of them. `breakaway` is the effort that
-    /// starts the joint (V), or zero if it is not known.
+    /// Returns the derived bounds of a machine that sets none. `breakaway` is the effort that
+    /// starts the joint (V), or zero if it is unknown.
     pub fn derived(controller: &ControllerConfig, device: &DeviceConfig, breakaway: f32) -> Self {
         let full_scale = controller.drive.full_scale;
         let largest = full_scale * controller.drive.duty_max;
@@ -117,7 +118,7 @@ impl JogBounds {
             _ => (0.25 * largest, UNKNOWN_RISE),
         };
         let travel = (2.0 * TELLING as f32 * controller.encoder.resolution).clamp(2.0, HUGE);
-        // A drive of next to no volts rounds to none, which no bound is.
+        // A drive of next to no volts would round to zero, which is no valid bound.
         let effort = effort.max(f32::MIN_POSITIVE);
         Self {
             effort,
@@ -128,19 +129,20 @@ impl JogBounds {
         }
     }
 
-    /// Refuses an effort that rises faster than the output's limit may after arming.
+    /// Rejects an effort that rises faster than the output's limit does after arming (soft start).
     pub(crate) fn check(&self, full_scale: f32, device: &DeviceConfig) -> Result<(), InvalidValue> {
         between(RATE, self.rate, 0.0, steepest(full_scale, device))
     }
 
-    /// Returns the bounds that a client asks for.
+    /// Returns the bounds that a client requests, or the device's own where the request has none.
     ///
     /// # Errors
-    /// Names the value that is not less than the device's own, or too small to show a direction.
+    /// Returns an error that names the value beyond the device's own, or too small to show a
+    /// direction.
     pub fn less(&self, asked: &JogRequest, resolution: f32) -> Result<Self, InvalidValue> {
         let pick = |key, asked: Option<f32>, own: f32, least: f32| match asked {
             None => Ok(own),
-            // What is the device's own bound in a decimal is no more than that.
+            // A decimal that rounds to the device's own bound is accepted as that bound.
             Some(asked) if asked > own && asked <= own * (1.0 + ROUNDING) => Ok(own),
             Some(asked) if least > 0.0 => between(key, asked, least, own).map(|()| asked),
             Some(asked) => above(key, asked, 0.0, own).map(|()| asked),
@@ -164,7 +166,7 @@ fn steepest(full_scale: f32, device: &DeviceConfig) -> f32 {
 /// A jog that is prepared for its ticks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Jog {
-    /// What the effort rises by in a tick, V.
+    /// Rise of the effort in a tick, V.
     rung: f32,
     bounds: Bounds,
     /// Time within two counts after which the joint rests, ticks.
@@ -179,37 +181,37 @@ pub enum JogEnd {
     Not,
     /// The joint has moved far enough to show the direction.
     Moved,
-    /// The effort has reached its bound, or what drive and supply let through.
+    /// The effort has reached its bound, or the most that drive and supply allow.
     Effort,
-    /// The joint has gone as far as it may.
+    /// The joint exceeded the travel bound.
     Travel,
-    /// The joint was as fast as it may be.
+    /// The joint exceeded the speed bound.
     Speed,
-    /// The time was over.
+    /// The time ran out.
     Time,
 }
 
-/// What one way of a jog has found.
+/// Findings of one way of a jog.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Way {
     /// Largest effort, V, without its sign; zero: this way was not tried.
     pub effort: f32,
-    /// Travel from the begin of this way to its end, counts.
+    /// Travel from the start of this way to its end, counts.
     pub moved: i32,
-    /// All counts on the way, whatever their sign.
+    /// Sum of all counts on the way, without their sign.
     pub counted: u32,
-    /// What ended it.
+    /// The end of this way.
     pub ended: JogEnd,
 }
 
-/// What a jog has found: first with positive effort, then with negative.
+/// Findings of a jog: first with positive effort, then with negative.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct JogFindings {
     /// Both ways, in their order.
     pub ways: [Way; 2],
 }
 
-/// What a jog says of the wiring.
+/// Verdict of a jog on the wiring.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {
     /// The encoder counts in the sense of the effort.
@@ -218,22 +220,22 @@ pub enum Verdict {
     Reversed,
     /// The joint moves the same way under both efforts: a load moves it.
     Pulled,
-    /// The joint went on without effort after the first way, and the second was not tried.
+    /// The joint kept moving without effort after the first way, and the second was not tried.
     RunsOn,
     /// Nothing has moved, as far as the encoder shows.
     Still,
-    /// The encoder counts to and fro, and gets nowhere.
+    /// The encoder counts to and fro, with too little net travel to show a direction.
     Noise,
 }
 
 impl JogFindings {
-    /// Returns all counts of both ways, whatever their sign.
+    /// Returns the sum of all counts of both ways, without their sign.
     const fn counted(&self) -> u32 {
         let [first, second] = &self.ways;
         first.counted.saturating_add(second.counted)
     }
 
-    /// Returns what this says of the wiring.
+    /// Returns the verdict on the wiring.
     ///
     /// One way alone shows the direction if the other was tried and nothing moved: from rest, a
     /// joint that begins to move under a slow effort goes where it is pushed.
@@ -261,15 +263,15 @@ pub struct JogState {
     standstill: Standstill,
     /// Whether it is the second way.
     second: bool,
-    /// Number of the present effort, in rungs.
+    /// Present effort, in rungs.
     rung: u32,
-    /// Position at the begin of this way, and the last one, counts.
+    /// Position at the start of this way, and at the last tick, counts.
     origin: i32,
     counts: i32,
     found: JogFindings,
 }
 
-/// The phases of a jog; the first two come once each way.
+/// The phases of a jog: it pushes each way, and rests between the two.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Phase {
     #[default]
@@ -296,7 +298,7 @@ impl Jog {
         }
     }
 
-    /// Takes the joint's position in counts, and returns the effort from now on, V.
+    /// Runs one tick with the joint at `counts`, and returns the effort from now on, V.
     pub fn update(&self, state: &mut JogState, counts: i32) -> f32 {
         let travel = counts.wrapping_sub(core::mem::replace(&mut state.counts, counts));
         let still = state.standstill.update(counts);
@@ -359,12 +361,12 @@ impl JogState {
         matches!(self.phase, Phase::Over)
     }
 
-    /// Returns what the jog has found so far.
+    /// Returns the findings so far.
     pub const fn found(&self) -> &JogFindings {
         &self.found
     }
 
-    /// Ends this way, because drive and supply do not let the effort through that was asked for.
+    /// Ends this way, because drive and supply do not allow the requested effort.
     pub fn capped(&mut self) {
         if self.phase == Phase::Pushing {
             self.rest(JogEnd::Effort);
@@ -376,8 +378,7 @@ impl JogState {
         if self.second { second } else { first }
     }
 
-    /// Ends this way. After the first, the joint is let come to rest; after the second, the jog is
-    /// over.
+    /// Ends this way. After the first, the joint comes to rest; after the second, the jog is over.
     fn rest(&mut self, ended: JogEnd) {
         self.way().ended = ended;
         self.standstill = Standstill::default();
@@ -391,7 +392,8 @@ impl JogState {
         self.origin = self.counts;
     }
 
-    /// Ends the jog by a bound. If the joint was to rest, the second way is not tried for it.
+    /// Ends the jog at a bound. If the joint was coming to rest, the bound counts as the end of the
+    /// second way, which is not tried.
     fn end(&mut self, ended: JogEnd) {
         self.second |= self.phase == Phase::Resting;
         self.way().ended = ended;

@@ -9,8 +9,8 @@
 //! ```
 //!
 //! The positions of a [`Motion`] count from the place where the joint was armed. [`Motion::Hold`]
-//! has no position: the joint stays where it is when the motion begins, at arming (which makes that
-//! place zero) as later.
+//! has no position: the joint stays where it is when the motion begins, both at arming (which makes
+//! that place zero) and later.
 
 mod course;
 pub mod home;
@@ -59,9 +59,9 @@ pub enum Motion {
     Profiled(Position),
     /// The set point goes to and fro, and has no end.
     Sine {
-        /// Position from which it sets out.
+        /// Position from which the set point sets out.
         from: Position,
-        /// Amplitude a, counts: it turns at `from` and at `from + 2 a`.
+        /// Amplitude a, counts: the set point turns at `from` and at `from + 2 a`.
         amplitude: f32,
         /// Frequency, Hz.
         frequency: f32,
@@ -73,11 +73,11 @@ const STEP_COUNTS: Key = Key(0x0601);
 const STEP_FRACTION: Key = Key(0x0602);
 pub(crate) const RAMP_RATE: Key = identification::RATE;
 pub(crate) const RAMP_HOLD: Key = identification::HOLD;
-/// The number at which those of the corners begin.
+/// The first value number of the corners.
 const CORNERS: u16 = CORNER_TIMES.0;
 
-/// The declarations of a motion's values, for hosts. A machine's file may have many motions, and
-/// does not write them like this.
+/// The declarations of a motion's values, for hosts. A machine's file can have many motions, in
+/// another form.
 pub(crate) const ABOUT: &[About] = &[
     about(
         KIND,
@@ -196,7 +196,7 @@ impl Motion {
     /// zero, which is where arming begins; [`Servo::hold`](crate::Servo::hold) holds elsewhere.
     ///
     /// # Errors
-    /// Names the value that is not allowed.
+    /// Returns an error that names the invalid value.
     pub fn course(
         &self,
         config: &ControllerConfig,
@@ -227,8 +227,8 @@ impl Motion {
         }
     }
 
-    /// Prepares a motion that has been validated, in the place that is given, so that half a
-    /// kilobyte is not copied.
+    /// Prepares a motion that has been validated, in `course` itself, so that half a kilobyte is
+    /// not copied.
     #[inline(never)]
     pub(crate) fn prepare(
         &self,
@@ -265,8 +265,8 @@ impl Motion {
         Ok(())
     }
 
-    /// Refuses a ramp that rises faster than the output's limit may after arming. The soft start
-    /// would cut such a ramp, and it would find the levels of another effort.
+    /// Rejects a ramp that rises faster than the output's limit does after arming. The soft start
+    /// would cut such a ramp, and the ramp would find the levels of another effort.
     pub(crate) fn is_soft(&self, soft_start: f32, full_scale: f32) -> Result<(), InvalidValue> {
         match self {
             Self::Ramp { rate, .. } if soft_start > 0.0 => {
@@ -277,15 +277,16 @@ impl Motion {
     }
 }
 
-/// Returns of which corner a value is, and which of that corner's numbers it is.
+/// Returns the index of the corner that a value belongs to, and the index of the value in that
+/// corner.
 fn corner(key: Key) -> Option<(usize, u16)> {
     let at = key.0.checked_sub(CORNERS)?;
     let index = usize::from(at / 4);
     (index < MAX_CORNERS && at % 4 < 3).then_some((index, at % 4))
 }
 
-/// Returns the number under which a value is declared: for the values of every corner, those of the
-/// first.
+/// Returns the number under which a value is declared: for a value of any corner, that of the first
+/// corner.
 pub(crate) fn declared(key: Key) -> Key {
     corner(key).map_or(key, |(_, part)| Key(CORNERS + part))
 }
@@ -345,7 +346,8 @@ impl Values for Motion {
         Some(value)
     }
 
-    /// Knows no bounds of times and rates: `Motion::check` holds them against the loop.
+    /// Returns a value with its bounds. Times and rates have none here: `Motion::check` validates
+    /// them for the loop.
     fn with_bounds(&self, key: Key) -> Option<(f32, Allowed)> {
         let bits = self.get(key)?;
         let part = corner(key).map(|(_, part)| part);
@@ -355,8 +357,8 @@ impl Values for Motion {
         Some((number, if is_fraction { FRACTION } else { Allowed::Any }))
     }
 
-    /// Sets a value of the motion. The kind has to come first, since setting it forgets everything
-    /// else. Of a corner, the time has to come first, since it adds the corner.
+    /// Sets a value of the motion. The kind has to be set first, since a new kind resets all other
+    /// values. Of a corner, the time has to be set first, since it adds the corner.
     fn set(&mut self, key: Key, bits: u32) -> Result<bool, InvalidBits> {
         let number = f32::from_bits(bits);
         let is_same_kind = key == KIND && self.get(KIND) == Some(bits);

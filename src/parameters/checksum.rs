@@ -2,7 +2,8 @@
 
 use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 
-/// There is no table, which would cost a kilobyte of flash: the tasks that compute it have time.
+/// CRC-32 without a table, which would cost a kilobyte of flash: the tasks that compute it have
+/// time.
 const CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
 
 /// Returns the CRC-32 of pieces that follow each other.

@@ -81,10 +81,10 @@ pub fn declarations() -> impl Iterator<Item = &'static About> {
 }
 
 impl Parameters {
-    /// Validates every value, and prepares the controller and its motion.
+    /// Validates every value, and returns the prepared controller and its motion.
     ///
     /// # Errors
-    /// Names the first value that is not allowed.
+    /// Returns an error that names the first invalid value.
     pub fn prepare(&self, hardware: &Hardware) -> Result<(Controller, Course), InvalidValue> {
         self.check_times(hardware)?;
         self.check()?;
@@ -93,7 +93,8 @@ impl Parameters {
         Ok((controller, self.motion.course(&self.controller, &self.profile)?))
     }
 
-    /// Gives a controller its soft start and its nominal supply, in the units of a tick.
+    /// Sets the soft start (ticks) and the nominal supply (readings of the supply's converter) of a
+    /// controller.
     pub(crate) fn on_device(&self, controller: &mut Controller, hardware: &Hardware) {
         let DeviceConfig { soft_start, nominal_supply, supply_full_scale, .. } = self.device;
         let nominal = match supply_full_scale {
@@ -110,39 +111,39 @@ impl Parameters {
         libm::roundf(s / self.controller.sample_time) as u32
     }
 
-    /// Returns the ticks that are no shorter than a time (s): rounding of `f32` may make them one
-    /// more than needed, and never one less.
+    /// Returns a number of ticks that is no shorter than a time (s). Rounding of `f32` can make it
+    /// one tick more than needed, and never one less.
     pub fn ticks_at_least(&self, s: f32) -> u32 {
         libm::ceilf(s / self.controller.sample_time) as u32
     }
 
-    /// Refuses a value that this board's timers cannot make. A record that is valid by itself may
-    /// be another board's.
+    /// Rejects a value that the timers of this board cannot produce. A valid record may be that of
+    /// another board.
     ///
     /// # Errors
-    /// Names the value.
+    /// Returns an error that names the value.
     pub fn fits(&self, hardware: &Hardware) -> Result<(), DecodeError> {
         let fits = self.check_times(hardware);
         let top = |()| pwm_top(hardware, self.controller.drive.pwm_hz).map(|_| ());
         fits.and_then(top).map_err(DecodeError::Value)
     }
 
-    /// Refuses a sample time and a dead time that the timers cannot make. A shorter dead time would
-    /// let both switches of a half-bridge conduct at once.
+    /// Rejects a sample time or a dead time that the timers cannot produce. With a shorter dead
+    /// time, both switches of a half-bridge would conduct at once.
     ///
     /// # Errors
-    /// Names the value.
+    /// Returns an error that names the value.
     pub(crate) fn check_times(&self, hardware: &Hardware) -> Result<(), InvalidValue> {
         let [shortest, longest] = hardware.sample_time;
         between(SAMPLE_TIME, self.controller.sample_time, shortest, longest)?;
         between(DEAD_TIME, self.device.dead_time, 0.0, hardware.dead_time_max)
     }
 
-    /// Refuses a value that is not within its bounds, and values that do not go together. What only
-    /// a board can say is in [`fits`](Self::fits).
+    /// Rejects a value that is not within its bounds, and values that contradict each other. The
+    /// limits of a board are checked in [`fits`](Self::fits).
     ///
     /// # Errors
-    /// Names the first value that is not allowed.
+    /// Returns an error that names the first invalid value.
     #[inline(never)]
     pub fn check(&self) -> Result<(), InvalidValue> {
         self.validate()?;
@@ -154,7 +155,7 @@ impl Parameters {
         self.motion.check(&self.controller)
     }
 
-    /// Refuses a velocity of the profile at which every move would trip the overspeed.
+    /// Rejects a velocity of the profile above the overspeed limit: every move would trip it.
     fn check_velocity(&self) -> Result<(), InvalidValue> {
         let (found, overspeed) = (self.profile.velocity, self.limits.overspeed);
         if overspeed > 0.0 && found > overspeed {
@@ -164,7 +165,7 @@ impl Parameters {
         Ok(())
     }
 
-    /// Refuses a duty under which a leg's high side would conduct for so long that its bootstrap
+    /// Rejects a duty at which a leg's high side would conduct for so long that its bootstrap
     /// capacitor does not charge.
     fn check_bootstrap(&self) -> Result<(), InvalidValue> {
         let DriveConfig { pwm_hz, mode, duty_max, .. } = self.controller.drive;
@@ -188,35 +189,35 @@ impl Parameters {
     /// [`Motion::Ramp`] does.
     ///
     /// # Errors
-    /// Names the value that is not allowed.
+    /// Returns an error that names the invalid value.
     pub fn ramp(&self, rate: f32, hold: f32) -> Result<Ramp, InvalidValue> {
         let ControllerConfig { sample_time, drive, .. } = &self.controller;
         Motion::Ramp { rate, hold }.is_soft(self.device.soft_start, drive.full_scale)?;
         Ramp::new(rate, hold, *sample_time, drive.full_scale)
     }
 
-    /// Prepares a jog for this machine, within its bounds and those that a client asks for.
+    /// Prepares a jog for this machine, within its bounds and those that a client requests.
     ///
     /// # Errors
-    /// Names the value that is more than the machine allows.
+    /// Returns an error that names the value that the machine does not allow.
     pub fn jog(&self, asked: &JogRequest) -> Result<Jog, InvalidValue> {
         let ControllerConfig { sample_time, encoder, .. } = &self.controller;
         let bounds = self.jog.less(asked, encoder.resolution)?;
         Ok(Jog::new(&bounds, *sample_time, encoder.resolution))
     }
 
-    /// Prepares a homing for this machine, within what a client asks for.
+    /// Prepares a homing for this machine, within the bounds that a client requests.
     ///
     /// # Errors
-    /// Names the bound that the machine does not allow.
+    /// Returns an error that names the bound that the machine does not allow.
     pub fn home(&self, asked: &HomeRequest) -> Result<Home, InvalidValue> {
         Home::new(asked, &self.controller, &self.limits, &self.profile, &self.jog)
     }
 
-    /// Prepares an identification for this machine, within what a client asks for.
+    /// Prepares an identification for this machine, within the bounds that a client requests.
     ///
     /// # Errors
-    /// Names the bound that the machine does not allow.
+    /// Returns an error that names the bound that the machine does not allow.
     pub fn identify(
         &self,
         asked: &identification::IdentificationRequest,

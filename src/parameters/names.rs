@@ -9,14 +9,14 @@ use crate::units::error::{Allowed, InvalidValue};
 use crate::units::key::Key;
 use crate::units::value::About;
 
-/// Returns the declaration of a value, if this version knows the value.
+/// Returns the declaration of a value; none if the value is unknown to this version.
 pub fn about(key: Key) -> Option<&'static About> {
     let key = laws::declared(motion::declared(key));
     declarations().find(|about| about.key == key)
 }
 
 /// The path of a value in a machine's file, as in `drive.lsb_v`: two tables may have the same key.
-/// It prints a number that this version does not know as the number.
+/// A number that is unknown to this version is printed as the number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ValuePath(pub Key);
 
@@ -51,7 +51,7 @@ impl fmt::Display for NamedError {
     }
 }
 
-/// NamedBounds that print the path of a value that they depend on.
+/// Bounds that print the path of a value that they depend on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NamedBounds(pub Allowed);
 

@@ -9,14 +9,14 @@
 //!      20  body             entries of 6 bytes: the value's number (u16) and its 32 bits
 //! ```
 //!
-//! Why this form: a value that a later version adds is one more entry, so the format stays. A
-//! record that lacks the value gets its default, or what is derived from the rest. A firmware that
-//! does not know an entry refuses the record and names the entry ([`DecodeError::Unknown`]), since
-//! it cannot do what it does not understand.
+//! Why this form: a value that a later version adds is one more entry, so the format stays. If a
+//! record lacks the value, the value is its default, or is derived from the rest. A firmware to
+//! which an entry is unknown refuses the record and names the entry ([`DecodeError::Unknown`]),
+//! since it cannot apply the value.
 //!
-//! Guarantees: decoding is total. Any sequence of bytes either gives parameters of which every
-//! value has been validated, or an error that names the cause. Does badly: an entry takes 6 bytes
-//! where 5 would do; a record has room for 338 of them.
+//! Guarantees: decoding is total. Any sequence of bytes yields either parameters with all values
+//! validated, or an error that names the cause. Does badly: an entry takes 6 bytes where 5 would
+//! do; a record has room for 338 of them.
 
 use super::Parameters;
 use crate::control::profile::ProfileLimits;
@@ -28,10 +28,11 @@ use crate::units::value::{Absent, Key, Table, Values, key};
 /// The format version of the body. Versions 1 to 3 were never released and are refused.
 pub const FORMAT_VERSION: u32 = 4;
 
-/// Bytes in which every record fits, header and all: some hundred values are in use, and 338 fit.
+/// Bytes in which every record fits, including its header: some hundred values are in use, and 338
+/// fit.
 pub const ROOM: usize = 2048;
 
-/// The numbers of `stall_v` and of `breakaway_v`.
+/// Value numbers of `stall_v` and of `breakaway_v`.
 const STALL_EFFORT: Key = key(Limits::ABOUT, "stall_effort");
 const BREAKAWAY_EFFORT: Key = key(Limits::ABOUT, "breakaway_effort");
 
@@ -41,24 +42,24 @@ pub(super) const HEADER: usize = 20;
 /// Bytes of an entry: a value's number and its bits.
 const ENTRY: usize = 6;
 
-/// The reason why there are no parameters.
+/// The reason why there are no valid parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum DecodeError {
     /// The flash is erased: nothing has been written.
     Blank,
-    /// Something else than a record is written there, or a part of a record is missing.
+    /// The bytes are something other than a record, or a part of the record is missing.
     NotParameters,
     /// The record has this format version, which is unknown.
     Version(u32),
-    /// A bit has changed, or the record was not written to its end.
+    /// The checksum is wrong: a bit has changed, or the record was not written to its end.
     Checksum,
     /// The checksum is right, but the body is not one of the record's format.
     Malformed,
-    /// The record has a value that this version does not know.
+    /// The record has a value that is unknown to this version.
     Unknown(Key),
-    /// The record lacks a value that has to be there.
+    /// The record lacks a required value.
     Missing(Key),
-    /// A value of the record is not allowed.
+    /// A value of the record is invalid.
     Value(InvalidValue),
 }
 
@@ -83,7 +84,7 @@ impl Parameters {
     /// Reads a record at the start of `bytes`, and returns its parameters and its sequence number.
     ///
     /// # Errors
-    /// Says what is wrong with the record.
+    /// Returns the reason why the record is invalid.
     pub fn decode(bytes: &[u8]) -> Result<(Self, u32), DecodeError> {
         let (header, rest) = bytes.split_at_checked(HEADER).ok_or(DecodeError::NotParameters)?;
         if header.iter().all(|&byte| byte == 0xFF) {
@@ -106,11 +107,12 @@ impl Parameters {
         Ok((parameters, sequence))
     }
 
-    /// Takes a whole body. A value that the body lacks becomes its default, or is derived.
+    /// Sets all values from a whole body. A value that the body lacks becomes its default, or is
+    /// derived.
     #[inline(never)]
     fn read(&mut self, body: &[u8]) -> Result<(), DecodeError> {
         take(self, body)?;
-        // What starts the joint is half of the stall threshold, if only that is given.
+        // If only the stall threshold is given, the breakaway effort is half of it.
         let breakaway = if has(body, BREAKAWAY_EFFORT) {
             self.limits.breakaway_effort
         } else if has(body, STALL_EFFORT) {
@@ -120,8 +122,8 @@ impl Parameters {
         };
         self.limits = Limits::derived(&self.controller, &self.device, breakaway);
         self.jog = JogBounds::derived(&self.controller, &self.device, breakaway);
-        // The body is taken once more, since it may give some of the limits, and again, since some
-        // of what follows from them.
+        // The body is applied again after each derivation: it may set some of the derived limits,
+        // and some of the values that follow from them.
         take(self, body)?;
         self.profile = ProfileLimits::derived(&self.controller, self.limits.overspeed, 0.0);
         take(self, body)?;
@@ -132,17 +134,17 @@ impl Parameters {
         })
     }
 
-    /// Takes the entries of some values and leaves the others as they are in `before`. A law that
-    /// only gets another place keeps its gains, and one that nothing is said of keeps its place. A
-    /// law that was not there before needs all of its gains. Nothing is validated yet.
+    /// Sets some values from their entries, and leaves the others as they are in `before`. A law
+    /// that only moves to another place keeps its gains, and a law without an entry keeps its
+    /// place. A new law needs all of its gains. Nothing is validated yet.
     ///
     /// # Errors
-    /// Says which entry is wrong; some values may have changed then.
+    /// Returns the reason why an entry is wrong; some values may have changed then.
     #[inline(never)]
     pub fn change(&mut self, entries: &[u8], before: &Self) -> Result<(), DecodeError> {
         take(self, entries)?;
-        // A law that is put in its place has the gains of the example, and those behind it are
-        // gone.
+        // Setting a new law in a place resets it to the gains of the example, and removes the laws
+        // behind it.
         let _ = before.each(&mut |key, _| -> Result<(), ()> {
             if let Some(bits) =
                 before.get(key).filter(|_| self.get(key).is_some() && !has(entries, key))
@@ -161,28 +163,28 @@ impl Parameters {
         })
     }
 
-    /// Returns the newest valid record of two sectors, its sequence number, and in which of them it
-    /// is.
+    /// Returns the newest valid record of two sectors, its sequence number, and the index of its
+    /// sector.
     ///
-    /// A record that was cut off while it was written gives way to the one before it. If there is
-    /// none, the error is that of the sector that holds something.
+    /// If a record was cut off while it was written, the one before it is returned. If there is
+    /// none, the error is that of the first sector that is not blank.
     ///
     /// # Errors
-    /// Says what is wrong if neither is valid.
+    /// Returns the reason if neither record is valid.
     pub fn newest(sectors: [&[u8]; 2]) -> Result<(Self, u32, usize), DecodeError> {
         let [first, second] = sectors.map(Self::decode);
         Self::newer(first, second)
     }
 
-    /// Returns whether a sector holds something that is no valid record. It may have been the
-    /// newest one, and what is in use instead an older one.
+    /// Returns whether a sector holds something that is no valid record. That may have been the
+    /// newest record, so that the one in use is older.
     #[inline(never)]
     pub fn is_damaged(sector: &[u8]) -> bool {
         !matches!(Self::decode(sector), Ok(_) | Err(DecodeError::Blank))
     }
 
-    /// Returns the newer one of two records that were decoded, with its sequence number and which
-    /// of the two it is.
+    /// Returns the newer one of two records that were decoded, with its sequence number and its
+    /// index.
     pub(crate) fn newer(
         first: Result<(Self, u32), DecodeError>,
         second: Result<(Self, u32), DecodeError>,
@@ -198,7 +200,7 @@ impl Parameters {
     }
 }
 
-/// Writes the entries of some values, and returns how many bytes they take; none if there is no
+/// Writes the entries of some values, and returns the number of bytes written; none if there is no
 /// room.
 pub fn write(values: &impl Values, buffer: &mut [u8]) -> Option<usize> {
     let mut length = 0;
@@ -219,8 +221,8 @@ pub fn put(buffer: &mut [u8], length: &mut usize, key: Key, bits: u32) -> Option
     Some(())
 }
 
-/// Refuses entries of which one has undone another: two entries of one value, or one that stands
-/// before the law or the corner that it belongs to.
+/// Rejects entries of which one has undone another: two different entries of one value, or an entry
+/// before that of the law or the corner that it belongs to.
 fn read_back(values: &impl Values, body: &[u8]) -> Result<(), DecodeError> {
     let (entries, _) = body.as_chunks::<ENTRY>();
     let is_kept = |&[a, b, c, d, e, f]: &[u8; ENTRY]| {

@@ -1,22 +1,21 @@
 //! The store of the parameters: two slots of NOR flash, written in turn.
 //!
 //! Each slot is a sector of its own with one record of [`crate::parameters`] at its start: magic,
-//! version, sequence number, checksum. The valid record with the higher sequence number counts. To
-//! save, the *other* slot is erased, written and read back; the one that counts is never touched.
-//! So whenever the power goes, at a write or in the middle of an erase, either the old set or the
-//! new one is found whole. The new one counts from the moment on that its last word is there, since
+//! version, sequence number, checksum. The valid record with the higher sequence number is in
+//! effect. A save erases, writes and reads back the *other* slot; the slot in effect is never
+//! touched. So if the power fails, at a write or in the middle of an erase, either the old set or
+//! the new one is found intact. The new set is in effect as soon as its last word is written, since
 //! its checksum covers all of it.
 //!
 //! Why not a log of changes: a set is written a few times in the life of a machine, and an erase of
 //! a sector takes as long whether it holds one record or hundreds.
 //!
 //! A board whose program runs from the flash stands still while a sector is erased, for seconds. So
-//! parameters are saved only while the output is off, and a save lets the watchdog wait for
-//! it. Sectors and times are the board's.
+//! parameters are saved only while the output is off, with a longer timeout of the watchdog.
+//! Sectors and times depend on the board.
 //!
-//! Does badly: a word whose write was cut short may read one way today and another tomorrow. The
-//! record in which it lies is then refused by its checksum and the other slot counts, but no test
-//! by reading can detect such a word.
+//! Does badly: a word whose write was cut short may read differently each time. When its record
+//! fails the checksum, the other slot is in effect, but no test by reading can detect such a word.
 
 use embedded_storage::nor_flash::NorFlash;
 
@@ -37,47 +36,48 @@ pub struct Store<F> {
 pub enum SaveError {
     /// The flash refused to erase, write or read.
     Flash,
-    /// What was read back is not what was written.
+    /// The record that was read back differs from the written one.
     Verify,
     /// The record does not fit the room of a slot.
     TooLong,
 }
 
 impl<F: NorFlash> Store<F> {
-    /// Makes a store in the sectors that begin at `slots`, bytes from the begin of the flash.
+    /// Returns a store in the sectors that begin at `slots`, bytes from the start of the flash.
     pub const fn new(flash: F, slots: [u32; 2]) -> Self {
         Self { flash, slots }
     }
 
-    /// Returns the parameters that count.
+    /// Returns the saved parameters in effect.
     ///
     /// # Errors
-    /// Says what is wrong if neither slot has parameters. A flash that cannot be read holds none.
+    /// Returns the reason if neither slot has valid parameters. A flash that cannot be read has
+    /// none.
     pub fn load(&mut self) -> Result<Parameters, DecodeError> {
         self.newest().map(|(parameters, ..)| parameters)
     }
 
     /// Returns whether a slot holds something that is no valid record: a save that was cut short,
-    /// or damage. If it was the newest record, the parameters that count are older ones.
+    /// or damage. If it was the newest record, the parameters in effect are older ones.
     #[inline(never)]
     pub fn is_damaged(&mut self) -> bool {
         let slots = self.slots;
         slots.into_iter().any(|slot| !matches!(self.decode(slot), Ok(_) | Err(DecodeError::Blank)))
     }
 
-    /// Returns the number of the newest record: how often parameters were saved, if no probe has
-    /// written records meanwhile. A sector bears ten thousand erases, and each save erases one of
-    /// two.
+    /// Returns the sequence number of the newest record. It is the number of saves, if no probe has
+    /// written records meanwhile. A sector withstands ten thousand erases, and each save erases one
+    /// of two sectors.
     pub fn saves(&mut self) -> u32 {
         self.newest().map_or(0, |(_, sequence, _)| sequence)
     }
 
-    /// Saves validated parameters, which the next boot then uses. It erases one sector at most.
+    /// Saves validated parameters for the next boot. A save erases one sector at most.
     ///
-    /// To save takes seconds and stops the program, so the output has to be off.
+    /// A save lasts for seconds and stops the program, so the output has to be off.
     ///
     /// # Errors
-    /// Says how the flash failed. The parameters that counted before still do.
+    /// Returns the reason why the flash failed. The previous parameters stay in effect.
     pub fn save(&mut self, parameters: &Parameters) -> Result<(), SaveError> {
         let is_damaged = self.is_damaged();
         let (sequence, which) = match self.newest() {
@@ -98,12 +98,11 @@ impl<F: NorFlash> Store<F> {
         }
     }
 
-    /// Erases a slot that is damaged and does not count. It would be reported again at the next
-    /// power-on. It is not part of [`save`](Self::save), so that a watchdog waits for one erase at
-    /// a time.
+    /// Erases a damaged slot, which would be reported again at the next power-on. This is not part
+    /// of [`save`](Self::save), so that a watchdog waits for one erase at a time.
     ///
     /// # Errors
-    /// Says that the flash failed.
+    /// Returns an error if the flash fails.
     pub fn erase_damaged(&mut self) -> Result<(), SaveError> {
         let Ok((_, _, which)) = self.newest() else { return Ok(()) };
         let [first, second] = self.slots;
@@ -115,7 +114,7 @@ impl<F: NorFlash> Store<F> {
         self.flash.erase(other, end).map_err(|_| SaveError::Flash)
     }
 
-    /// Returns the flash, for those who share it.
+    /// Returns the flash, for other users of it.
     pub const fn flash(&mut self) -> &mut F {
         &mut self.flash
     }

@@ -61,7 +61,7 @@ fn a_record_of_another_format_is_refused_by_its_version() {
     }
 }
 
-/// Gives a record the checksum of what it holds.
+/// Sets the checksum of a record to that of its contents.
 fn reseal(bytes: &mut [u8]) {
     let (header, body) = bytes.split_at(record::HEADER);
     let sum = record::checksum(header, body);

@@ -1,4 +1,4 @@
-//! Configuration of a positioner in SI units, and the reason why one is refused.
+//! Configuration of a positioner in SI units, and the error of a refused one.
 
 use crate::control::motor_encoder::MotorEncoder;
 use core::fmt;
@@ -65,10 +65,11 @@ impl fmt::Display for Refused {
 
 impl core::error::Error for Refused {}
 
-/// Bounds of every number that has no other: with these the law's products stay finite in `f32`.
+/// Bounds of every number that has no other bounds: within them the law's products stay finite in
+/// `f32`.
 pub(super) const RANGE: [f32; 2] = [1e-6, 1e6];
 
-/// Shortest and longest sample time, s: what a law with fixed times in ticks can count.
+/// Shortest and longest sample time, s: within them a law can count its fixed times in ticks.
 pub(super) const SAMPLE_TIME: [f32; 2] = [1e-5, 0.1];
 
 /// Least and most counts of a turn. Above 2^24 a turn is no whole number of counts in `f32`.
@@ -82,7 +83,7 @@ pub(super) fn check(field: &'static str, found: f32, [low, high]: [f32; 2]) -> R
     if found >= low && found <= high { Ok(()) } else { Err(Refused { field, found, low, high }) }
 }
 
-/// Returns the error of a value of the core, with the name of its field in `T`.
+/// Converts an error of the core into one with the name of the field in the table `T`.
 pub(super) fn refused<T: Table>(error: InvalidValue) -> Refused {
     let field =
         T::ABOUT.iter().find(|about| about.key == error.key).map_or("", |about| about.field);

@@ -33,13 +33,13 @@ impl Counter {
         Self { encoder, state: EncoderState::start(reading, 0) }
     }
 
-    /// Takes a reading of the counter, and returns the position, counts.
+    /// Updates the position with a reading of the counter, and returns it, counts.
     pub fn update(&mut self, reading: u32) -> i32 {
         self.encoder.update(&mut self.state, reading);
         self.position()
     }
 
-    /// Returns the position as of the last reading, counts.
+    /// Returns the position at the last reading, counts.
     pub const fn position(&self) -> i32 {
         self.state.counts()
     }

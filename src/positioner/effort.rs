@@ -1,4 +1,4 @@
-//! The end of a positioner's tick: the largest effort and its step.
+//! Last stage of a positioner's tick: the effort is limited and rounded to its step.
 
 use crate::units::saturation::saturate;
 
@@ -16,8 +16,8 @@ impl EffortSteps {
         Self { largest, step, per_step: 1.0 / step }
     }
 
-    /// Returns the nearest multiple of the step, or the largest effort if that is less; and whether
-    /// the limit was reached.
+    /// Returns the multiple of the step nearest to the requested effort, or the largest effort if
+    /// that is less, and whether the requested effort exceeded the limit.
     pub fn apply(&self, asked: f32) -> (f32, bool) {
         let (effort, saturated) = saturate(asked, self.largest);
         let stepped = libm::roundf(effort * self.per_step) * self.step;

@@ -8,17 +8,17 @@
 //!             +--------- applied effort ---------+   (tick_applied: what it really was)
 //! ```
 //!
-//! **A law stops no runaway.** An encoder that dies, turns the wrong way or slips, a joint
-//! that hits a stop, a motor that gets too hot: the law notices none of them. Limit the travel, the
-//! time and the current outside, and turn the output off when a limit is exceeded. The monitors of
-//! a device that need no board are in [`RunawayMonitors`]; its page says what they do not see.
+//! **A law stops no runaway.** An encoder that dies, turns the wrong way or slips, a joint that
+//! hits a stop, a motor that gets too hot: the law notices none of them. Limit the travel, the time
+//! and the current outside, and turn the output off when a limit is exceeded. The monitors of a
+//! device that need no board are in [`RunawayMonitors`]; its page lists what they do not detect.
 //!
-//! [`PdPositioner`] is the same for PD with one of the thesis's laws, and [`MoveProfile`] has the
-//! path of a move for it. [`Counter`] unwraps a hardware counter. [`Positioner`]'s law is
-//! [`Robust`]; its page has the equations and what it does badly. This module adds
-//! nothing but SI units, the validation of a [`PositionerConfig`], the limit and the step of the
-//! effort, and zero instead of an effort that is not a number. It does not allocate, panic or use
-//! `f64`, and depends on no board: it runs on any target that has `core`.
+//! [`PdPositioner`] does the same with PD and one of the thesis's laws, and [`MoveProfile`]
+//! generates the path of a move for it. [`Counter`] unwraps a hardware counter. [`Positioner`]'s
+//! law is [`Robust`]; its page has the equations and what it does badly. This module adds only SI
+//! units, the validation of a [`PositionerConfig`], the limit and the step of the effort, and zero
+//! instead of an effort that is not a number. It does not allocate, panic or use `f64`, and depends
+//! on no board: it runs on any target that has `core`.
 //!
 //! ```
 //! use stiction::positioner::{EncoderSide, Positioner, PositionerConfig, Target};
@@ -69,7 +69,7 @@ use crate::control::laws::{Law, LawInput, Robust};
 use crate::control::reference::Setpoint;
 use effort::EffortSteps;
 
-/// Position that the joint should have at one tick, and the velocity with which it moves on.
+/// Position, velocity and acceleration that the joint should have at one tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Target {
     /// Position, counts and a fraction: a target between two counts is kept.
@@ -97,7 +97,7 @@ impl Target {
     }
 }
 
-/// Position control of a joint that sticks, prepared for a joint and a loop.
+/// Position controller for a joint that sticks, prepared for a joint and a loop.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Positioner {
     law: Robust,
@@ -144,15 +144,15 @@ impl Positioner {
         PositionerState::default()
     }
 
-    /// Returns the position of an angle (rad), counted from the counter's zero. An `f32` keeps an
-    /// angle to 6e-8 of itself: after many turns, add counts instead.
+    /// Returns the position of an angle (rad), counted from the counter's zero. An `f32` resolves
+    /// an angle to 6e-8 of its size: after many turns, add counts instead.
     pub fn position(&self, angle: f32) -> Position {
         let turns = angle * (0.5 * core::f32::consts::FRAC_1_PI);
         Position::default().displaced(turns * self.counts_per_turn)
     }
 
-    /// Runs one tick: takes the counter (it may wrap) and the target, and returns the effort until
-    /// the next tick. That effort must be applied at once and in full; if not, see
+    /// Runs one tick with the counter's position (it can wrap) and the target, and returns the
+    /// effort until the next tick. That effort must be applied at once and in full; if not, see
     /// [`tick_applied`](Self::tick_applied).
     pub fn tick(&self, state: &mut PositionerState, counts: i32, target: Target) -> f32 {
         let applied = state.applied;
@@ -174,26 +174,27 @@ impl Positioner {
         state.applied = if asked.is_finite() && setpoint.is_finite() {
             self.effort.apply(asked).0
         } else {
-            // Zero effort, and a law that begins anew where the joint is.
+            // Zero effort, and the law starts again where the joint is.
             state.law.forget();
             0.0
         };
         state.applied
     }
 
-    /// Forgets what was learned. To be called before the next tick when the output has been off, or
-    /// the counter was set: the law begins at rest, where the joint is.
+    /// Discards what the law has learned: it starts at rest, where the joint is. Call it before the
+    /// next tick if the output was off or the counter was set.
     pub fn restart(&self, state: &mut PositionerState) {
         state.law.forget();
         state.applied = 0.0;
     }
 
-    /// Has a law that has [given up](Mode::GiveUp) try again. A target that moves does so, too.
+    /// Restarts the attempts of a law that has [given up](Mode::GiveUp). A moving target restarts
+    /// them, too.
     pub fn try_again(&self, state: &mut PositionerState) {
         Robust::begin_motion(&mut state.law);
     }
 
-    /// Returns what the law did in the last tick.
+    /// Returns the state of the law after the last tick.
     pub const fn mode(&self, state: &PositionerState) -> Mode {
         state.law.mode()
     }

@@ -1,12 +1,13 @@
-//! Monitors for a firmware of your own: those of a device that need no board, in one call.
+//! Monitors for a firmware of your own: the monitors of a device that need no board, in one call.
 //!
 //! ```text
 //! effort = positioner.tick(...)
 //! monitors.check(counts, target, effort) -> none: apply it;  a fault: turn the output off
 //! ```
 //!
-//! They are those of the servo, with its thresholds: [`Limits::derived`] and [`Limits::of_gain`] of
-//! the joint's configuration. Each has its page in [`monitor`](crate::safety::monitor).
+//! They are the monitors of the servo, with its thresholds: [`Limits::derived`] and
+//! [`Limits::of_gain`] of the joint's configuration. Each has its page in
+//! [`monitor`](crate::safety::monitor).
 //!
 //! | fault | seen |
 //! |---|---|
@@ -17,10 +18,11 @@
 //! | position limit | outside the configured range |
 //! | overheat | effort for longer than the motor tolerates, by a model of its winding |
 //!
-//! What they do not see: an encoder that dies while the joint rests (until the law pushes hard), a
-//! supply out of range, a current, a stuck output, a tick that comes late or not at all. So a
-//! watchdog and a limit of the current stay yours. A runaway is ended after it began. How far it
-//! goes until then was measured for a device, which also probes its encoder, and not for these.
+//! They do not detect an encoder that dies while the joint rests (until the law pushes hard), a
+//! supply out of range, a current, a stuck output, or a tick that comes late or not at all. So your
+//! firmware still needs a watchdog and a limit of the current. The monitors end a runaway after it
+//! has begun. How far the joint moves until then was measured for a device, which also probes its
+//! encoder, and not for these monitors.
 
 use super::config::check;
 use super::{PositionerConfig, Refused, Target};
@@ -38,7 +40,7 @@ use crate::safety::monitor::{MonitorState, Monitors, Seen, Standstill};
 use crate::units::error::HUGE;
 use crate::units::value::Table;
 
-/// What the monitors have to know beside the joint.
+/// Configuration of the monitors, beside that of the joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MonitorConfig {
     /// Range of positions from the counter's zero, rad. Both zero: no range.
@@ -52,9 +54,9 @@ pub struct MonitorConfig {
 /// A fault and the value that tripped it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Runaway {
-    /// What was seen.
+    /// Detected fault.
     pub fault: Fault,
-    /// The value, in degrees for angles.
+    /// Value that tripped the monitor; angles are in degrees.
     pub value: f32,
 }
 
@@ -80,8 +82,8 @@ const FARTHEST: f32 = 1e4;
 /// Positions in the regression of the velocity, as in the thesis.
 const WINDOW: u32 = 5;
 
-/// Returns the limits of a device's monitors for a joint of a gain (deg/s^2 for an effort of 1),
-/// within the bounds of their declarations.
+/// Returns the limits of a device's monitors for a joint with the gain `gain` (deg/s^2 for an
+/// effort of 1), within the bounds of their declarations.
 fn limits(
     joint: &PositionerConfig,
     config: &MonitorConfig,
@@ -100,7 +102,7 @@ fn limits(
         continuous_effort: config.continuous_effort,
         thermal_time: config.thermal_time,
         link_timeout: 0.0,
-        // The servo pushes a joint at rest to see whether its encoder lives; nothing does here.
+        // The servo pushes a joint at rest to test its encoder; a positioner does not.
         breakaway_min: derived.breakaway_effort,
         stop_gain: limits.stop_gain.min(HUGE),
         progress_gain: limits.progress_gain.min(HUGE),
@@ -160,14 +162,15 @@ impl RunawayMonitors {
         self.armed(&RunawayState::default(), counts)
     }
 
-    /// Returns the state with which the output is turned on again at `counts`: the heat stays.
+    /// Returns the state for turning the output on again at `counts`. The heat of the motor is
+    /// kept.
     pub fn armed(&self, before: &RunawayState, counts: i32) -> RunawayState {
         let range = self.monitors.range(Some(0));
         let watch = self.monitors.armed(&before.watch, false, range);
         RunawayState { watch, counts, ..RunawayState::default() }
     }
 
-    /// Looks at a tick with output: the counter, the target, and the effort that is about to be
+    /// Checks a tick with output: the counter, the target, and the effort that is about to be
     /// applied. On a fault, turn the output off in this tick.
     pub fn check(
         &self,
@@ -191,13 +194,14 @@ impl RunawayMonitors {
         Some(Runaway { fault: trip.fault, value: trip.value })
     }
 
-    /// Looks at a tick without output: the motor cools.
+    /// Updates the state in a tick without output: the motor cools.
     pub fn idle(&self, state: &mut RunawayState, counts: i32) {
         let (seen, _) = self.see(state, counts);
         self.monitors.idle(&mut state.watch, &seen);
     }
 
-    /// Takes the counter, and returns what it says with the velocity, deg/s.
+    /// Updates the state with the counter, and returns the inputs of the monitors and the velocity,
+    /// deg/s.
     fn see(&self, state: &mut RunawayState, counts: i32) -> (Seen, f32) {
         let travel = counts.wrapping_sub(state.counts);
         state.counts = counts;

@@ -1,4 +1,4 @@
-//! The monitors around a joint that works, and around one of which a part has failed.
+//! The monitors with a joint that works, and with one that has a failed part.
 
 use core::cell::Cell;
 
@@ -70,7 +70,8 @@ fn a_position_outside_the_range_and_a_motor_that_heats_are_faults() {
     assert!(matches!(fault, Some((Fault::PositionLimit, _))), "{fault:?}");
     assert!((0.1..0.15).contains(&joint.position), "{}", joint.position);
 
-    // 4 against 2, below what is a stall: `10 s ln(4^2 / (4^2 - 2^2))` = 2.88 s.
+    // An effort of 4 against a limit of 2, too small for a stall: `10 s ln(4^2 / (4^2 - 2^2))` =
+    // 2.88 s.
     let config = MonitorConfig { continuous_effort: 2.0, ..MONITORS };
     let monitors = RunawayMonitors::new(&CONFIG, &config).unwrap();
     let mut watch = monitors.start(0);
@@ -84,7 +85,7 @@ fn a_position_outside_the_range_and_a_motor_that_heats_are_faults() {
     });
     let Some((Fault::Overheat, k)) = hot else { panic!("{hot:?}") };
     assert!((2850..2900).contains(&k), "{k}");
-    // It is hot still when it is armed again, and cools without output.
+    // The motor is still hot when it is armed again, and cools without output.
     let mut again = monitors.armed(&watch, counts);
     let target = Target::at_rest(Position::from_counts(counts));
     let hot = monitors.check(&mut again, counts, target, 4.0).map(|runaway| runaway.fault);

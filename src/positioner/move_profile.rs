@@ -19,7 +19,8 @@ pub struct MoveConfig {
     pub jerk: f32,
 }
 
-/// A move with bounded velocity, acceleration and jerk: the targets of its ticks.
+/// Profile of a move with bounded velocity, acceleration and jerk: it generates the target of each
+/// tick.
 ///
 /// [`Profile`] has the equations, what it guarantees and what it does badly.
 /// [`Positioner`](super::Positioner) has a profile of its own and needs none; beside
@@ -51,7 +52,7 @@ pub struct MoveConfig {
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct MoveProfile {
-    // In rad: the generator takes any unit of angles.
+    // In rad: the generator works in any unit of angles.
     profile: Profile,
 }
 
@@ -81,13 +82,12 @@ impl MoveProfile {
         Ok(Self { profile })
     }
 
-    /// Sets another end of the move. The path goes on from where it is, with the velocity that it
-    /// has.
+    /// Sets another end of the move. The path goes on from its present position and velocity.
     pub fn aim(&mut self, end: Position) {
         self.profile.aim(end);
     }
 
-    /// Sets the end of the move to the first whole count on which the limits let it stop.
+    /// Sets the end of the move to the first whole count on which it can stop within the limits.
     pub fn stop(&mut self) {
         self.profile.stop();
     }
@@ -105,12 +105,13 @@ impl MoveProfile {
         Target { position: setpoint.position, velocity, acceleration }
     }
 
-    /// Returns whether the path moves, or will.
+    /// Returns whether the path moves, or will move.
     pub fn is_moving(&self) -> bool {
         self.profile.is_moving()
     }
 
-    /// Puts the path at rest where the joint is. To be called after the output has been off.
+    /// Sets the path to rest at `at`, the position of the joint. Call it after the output has been
+    /// off.
     pub fn restart(&mut self, at: Position) {
         self.profile.aim(at);
         self.profile.start_at(at, 0.0);

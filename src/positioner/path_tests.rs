@@ -1,4 +1,4 @@
-//! The profile of a move and the counter, each against a second reckoning.
+//! The profile of a move and the counter, each compared with a second calculation.
 
 use super::*;
 use crate::control::profile::{Profile, ProfileLimits};
@@ -11,8 +11,8 @@ const LIMITS: MoveConfig = MoveConfig {
     jerk: 625.0,
 };
 
-/// A move of a turn: the differences of its positions keep the three limits, and it lands.
-/// Speed and acceleration reach theirs.
+/// A move of a turn: the differences of its positions stay within the three limits, and the move
+/// ends on its target. Speed and acceleration reach their limits.
 #[test]
 fn a_move_in_rad_keeps_its_limits_and_lands_on_its_end() {
     let mut path = MoveProfile::new(&LIMITS, Position::from_counts(-300)).unwrap();
@@ -116,7 +116,8 @@ fn a_limit_of_a_move_is_refused_by_the_name_of_its_field() {
     }
 }
 
-/// A timer of 16 bits, a joint that goes to and fro across its ends, and 2^31.
+/// A timer of 16 bits, and a joint that moves to and fro across the ends of the timer and of an
+/// `i32`.
 #[test]
 fn a_counter_keeps_its_position_across_the_ends_of_its_range() {
     for (direction, sign) in [(Direction::Forward, 1i64), (Direction::Reverse, -1)] {

@@ -5,8 +5,8 @@
 //! target -------------> error ---------+-> PD (eq. 28) + law -> limit, step -> effort
 //! ```
 //!
-//! Each law of [`laws`](crate::control::laws) has its equation, and what it does badly.
-//! As beside [`Positioner`](super::Positioner): **a law stops no runaway.**
+//! The page of each law in [`laws`](crate::control::laws) has its equation, and what it does badly.
+//! As with [`Positioner`](super::Positioner): **a law stops no runaway.**
 
 use super::config::{COUNTS, RANGE, SAMPLE_TIME, check, refused};
 use super::effort::EffortSteps;
@@ -121,8 +121,8 @@ impl<L: Law> PdPositioner<L> {
         PdState::default()
     }
 
-    /// Runs one tick: takes the counter (it may wrap) and the target, and returns the effort until
-    /// the next tick, which must be applied at once.
+    /// Runs one tick with the counter's position (it can wrap) and the target, and returns the
+    /// effort until the next tick, which must be applied at once.
     pub fn tick(&self, state: &mut PdState<L::State>, counts: i32, target: Target) -> f32 {
         let travel = counts.wrapping_sub(state.counts.unwrap_or(counts));
         state.counts = Some(counts);
@@ -148,15 +148,14 @@ impl<L: Law> PdPositioner<L> {
         let asked = v_pd + self.law.update(&mut state.law, &input);
         let is_finite = asked.is_finite() && setpoint.is_finite();
         if !is_finite {
-            // What it has learned may not be a number either.
+            // Values that the law has learned need not be numbers either.
             state.law = L::State::default();
         }
         (state.applied, state.saturated) = self.effort.apply(if is_finite { asked } else { 0.0 });
         state.applied
     }
 
-    /// Forgets everything. To be called before the next tick when the output has been off, or the
-    /// counter was set.
+    /// Resets the state. Call it before the next tick if the output was off or the counter was set.
     pub fn restart(&self, state: &mut PdState<L::State>) {
         *state = self.start();
     }

@@ -1,4 +1,4 @@
-//! The positioner against the controller of a device, and around a joint of its own.
+//! The positioner, compared with the controller of a device, and with a simulated joint.
 
 use super::*;
 use crate::control::controller::{Controller, ControllerConfig, Reading};
@@ -9,7 +9,7 @@ use crate::control::laws::Gains;
 use crate::control::pd::PdGains;
 use crate::units::value::Table;
 
-/// A joint of 0.12 N m s^2/rad, say, with a step of the effort that `f32` has exactly.
+/// A joint of 0.12 N m s^2/rad, say, with a step of the effort that is exact in `f32`.
 pub(super) const CONFIG: PositionerConfig = PositionerConfig {
     sample_time: 1e-3,
     counts_per_turn: 100_000.0,
@@ -74,7 +74,7 @@ const HARDWARE: Hardware = Hardware {
     sample_time: [1e-4, 0.02],
 };
 
-/// The same loop in a device.
+/// Returns the configuration of the same loop in a device.
 fn device(config: &PositionerConfig) -> ControllerConfig {
     let (gains, around) = config.prepared().unwrap();
     let drive = DriveConfig {
@@ -168,8 +168,9 @@ fn a_target_that_is_no_number_gets_no_effort_and_spoils_nothing() {
     assert!(first > 0.9);
 }
 
-/// The observer predicts the speed from the effort. If it hears that the joint had less than was
-/// asked for, it does not take the joint for faster than it is, and asks for more.
+/// The observer predicts the speed from the effort. If it gets the effort that the joint really
+/// had, and that is less than requested, it does not overestimate the speed, and the law requests
+/// more.
 #[test]
 fn an_effort_that_the_amplifier_has_cut_makes_no_speed() {
     let positioner = Positioner::new(&CONFIG).unwrap();

@@ -1,10 +1,10 @@
-//! The deadline of the control task, which says whether it keeps its time.
+//! The deadline of the control task: it detects ticks that begin too late or take too long.
 //!
 //! A free-running counter is read on entry and on exit; it must not stop while the processor
-//! sleeps. A tick is late if it begins more than a quarter of a period behind its time, which is a
-//! period after the tick before. A tick is long if it takes more than half a period. Both are
-//! overruns: the law's constants depend on the sample time, and that is then not the one that was
-//! configured. The counter may wrap.
+//! sleeps. A tick is due a period after the tick before. It is late if it begins more than a
+//! quarter of a period after that time, and long if it takes more than half a period. Both are
+//! overruns: the law's constants depend on the sample time, which is then not the configured one.
+//! The counter may wrap.
 
 /// The deadline of a tick, in clocks of the counter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -20,7 +20,7 @@ impl Deadline {
         Self { latest: period.saturating_add(period / 4), longest: period / 2, entered: None }
     }
 
-    /// Takes the begin of a tick at `clock`, and returns whether the tick is in time.
+    /// Records the start of a tick at `clock`, and returns whether the tick is in time.
     ///
     /// ```
     /// let mut deadline = stiction::safety::deadline::Deadline::new(1000);
@@ -34,7 +34,7 @@ impl Deadline {
         in_time
     }
 
-    /// Takes the end of the tick at `clock`, and returns whether the tick was short enough.
+    /// Returns whether the tick, which ends at `clock`, was short enough.
     ///
     /// ```
     /// let mut deadline = stiction::safety::deadline::Deadline::new(1000);

@@ -14,12 +14,11 @@
 //!   counts to and fro.
 //! - A [jog](crate::motion::jog) ends with the verdict that encoder and motor agree.
 //!
-//! Guarantees: a client alone drives a joint with a dead encoder by jogs only, each within its own
-//! bounds. Noise of less than 16 counts to each side is no proof.
+//! Guarantees: without a hand at the joint, a client drives a joint with a dead encoder only by
+//! jogs, each within its own bounds. Noise of less than 16 counts to each side is no proof.
 //!
-//! Does badly: a load that moves the joint is taken for a hand. Noise that walks by 16 counts while
-//! the joint rests is taken for one, too. Counts by hand do not show the direction: only the jog
-//! does.
+//! Does badly: a load that moves the joint passes for a hand, and so does noise that drifts by 16
+//! counts while the joint rests. Counts by hand do not show the direction; only the jog does.
 
 use crate::safety::fault::Fault;
 use crate::safety::open_loop::SLACK;
@@ -28,7 +27,7 @@ use crate::safety::open_loop::SLACK;
 /// direction in a jog, since noise of 4 counts to each side makes 8.
 pub const BY_HAND: u32 = 2 * SLACK;
 
-/// Whether the encoder is in doubt, and since which place of rest.
+/// Whether the encoder is in doubt, and where the joint has rested since.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum EncoderProof {
     /// The encoder is trusted.
@@ -46,17 +45,18 @@ impl EncoderProof {
         !matches!(self, Self::Given)
     }
 
-    /// Returns the proof after a fault: it is due if the fault may come from the encoder.
+    /// Returns the state after a fault: the encoder is in doubt if the fault may come from it.
     pub const fn after(self, fault: Fault) -> Self {
         if fault.doubts_encoder() { Self::Moving } else { self.after_drive() }
     }
 
-    /// Returns the proof after the output was on: what the drive moved, no hand did.
+    /// Returns the state after the output was on. An encoder in doubt stays in doubt, and the joint
+    /// has to rest again: travel under drive is no proof.
     pub const fn after_drive(self) -> Self {
         if self.is_due() { Self::Moving } else { Self::Given }
     }
 
-    /// Takes the position (counts) of a tick with the output off.
+    /// Updates the state with the position (counts) of a tick with the output off.
     pub const fn update(&mut self, position: i32, is_at_rest: bool) {
         match *self {
             Self::Moving if is_at_rest => *self = Self::Rested(position),

@@ -1,11 +1,11 @@
 //! The faults, which are the reasons why the servo refuses to move.
 //!
-//! `docs/reference/faults.md` says of each fault what it means and what to check.
+//! `docs/reference/faults.md` explains each fault and what to check.
 
 use crate::safety::monitor::limits::Limits;
 use crate::units::value::{Key, Table, key};
 
-/// The number of faults that a servo remembers.
+/// Number of faults in the log of a servo.
 pub const HISTORY: usize = 8;
 
 /// Declares the faults: `number Name "a few words", "its section in docs/reference/faults.md",
@@ -13,11 +13,12 @@ pub const HISTORY: usize = 8;
 macro_rules! faults {
     ($($(#[doc = $text:literal])+ $code:literal $Fault:ident $words:literal, $section:literal,
         $value:literal $unit:literal, $within:literal, $end:ident, [$($limit:ident),*];)+) => {
-        /// A latched fault: the output stays off until the fault is cleared or the part is reset.
-        /// The reset after it says why it was.
+        /// A reason why the output is off. Once latched, a fault keeps the output off until the
+        /// fault is cleared or the microcontroller is reset. After the reset, the device reports
+        /// the fault.
         ///
-        /// The fault's number is kept in memory across a reset and goes over the link. It never
-        /// changes its meaning.
+        /// The fault's number is kept in memory across a reset and sent over the link. Its meaning
+        /// never changes.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         #[repr(u8)]
         pub enum Fault {
@@ -25,10 +26,10 @@ macro_rules! faults {
         }
 
         impl Fault {
-            /// Every fault, in the order of the numbers.
+            /// All faults, in the order of their numbers.
             pub const ALL: &'static [Self] = &[$(Self::$Fault),+];
 
-            /// Returns a few words for a log.
+            /// Returns a short description for a log.
             pub const fn describe(self) -> &'static str {
                 match self {
                     $(Self::$Fault => $words,)+
@@ -43,21 +44,22 @@ macro_rules! faults {
                 }
             }
 
-            /// Returns what ends the fault.
+            /// Returns how the fault ends.
             const fn end(self) -> End {
                 match self {
                     $(Self::$Fault => End::$end,)+
                 }
             }
 
-            /// Returns what the fault is, for hosts: the sentence of its declaration.
+            /// Returns the meaning of the fault, for hosts: the doc of its declaration.
             pub const fn text(self) -> &'static str {
                 match self {
                     $(Self::$Fault => concat!($($text),+),)+
                 }
             }
 
-            /// Returns what value trips the fault, for hosts; empty if there is none.
+            /// Returns the name of the value that trips the fault, for hosts; empty if there is
+            /// none.
             pub const fn value(self) -> &'static str {
                 match self {
                     $(Self::$Fault => $value,)+
@@ -71,14 +73,14 @@ macro_rules! faults {
                 }
             }
 
-            /// Returns how soon the fault is seen, for hosts.
+            /// Returns the time within which the fault is detected, as a text for hosts.
             pub const fn seen_within(self) -> &'static str {
                 match self {
                     $(Self::$Fault => $within,)+
                 }
             }
 
-            /// Returns the numbers of the fault's thresholds, for hosts.
+            /// Returns the keys of the fault's thresholds, for hosts.
             pub const fn limits(self) -> &'static [Key] {
                 match self {
                     $(Self::$Fault => const { &[$(key(Limits::ABOUT, stringify!($limit))),*] },)+
@@ -193,7 +195,7 @@ faults! {
 }
 
 impl Fault {
-    /// Returns the fault of a number, if there is one.
+    /// Returns the fault with this number, if there is one.
     ///
     /// ```
     /// use stiction::Fault;
@@ -204,8 +206,8 @@ impl Fault {
         Self::ALL.iter().copied().find(|fault| *fault as u8 == code)
     }
 
-    /// Returns whether a command can clear the fault. Missing and bad parameters end with good
-    /// ones.
+    /// Returns whether a command can clear the fault. Missing and bad parameters end once the
+    /// device has valid ones.
     pub const fn is_clearable(self) -> bool {
         matches!(self.end(), End::Clear)
     }
@@ -248,7 +250,7 @@ impl From<Fault> for LatchedFault {
 /// The log of the last faults.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct FaultLog {
-    /// The last faults in a ring: the fault number `n` of all that there were is at `n` modulo its
+    /// The last faults, in a ring: fault number `n`, counted from zero, is at `n` modulo the
     /// length.
     entries: [Option<LatchedFault>; HISTORY],
     count: u32,
@@ -263,13 +265,13 @@ impl FaultLog {
         self.count = self.count.saturating_add(1);
     }
 
-    /// Returns the faults that are remembered, the oldest first.
+    /// Returns the faults in the log, the oldest first.
     pub fn iter(&self) -> impl Iterator<Item = &LatchedFault> {
         let oldest = self.count as usize % HISTORY;
         (0..HISTORY).filter_map(move |i| self.entries.get((oldest + i) % HISTORY)?.as_ref())
     }
 
-    /// Returns how many faults there were, remembered or not.
+    /// Returns the number of faults so far, including those no longer in the log.
     pub const fn count(&self) -> u32 {
         self.count
     }

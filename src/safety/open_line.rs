@@ -7,28 +7,28 @@
 //!   driven    ____________________________________     agrees by chance: until one reading differs
 //! ```
 //!
-//! The input has a pull-up and a pull-down resistor inside the chip, some 40 kOhm each. A line that
-//! is open follows whichever is on. One that a push-pull output drives does not. The test begins
-//! 10 ms after the joint last moved, and again after each second of rest, with the output
-//! on or off. It ends at the first reading at which no line has followed all pulls so far: after
-//! two for an encoder that stands still. The order of the pulls is a maximum-length sequence, so
-//! that no vibration that makes a line flicker at its edge keeps pace with it.
+//! The input has a pull-up and a pull-down resistor inside the chip, some 40 kOhm each. An open
+//! line follows the resistor that is on. A line that a push-pull output drives does not. The test
+//! begins 10 ms after the joint last moved, and again after each second of rest, with the output on
+//! or off. It ends at the first reading at which no line has followed all pulls so far: after two
+//! for an encoder that stands still. The order of the pulls is a maximum-length sequence, so that a
+//! line that flickers at its edge under vibration does not follow it.
 //!
 //! Guarantees: a line that is open and quiet is found within 42 ms of rest, or 33 ticks if those
 //! are longer, and before arming ([`EncoderOutput::PushPull`] only). A driven line that reads at
 //! random passes for an open one in one of 2^32 tests.
 //!
-//! Does badly: what drives the line close to the chip hides an open cable behind it, be it a line
-//! receiver or an external pull-up. An open-collector output that has no pull-up but the chip's
-//! looks open. So the test is off with both, and where nothing is said of the output. A line that
-//! picks up so much noise that it does not follow the resistors is not found, nor are two lines
-//! that touch. An encoder without its supply may hold its lines low. Two open lines that follow one
-//! after the other count in a test: 36, two for each change of the pull.
+//! Does badly: a line receiver or an external pull-up close to the chip hides an open cable behind
+//! it. An open-collector output without a pull-up other than the chip's looks open. So the test is
+//! off with both, and with an undeclared output. An open line with so much noise that it does not
+//! follow the resistors is not found, nor are two lines that touch. An encoder without its supply
+//! may hold its lines low. Two open lines that follow the resistors one after the other make counts
+//! in a test: 36, two for each change of the pull.
 
 use crate::control::encoder::EncoderOutput;
 
-/// Time at rest after which the test begins, s. With 32 readings it is over before a joint is at
-/// rest for the servo (50 ms).
+/// Time at rest after which the test begins, s. A test of 32 readings is over before the servo
+/// accepts the joint as at rest (50 ms).
 const START: f32 = 0.01;
 
 /// Time from a pull to its reading, s: 40 kOhm and 10 nF of cable and filter are 0.4 ms.
@@ -38,34 +38,36 @@ const SETTLED: f32 = 0.001;
 const AGAIN: f32 = 1.0;
 
 /// Pull resistor at each reading, from the lowest bit on: 1 pulls the lines up, 0 down. It is the
-/// pseudo-random sequence of x^5 + x^2 + 1 with a zero behind it. The first two bits differ, so
-/// that a line that is driven passes after two readings.
+/// pseudo-random sequence of x^5 + x^2 + 1 with a zero appended. The first two bits differ, so that
+/// a driven line at rest passes after two readings.
 const PULLS: u32 = 0x0AEC_7CD2;
 const READINGS: u8 = 32;
 
 /// Both lines: A is bit 0, B is bit 1.
 const BOTH: u8 = 0b11;
 
-/// The test of a loop's encoder.
+/// The test for open lines, prepared for the encoder of a loop.
 #[derive(Clone, Copy, Debug)]
 pub struct OpenLineTest {
     is_on: bool,
-    /// Ticks.
+    /// Ticks at rest before a test begins.
     start: u32,
+    /// Ticks from a pull to its reading.
     settled: u32,
+    /// Ticks from one test to the next.
     again: u32,
 }
 
-/// How far the test is.
+/// Progress of the test.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct OpenLineState {
-    /// Ticks until the next look.
+    /// Ticks until the next step of the test.
     left: u32,
     /// Number of the present reading, from one; zero: no test runs.
     reading: u8,
     /// Lines that have followed every pull of this test.
     suspects: u8,
-    /// A test has ended without an open line since the joint last moved.
+    /// Whether a test has ended without an open line since the joint last moved.
     passed: bool,
 }
 
@@ -81,8 +83,9 @@ impl OpenLineTest {
         }
     }
 
-    /// Takes the lines (bit 0: A, bit 1: B) as they are at the begin of a tick, and for how many
-    /// ticks the joint has stood still. Returns the open lines, if a test has found any.
+    /// Runs a tick of the test, with the levels of the lines (bit 0: A, bit 1: B) at the start of
+    /// the tick and the number of ticks for which the joint has stood still. Returns the open lines
+    /// that a test has found; zero if none.
     #[inline]
     pub fn update(&self, state: &mut OpenLineState, lines: u8, standstill: u32) -> u8 {
         if standstill == 0 && state.reading == 0 {
@@ -100,7 +103,7 @@ impl OpenLineTest {
         self.is_on && !state.passed
     }
 
-    /// Goes on with the test, or begins it.
+    /// Takes one reading of a running test, or begins a test.
     // Out of line: most ticks do not come here.
     #[cold]
     #[inline(never)]
@@ -130,7 +133,7 @@ impl OpenLineTest {
 }
 
 impl OpenLineState {
-    /// Returns whether a test runs: open lines count without a motion meanwhile.
+    /// Returns whether a test runs. Open lines may count without a motion meanwhile.
     pub const fn is_running(&self) -> bool {
         self.reading > 0
     }
@@ -146,8 +149,9 @@ impl OpenLineState {
 mod tests {
     use super::*;
 
-    /// Runs the test at rest with 1 ms a tick against lines that are given the tick and whether the
-    /// resistors pull down. Returns the first find and its tick.
+    /// Runs the test at rest with ticks of 1 ms. `lines` returns the levels of the lines, given the
+    /// tick and whether the resistors pull down. Returns the tick of the first find and the open
+    /// lines.
     fn found(ticks: u32, mut lines: impl FnMut(u32, bool) -> u8) -> Option<(u32, u8)> {
         let test = OpenLineTest::new(EncoderOutput::PushPull, 1e-3);
         let mut state = OpenLineState::default();

@@ -1,4 +1,4 @@
-//! The bounded open loop: it lets an effort through only while the joint stays within its bounds.
+//! The bounded open loop: it passes an effort on only while the joint stays within its bounds.
 //!
 //! ```text
 //! effort of this tick -> |effort|            <= effort   -+
@@ -7,29 +7,30 @@
 //!                     -> ticks               <= ticks    -+
 //! ```
 //!
-//! An identification sets an effort for each tick: a ramp, a step, a sum of sines. No law
-//! runs meanwhile, and nothing is known of the joint: not the encoder's direction, not the
-//! friction. So each tick compares what was seen with bounds, on the device, and not in a client.
+//! An identification sets an effort for each tick: a ramp, a step, a sum of sines. No law runs
+//! meanwhile, and neither the encoder's direction nor the friction is known. So the device, not a
+//! client, checks the bounds in each tick.
 //!
-//! The speed is held by a cumulative sum (Page, *Continuous Inspection Schemes*, Biometrika 41,
-//! 1954), one for each direction: what the joint travels beyond the bound is added up, and never
-//! falls below zero. The sum exceeds 8 counts exactly if the joint has travelled by more than
-//! `speed t + 8 counts` in some time `t` that ends now. So a count a tick, which may be many deg/s
-//! at a short sample time, is no speed yet, and a true one is seen at the count at which it shows.
+//! The speed is bounded by a cumulative sum (Page, *Continuous Inspection Schemes*, Biometrika 41,
+//! 1954), one for each direction: it adds up the travel beyond the bound, and never falls below
+//! zero. The sum exceeds 8 counts exactly if the joint has travelled by more than `speed t + 8
+//! counts` in some time `t` that ends now. So a single count in a tick, which may be many deg/s at
+//! a short sample time, does not exceed the bound. A true excess is detected at the first count
+//! that shows it.
 //!
-//! Guarantees: the effort is never more than its bound. When it ends, the joint is at most the
-//! travel of one tick beyond the bound that ended it. It ends after [`Bounds::ticks`] at the
-//! latest.
+//! Guarantees: the effort is never more than its bound. When the loop ends, the joint is at most
+//! the travel of one tick beyond the bound that ended it. The loop ends after [`Bounds::ticks`] at
+//! the latest.
 //!
-//! Does badly: it believes the encoder. With a dead one, effort and time alone bound the travel;
-//! the monitors of the servo stay on for that reason.
+//! Does badly: it relies on the encoder. With a dead encoder, only effort and time bound the
+//! travel; the monitors of the servo stay on for that reason.
 
-/// Travel beyond the speed's bound that is noise still, counts: twice what a joint at rest may show
-/// ([`crate::safety::monitor::Standstill`]).
+/// Travel beyond the speed's bound that still counts as noise, counts: twice the travel that a
+/// joint at rest may show ([`crate::safety::monitor::Standstill`]).
 pub const SLACK: u32 = 8;
 
-/// Travel beyond the speed's bound at which [`OpenLoopState::drives_on`] lets go, counts: what a
-/// single count shows of a joint that is slower. The rest of the slack is for the way in which the
+/// Travel beyond the speed's bound above which [`OpenLoopState::drives_on`] returns true, counts: a
+/// slower joint shows as much by a single count. The rest of the slack is for the travel while the
 /// joint slows down.
 const LETS_GO: f32 = 1.0;
 
@@ -38,7 +39,7 @@ const LETS_GO: f32 = 1.0;
 pub struct Bounds {
     /// Largest effort either way, V.
     pub effort: f32,
-    /// Largest distance from where it began, counts.
+    /// Largest distance from the start, counts.
     pub travel: u32,
     /// Largest speed either way, counts a tick.
     pub speed: f32,
@@ -55,7 +56,7 @@ pub enum Bound {
     Speed,
     /// The time is over.
     Time,
-    /// More effort was asked for than is let through.
+    /// The requested effort was larger than its bound.
     Effort,
 }
 
@@ -63,8 +64,9 @@ pub enum Bound {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct OpenLoopState {
     elapsed: u32,
-    /// Where it began, and the present position, counts.
+    /// Position at the start, counts.
     start: i32,
+    /// Present position, counts.
     counts: i32,
     /// Travel beyond the speed's bound, up and down, counts.
     beyond: [f32; 2],
@@ -76,15 +78,16 @@ impl OpenLoopState {
         Self { elapsed: 0, start: counts, counts, beyond: [0.0; 2] }
     }
 
-    /// Returns the distance from where it began, counts.
+    /// Returns the distance from the start, counts.
     pub const fn distance(&self) -> u32 {
         self.counts.wrapping_sub(self.start).unsigned_abs()
     }
 
-    /// Returns whether an effort drives on a joint that has come to the speed's bound at the last
-    /// position that was admitted. Who follows a joint lets go then: it has broken free with all
-    /// the effort that it took, and its friction may slow it down before the slack is used up. It
-    /// does not for all: docs/how-to/identify.md has the share that ends by the bound.
+    /// Returns whether an effort drives the joint further beyond the speed's bound, which it has
+    /// exceeded at the last admitted position. An identification then applies no effort: the joint
+    /// has broken free under its full breakaway effort, and friction may slow it down before the
+    /// slack is used up. This does not work for every joint: docs/how-to/identify.md has the share
+    /// that ends by the bound.
     ///
     /// ```
     /// use stiction::safety::open_loop::{Bounds, OpenLoopState};
@@ -102,8 +105,8 @@ impl OpenLoopState {
 }
 
 impl Bounds {
-    /// Takes the joint's position (counts) and the effort (V) that is asked for from now on, and
-    /// returns that effort. It is called once a tick.
+    /// Checks the joint's position (counts) and the effort (V) requested from now on, and returns
+    /// that effort. Must be called once a tick.
     ///
     /// ```
     /// use stiction::safety::open_loop::{Bound, Bounds, OpenLoopState};
@@ -116,8 +119,8 @@ impl Bounds {
     /// ```
     ///
     /// # Errors
-    /// Names the bound that ends the loop. The motion's bounds come first: of an effort that is too
-    /// large the caller may ask for less.
+    /// Returns the bound that ends the loop. The motion's bounds are checked first: after
+    /// [`Bound::Effort`] the caller may request a smaller effort.
     pub fn admit(&self, state: &mut OpenLoopState, counts: i32, effort: f32) -> Result<f32, Bound> {
         let travel = counts.wrapping_sub(state.counts) as f32;
         state.counts = counts;
@@ -144,7 +147,8 @@ mod tests {
 
     const BOUNDS: Bounds = Bounds { effort: 0.5, travel: 200, speed: 0.3, ticks: 400 };
 
-    /// Runs a joint that is at `counts(tick)`, and returns the tick that ends it and why.
+    /// Runs a joint that is at `counts(tick)`, and returns the tick that ends the loop and the
+    /// bound.
     fn ended(bounds: &Bounds, counts: impl Fn(u32) -> i32) -> (u32, Bound) {
         let mut state = OpenLoopState::start(counts(0));
         (1..10_000)

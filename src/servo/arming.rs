@@ -1,4 +1,4 @@
-//! Arming, by a command or by itself, and what turns the output off again.
+//! Arming, by a command or automatically, and turning the output off again.
 
 use super::control_loop::{leads_out, leads_too_far};
 use super::{ControlLoop, Follower, Output, Refusal, Servo, State};
@@ -14,7 +14,7 @@ impl Servo {
     /// already, nothing happens.
     ///
     /// # Errors
-    /// Says what is in the way.
+    /// Returns the reason for the refusal.
     pub fn arm(&mut self) -> Result<(), Refusal> {
         if self.is_stopping() {
             return Err(Refusal::Stopping);
@@ -44,13 +44,13 @@ impl Servo {
         Ok(())
     }
 
-    /// Arms the servo for a link: at the next tick a ramp begins, or, without one, the joint holds
-    /// its place. From then on, the silence of that link is a fault. If the servo is armed already,
-    /// only the watch over the link begins; a ramp is refused then, and so is everything while a
-    /// ramp or a jog runs.
+    /// Arms the servo for a link. At the next tick the ramp begins; without a ramp, the joint holds
+    /// its place. From then on, the silence of that link is a fault. If the servo is already armed,
+    /// only the watch over the link begins, and a ramp is refused. While a ramp, a jog, an
+    /// identification or a homing runs, the call is refused.
     ///
     /// # Errors
-    /// Says what is in the way.
+    /// Returns the reason for the refusal.
     pub fn arm_for_link(&mut self, ramp: Option<Ramp>) -> Result<(), Refusal> {
         if self.is_stopping() {
             return Err(Refusal::Stopping);
@@ -73,8 +73,8 @@ impl Servo {
         Ok(())
     }
 
-    /// Returns the control loop that is to be armed for more than a jog, unless something is in the
-    /// way: a doubt about the encoder, or a range of positions without a known position.
+    /// Returns the control loop if it can be armed, the encoder is not in doubt, and a joint with a
+    /// range of positions is referenced.
     pub(super) fn ready_to_close(&mut self) -> Result<&mut ControlLoop, Refusal> {
         let (is_in_doubt, is_referenced) = (self.is_encoder_in_doubt(), self.is_referenced());
         let control_loop = self.ready_to_arm()?;
@@ -87,7 +87,8 @@ impl Servo {
         Ok(control_loop)
     }
 
-    /// Returns the control loop that is to be armed, unless something is in the way.
+    /// Returns the control loop if it can be armed: the servo is stopped, the joint is at rest, the
+    /// test for open lines has passed, and no monitor would trip at once.
     pub(super) fn ready_to_arm(&mut self) -> Result<&mut ControlLoop, Refusal> {
         match self.state {
             State::Boot => return Err(Refusal::Booting),
@@ -114,7 +115,8 @@ impl Servo {
         }
     }
 
-    /// Starts the control loop where the joint is now: closed, or open for a ramp.
+    /// Arms the servo: the prepared course begins where the joint is now, after the driver's
+    /// wake-up.
     pub(super) fn start_loop(&mut self, by_link: bool) {
         let origin = self.known_origin();
         if let Some(control_loop) = &mut self.control_loop {
@@ -139,7 +141,8 @@ impl Servo {
         }
     }
 
-    /// Turns the output off at the end of a course that ends by itself.
+    /// Turns the output off at the end of a course that ends automatically. A homing that found its
+    /// stop sets the reference; a jog with the verdict `Agrees` proves the encoder.
     // Not in the tick, which it would make longer.
     #[inline(never)]
     pub(super) fn end_course(&mut self) {
@@ -151,7 +154,7 @@ impl Servo {
         }
     }
 
-    /// Runs a tick with the output off, and arms for the next one if the servo arms itself.
+    /// Runs a tick with the output off. If autostart is due, arms the servo for the next tick.
     // Arming and a tick of the loop in one interrupt would be the longest of all.
     #[inline(never)]
     pub(super) fn stopped(&mut self) -> Output {

@@ -1,4 +1,4 @@
-//! How a servo begins: the parameters that were found, and how the part came out of its reset.
+//! The start of a servo, from its parameters and the state of the microcontroller after the reset.
 
 use super::referenced::Referenced;
 use super::{ControlLoop, Follower, Servo, State, WakeUp};
@@ -8,24 +8,24 @@ use crate::safety::encoder_proof::EncoderProof;
 use crate::safety::fault::{Fault, FaultLog, LatchedFault};
 use crate::safety::open_line::OpenLineState;
 
-/// The boot: how the part came out of its last reset.
+/// State in which the microcontroller came out of its last reset.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Boot {
-    /// The fault that the part comes up with, if any; its time is that of the run in which it
+    /// Fault with which the microcontroller starts, if any. Its time is that of the run in which it
     /// happened.
     pub fault: Option<LatchedFault>,
     /// Whether the encoder was [in doubt](crate::safety::encoder_proof) before the reset.
     pub is_encoder_in_doubt: bool,
-    /// Whether a slot of the parameters is damaged: the parameters may not be those that were saved
-    /// last, so nothing arms by itself.
+    /// Whether a slot of the parameters is damaged. The parameters may then not be those saved
+    /// last, so the servo does not arm automatically.
     pub is_damaged: bool,
     /// Whether the reset may have been a dip of the supply that cannot be distinguished from
     /// power-on. Nothing arms automatically then, unless the parameters allow it
     /// (`autostart_after_dip`).
     pub may_be_dip: bool,
-    /// Whether the joint is known to stand at zero: that of a simulated device does.
+    /// Whether the joint is known to be at zero, as on a simulated device.
     pub is_at_zero: bool,
-    /// Heat of the motor before the reset: the steady effort that would make it, V.
+    /// Heat of the motor before the reset, as the steady effort that would cause it, V.
     pub thermal_effort: f32,
 }
 
@@ -37,7 +37,7 @@ impl Boot {
 }
 
 impl Servo {
-    /// Makes a servo of the parameters that were found, or of the reason why there are none.
+    /// Makes a servo from its parameters, or from the reason why there are none.
     pub fn new(
         parameters: Result<&Parameters, DecodeError>,
         boot: Boot,
@@ -48,7 +48,7 @@ impl Servo {
         servo
     }
 
-    /// Returns a servo without parameters, which [`boot`](Self::boot) gives it.
+    /// Returns a servo without parameters. [`boot`](Self::boot) sets them.
     pub fn blank() -> Self {
         Self {
             control_loop: None,
@@ -68,7 +68,7 @@ impl Servo {
         }
     }
 
-    /// Does what [`new`](Self::new) does, in the place of a blank servo.
+    /// Boots a blank servo in place, with the same result as [`new`](Self::new).
     pub fn boot(
         &mut self,
         parameters: Result<&Parameters, DecodeError>,

@@ -1,5 +1,5 @@
-//! The control loop of a joint: controller, course and monitors, which parameters make once, and
-//! what each of them remembers.
+//! The control loop of a joint: controller, course and monitors, prepared once from the parameters,
+//! with their states.
 
 use super::stopping::Brakes;
 use super::wake_up::DriverTimes;
@@ -18,17 +18,17 @@ use crate::safety::open_line::OpenLineTest;
 use crate::units::error::InvalidValue;
 use crate::units::position::Position;
 
-/// The control loop of a joint, made of parameters by [`ControlLoop::prepare`].
+/// The control loop of a joint, made from parameters by [`ControlLoop::prepare`].
 #[derive(Clone, Debug)]
 pub struct ControlLoop {
     pub(super) controller: Controller,
-    /// The course that is run: the motion of the parameters, until a link asks for another one.
-    /// There is no room for both.
+    /// The present course: the motion of the parameters, until a link requests another one. There
+    /// is memory for only one course.
     pub(super) course: Course,
     /// Whether a link has replaced the motion of the parameters.
     pub(super) replaced: bool,
     pub(super) state: CourseState,
-    /// The watch over the course, if it is the profile of a homing.
+    /// The watch that ends a homing; none if the course is no homing.
     pub(super) home: Option<HomeWatch>,
     /// The position in which the loop was armed, counts since power-on.
     pub(super) zero: i32,
@@ -38,21 +38,21 @@ pub struct ControlLoop {
     pub(super) monitors: Monitors,
     pub(super) open_line: OpenLineTest,
     pub(super) watch: MonitorState,
-    /// Ticks from the first one until the servo arms itself; none: it does not.
+    /// Ticks from the first one until the servo arms automatically; none without autostart.
     pub(super) autostart: Option<u32>,
-    /// What makes the position known.
+    /// The event that makes the position known: a reset, or a command.
     pub(super) reference: PositionReference,
     pub(super) driver_times: DriverTimes,
     pub(super) brakes: Brakes,
 }
 
 impl ControlLoop {
-    /// Validates parameters and prepares all that a tick needs, in the place that is given: a loop
-    /// is a kilobyte, and the stack of a board has no room for two.
+    /// Validates the parameters and prepares everything that a tick needs, in `place`: a loop has
+    /// the size of a kilobyte, and the stack of a board has no room for two.
     ///
     /// # Errors
-    /// Names the first value that is not allowed, as [`Parameters::prepare`] does; nothing is
-    /// changed then.
+    /// Returns an error that names the first invalid value, as [`Parameters::prepare`] does;
+    /// `place` is then unchanged.
     pub fn prepare(
         place: &mut Option<Self>,
         parameters: &Parameters,
@@ -70,8 +70,8 @@ impl ControlLoop {
         }
     }
 
-    /// Prepares all but the motion. It is a function of its own, so that the stack that it needs is
-    /// free again for the motion.
+    /// Prepares everything but the motion. As a separate function, it frees its stack before the
+    /// motion is prepared.
     #[inline(never)]
     fn begin_with(
         place: &mut Option<Self>,
@@ -106,8 +106,9 @@ impl ControlLoop {
         Ok(())
     }
 
-    /// Begins the loop's course at `position` (counts since power-on), which becomes zero. If a
-    /// link asked for it, the silence of that link is watched. `origin` is the zero of the range.
+    /// Begins the loop's course at `position` (counts since power-on), which becomes zero. If
+    /// `by_link`, the silence of the link is watched. `origin` is the zero of the range, counts
+    /// since power-on; none: there is no range.
     pub(super) fn arm(&mut self, position: i32, by_link: bool, origin: Option<i32>) {
         self.begin_at(position);
         let range = self.monitors.range(origin);
@@ -127,8 +128,8 @@ impl ControlLoop {
         }
     }
 
-    /// Forgets the state of the law, but not what a ramp or a jog has found. The monitors begin
-    /// anew at the next arming.
+    /// Resets the state of law and course. If the course has ended, its state stays, with the
+    /// findings of a ramp or a jog. The monitors begin anew at the next arming.
     pub(super) fn rest(&mut self) {
         if !self.is_over() {
             self.state.forget();
@@ -136,22 +137,23 @@ impl ControlLoop {
         self.watch.rest();
     }
 
-    /// Replaces the motion of the parameters by the course that a link asks for.
+    /// Replaces the course: by one that a link requests, or by the braking of a controlled stop.
     pub(super) fn begin(&mut self, course: Course) {
         self.course = course;
         self.home = None;
         self.goes_on();
     }
 
-    /// Replaces it by a profile, which begins where the set point is, as fast as it is, and sets
-    /// out after the soft start. One that runs already gets the other target.
+    /// Replaces the course by a profile that begins at the position and velocity of the set point.
+    /// A set point at rest waits for the end of the soft start. If a profile already runs, only its
+    /// target changes.
     ///
     /// # Errors
-    /// Refuses a begin that is too fast to come to rest within the range of positions.
+    /// Refuses if the set point is too fast to come to rest within the range of positions.
     pub(super) fn begin_profile(&mut self, mut profile: Profile) -> Result<(), Refusal> {
         if let Course::Profile(running) = &mut self.course {
-            // It stops within the range wherever it is: each of its targets was held against the
-            // range, and so was its begin.
+            // It can always stop within the range: its start and each of its targets were checked
+            // against the range.
             running.aim(profile.target());
             self.goes_on();
             return Ok(());
@@ -166,7 +168,7 @@ impl ControlLoop {
         Ok(())
     }
 
-    /// Lets a profile that moves come to rest. Returns whether there is one.
+    /// Brings a moving profile to rest. Returns whether there was one.
     pub(super) fn stops_profile(&mut self) -> bool {
         match &mut self.course {
             Course::Profile(running) if running.is_moving() => {
@@ -178,7 +180,7 @@ impl ControlLoop {
         }
     }
 
-    /// Begins a motion that the course goes over into.
+    /// Starts a new motion in the running loop. From now on the silence of the link is watched.
     fn goes_on(&mut self) {
         self.replaced = true;
         self.watch.listen();
@@ -186,8 +188,8 @@ impl ControlLoop {
     }
 
     /// Returns the set point of the last tick.
-    // A copy of the reference's code for itself: one that the tick shares would be no part of it
-    // any more.
+    // This function has its own copy of the reference's code. Code shared with the tick would no
+    // longer be inlined into the tick.
     #[inline(never)]
     pub(super) fn setpoint(&self) -> Setpoint {
         match &self.course {
@@ -203,13 +205,13 @@ impl ControlLoop {
         }
     }
 
-    /// Returns whether a position, counted from the zero of this arming, is out of the range.
+    /// Returns whether a position, counted from the zero of this arming, is outside the range.
     pub(super) const fn is_out_of_range(&self, position: Position) -> bool {
         self.watch.range().check(self.zero.wrapping_add(position.counts))
     }
 
-    /// Returns whether a trajectory or a sine begins so far from `counts`, in the zero of an
-    /// arming, that its first tick would be a jump.
+    /// Returns whether a trajectory or a sine begins so far from `counts`, a position from the zero
+    /// of arming, that its first tick would be a jump.
     pub(super) fn begins_far_from(&self, course: &Course, counts: i32) -> bool {
         let first = match course {
             // It rests there before its first blend.
@@ -239,7 +241,7 @@ impl ControlLoop {
         tick
     }
 
-    /// Takes what the last tick has made of the course, and returns whether it has ended.
+    /// Updates a homing with the last tick, and returns whether the course has ended.
     #[inline]
     pub(super) fn ends(&mut self, tick: &Tick) -> bool {
         // Not by `is_over` for all: the longest ticks are those of the first two.
@@ -258,13 +260,13 @@ impl ControlLoop {
         }
     }
 
-    /// Returns whether the course ends by itself and obeys nothing but a stop until then.
+    /// Returns whether the course ends automatically and accepts only a stop until then.
     pub(super) const fn ends_by_itself(&self) -> bool {
         self.course.is_open() || self.home.is_some()
     }
 }
 
-/// Returns whether any position that a course leads to satisfies a condition.
+/// Returns whether any target position of a course satisfies a condition.
 fn any_target(course: &Course, condition: impl Fn(Position) -> bool) -> bool {
     match course {
         Course::Follow(Reference::Step(step)) => condition(step.to),
@@ -273,25 +275,26 @@ fn any_target(course: &Course, condition: impl Fn(Position) -> bool) -> bool {
         }
         Course::Follow(Reference::Sine(sine)) => sine.turns().into_iter().any(condition),
         Course::Profile(profile) => condition(profile.target()),
-        // It begins where the joint is, and no one but the servo asks for it.
+        // It begins where the joint is, and only the servo starts it.
         Course::Follow(Reference::Braking(_)) => false,
         Course::Ramp(_) | Course::Jog(_) | Course::Identification(_) => false,
     }
 }
 
-/// Returns whether a course leads out of a range, if its zero is at `zero`, counts since power-on.
+/// Returns whether a course with its zero at `zero` (counts since power-on) has a target outside a
+/// range.
 pub(super) fn leads_out(course: &Course, zero: i32, range: PositionLimits) -> bool {
     any_target(course, |position| range.check(zero.wrapping_add(position.counts)))
 }
 
-/// Returns whether a course leads to a position so far from `counts` that a difference of 32 bits
-/// could change its sign on the way.
+/// Returns whether a course has a target so far from `counts` that a 32-bit difference of positions
+/// could overflow on the way.
 pub(super) fn leads_too_far(course: &Course, counts: i32) -> bool {
     any_target(course, |position| is_too_far(position, counts))
 }
 
-/// Returns whether a position is 2^30 counts or more from `counts`: differences of positions are 32
-/// bits with a sign, and the joint may pass its target.
+/// Returns whether a position is 2^30 counts or more from `counts`. Differences of positions are
+/// signed 32-bit numbers, and the joint may overshoot its target.
 pub(super) fn is_too_far(position: Position, counts: i32) -> bool {
     position.counts.checked_sub(counts).is_none_or(|way| way.unsigned_abs() >= 1 << 30)
 }

@@ -10,7 +10,7 @@ impl Servo {
         self.latched
     }
 
-    /// Returns the last faults.
+    /// Returns the log of the last faults.
     pub const fn log(&self) -> &FaultLog {
         &self.log
     }
@@ -58,7 +58,7 @@ impl Servo {
         }
         self.state = State::Stopped;
         self.latched = None;
-        // The next arming waits for a test of its own.
+        // The next arming waits for a new test for open lines.
         self.open_line = OpenLineState::default();
         Ok(())
     }

@@ -1,4 +1,5 @@
-//! The follower of the joint: it knows where the joint is, whether or not the loop is closed.
+//! The follower: it keeps the position and standstill of the joint, whether or not the loop is
+//! closed.
 
 use super::Input;
 use crate::control::encoder::{Encoder, EncoderState};
@@ -6,7 +7,7 @@ use crate::control::encoder::{Encoder, EncoderState};
 use crate::safety::monitor::SeenMotor;
 use crate::safety::monitor::{Seen, Standstill};
 
-/// The position of the joint, its rest and the supply, as of the last tick, armed or not.
+/// Position and standstill of the joint, and reading of the supply, in the last tick, armed or not.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Follower {
     /// The encoder's state; none before the first tick.
@@ -14,12 +15,12 @@ pub(super) struct Follower {
     pub standstill: Standstill,
     pub seen: Seen,
     pub supply: u16,
-    /// The motor, if it has an encoder of its own.
+    /// Position of the motor, if it has its own encoder.
     #[cfg(feature = "two-encoders")]
     pub motor: Option<MotorFollower>,
 }
 
-/// The position of a motor with an encoder of its own.
+/// Position and standstill of a motor with its own encoder.
 #[cfg(feature = "two-encoders")]
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct MotorFollower {
@@ -28,7 +29,7 @@ pub(super) struct MotorFollower {
 }
 
 impl Follower {
-    /// Takes the position of the motor for the next tick, counts since power-on.
+    /// Updates the position of the motor for the next tick, counts since power-on.
     #[cfg(feature = "two-encoders")]
     pub fn see_motor(&mut self, position: i32) {
         let seen = SeenMotor { position, ..SeenMotor::default() };

@@ -1,8 +1,7 @@
-//! The servo's part of a [homing](crate::motion::home): arming for it, and the reference that it
-//! sets.
+//! The servo's part of a [homing](crate::motion::home): arming, and setting the reference.
 //!
-//! The joint is not referenced from the begin of a homing on. It is referenced again when the stop
-//! was found, and by nothing that ends a homing before.
+//! The joint loses its reference when a homing begins. It is referenced again once the homing has
+//! found its stop. A homing that ends otherwise leaves the joint unreferenced.
 
 use super::referenced::Referenced;
 use super::{ControlLoop, Refusal, Servo};
@@ -11,13 +10,14 @@ use crate::motion::Course;
 use crate::motion::home::{Home, HomeEnd, HomeFindings};
 
 impl Servo {
-    /// Arms the servo for a link: at the next tick a homing begins. The range of positions is off,
-    /// so is the monitor of an abrupt stop on the way there, and the reference ends. From now on,
-    /// the silence of that link is a fault.
+    /// Arms the servo for a link: at the next tick a homing begins. The reference ends, so the
+    /// range of positions is off. The monitor of an abrupt stop is off on the way to the stop. From
+    /// now on, the silence of that link is a fault.
     ///
     /// # Errors
-    /// Says what is in the way; an armed servo does not home. Unlike other motions, it does not
-    /// have to be referenced. A homing that would end outside the range is refused.
+    /// Returns the reason for the refusal; an armed servo refuses a homing. Unlike for other
+    /// motions, the joint need not be referenced. A homing that would end outside the range is
+    /// refused.
     pub fn home(&mut self, home: Home) -> Result<(), Refusal> {
         if home.watch.at().unsigned_abs() >= 1 << 30 {
             return Err(Refusal::TooFar);
@@ -28,7 +28,7 @@ impl Servo {
         if ends_outside {
             return Err(Refusal::OutOfRange);
         }
-        // The range must not forbid what finds its place.
+        // The range must not forbid the homing that finds its zero.
         let before = core::mem::replace(&mut self.referenced, Referenced::No);
         let begun = self.begin_home(home);
         if begun.is_err() {
@@ -54,14 +54,13 @@ impl Servo {
         Ok(())
     }
 
-    /// Returns what the homing has found, once it is over. There is nothing if the homing was ended
-    /// by a stop or a fault.
+    /// Returns the findings of a homing that is over; none if a stop command or a fault ended it.
     pub fn homed(&self) -> Option<HomeFindings> {
         let home = self.control_loop.as_ref()?.home.as_ref()?;
         home.is_over().then(|| *home.found())
     }
 
-    /// Sets the reference if what has ended is a homing that has found its stop.
+    /// Sets the reference if a homing has ended and has found its stop.
     pub(super) fn take_home(&mut self) {
         let Some(ControlLoop { home: Some(home), zero, .. }) = &self.control_loop else { return };
         let found = home.found();
@@ -73,14 +72,14 @@ impl Servo {
 }
 
 impl ControlLoop {
-    /// Prepares a homing in its place.
+    /// Replaces the course by a homing.
     #[inline(never)]
     fn begin_home(&mut self, home: Home) {
         self.begin(Course::Profile(home.profile));
         self.home = Some(home.watch);
     }
 
-    /// Takes what the last tick has made of the homing, and returns whether it has ended.
+    /// Updates the homing with the last tick, and returns whether it has ended.
     // The longest ticks are those of a profile without a homing.
     #[cold]
     #[inline(never)]

@@ -1,5 +1,4 @@
-//! The servo's part of an [identification](crate::identification): arming for it, and what it has
-//! found.
+//! The servo's part of an [identification](crate::identification): arming, and the findings.
 
 use super::{ControlLoop, Refusal, Servo};
 use crate::identification::{Findings, Identification, IdentificationPlan};
@@ -7,13 +6,13 @@ use crate::motion::Course;
 use crate::safety::monitor::PositionLimits;
 
 impl Servo {
-    /// Arms the servo for a link: at the next tick an identification begins. The monitor that takes
-    /// the encoder's direction for known is off until the servo is armed anew. From now on, the
-    /// silence of that link is a fault.
+    /// Arms the servo for a link: at the next tick an identification begins. The monitor that
+    /// requires a known direction of the encoder is off until the servo is armed anew. From now on,
+    /// the silence of that link is a fault.
     ///
     /// # Errors
-    /// Says what is in the way. A travel that leads out of the range of positions is; an armed
-    /// servo identifies nothing.
+    /// Returns the reason for the refusal. A travel that could leave the range of positions is
+    /// refused. An armed servo refuses an identification.
     pub fn identify(&mut self, settings: &IdentificationPlan) -> Result<(), Refusal> {
         let (here, origin) = (self.follower.seen.position, self.known_origin());
         let control_loop = self.ready_to_close()?;
@@ -29,8 +28,7 @@ impl Servo {
         Ok(())
     }
 
-    /// Returns what an identification has found, once it is over. There is nothing if a stop or a
-    /// fault ended it.
+    /// Returns the findings of an identification that is over; none if a stop or a fault ended it.
     pub fn identified(&self) -> Option<&Findings> {
         let ControlLoop { course: Course::Identification(identification), .. } =
             self.control_loop.as_ref()?
@@ -40,7 +38,7 @@ impl Servo {
         identification.is_over().then(|| identification.findings())
     }
 
-    /// Returns the number of steps that a running identification has done.
+    /// Returns the number of completed steps of the present identification; none in another course.
     pub fn identification_steps(&self) -> Option<u8> {
         let ControlLoop { course: Course::Identification(identification), .. } =
             self.control_loop.as_ref()?
@@ -52,7 +50,7 @@ impl Servo {
 }
 
 impl ControlLoop {
-    /// Prepares an identification in its place: it is most of a kilobyte.
+    /// Replaces the course by an identification, in place: it has the size of most of a kilobyte.
     #[inline(never)]
     fn begin_identification(&mut self, settings: &IdentificationPlan) {
         self.begin(Course::Identification(Identification::new(settings)));

@@ -1,16 +1,16 @@
-//! The servo's part of a [jog](crate::motion::jog): arming for it, and what it has found.
+//! The servo's part of a [jog](crate::motion::jog): arming, and the findings.
 
 use super::{ControlLoop, Refusal, Servo, State};
 use crate::motion::Course;
 use crate::motion::jog::{Jog, JogFindings};
 
 impl Servo {
-    /// Arms the servo for a link: at the next tick a jog begins. The monitors that take the
-    /// encoder's direction for known are off until the servo is armed anew. From now on, the
-    /// silence of that link is a fault.
+    /// Arms the servo for a link: at the next tick a jog begins. The monitors that require a known
+    /// direction of the encoder are off until the servo is armed anew. From now on, the silence of
+    /// that link is a fault.
     ///
     /// # Errors
-    /// Says what is in the way; an armed servo does not jog.
+    /// Returns the reason for the refusal; an armed servo refuses a jog.
     pub fn jog(&mut self, jog: Jog) -> Result<(), Refusal> {
         self.ready_to_arm()?.begin(Course::Jog(jog));
         self.start_loop(true);
@@ -26,8 +26,7 @@ impl Servo {
         self.state == State::Armed && self.control_loop.as_ref().is_some_and(jogs)
     }
 
-    /// Returns what the jog has found, once it is over. There is nothing if the jog was ended by a
-    /// stop or a fault.
+    /// Returns the findings of a jog that is over; none if a stop or a fault ended it.
     pub fn jogged(&self) -> Option<JogFindings> {
         let ControlLoop { course: Course::Jog(_), state, .. } = self.control_loop.as_ref()? else {
             return None;

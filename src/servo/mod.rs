@@ -1,4 +1,4 @@
-//! The servo: the state machine around the control loop, which says when the joint may be driven.
+//! The servo: the state machine around the control loop. It decides when the joint may be driven.
 //!
 //! ```text
 //!             valid parameters       arm            stop
@@ -7,36 +7,38 @@
 //!     +--------------------------+------------+- any fault -> Faulted -- clear -> Stopped
 //! ```
 //!
-//! The joint is driven only while the state is [`State::Armed`]. A fault that is seen in a tick
-//! turns that tick's output off. The first fault is latched with its time and the value that
-//! tripped it; later ones do not hide it. A microcontroller that comes out of a reset with a fault
-//! ([`Boot`]) reports it and stays faulted: no unrequested reset leads to a motion. Further resets
-//! report it again until a command clears it.
+//! The joint is driven only while the state is [`State::Armed`]. A fault detected in a tick turns
+//! that tick's output off. The first fault is latched with its time and the value that tripped it;
+//! later faults do not replace it. A microcontroller that comes out of a reset with a fault
+//! ([`Boot`]) reports the fault and stays faulted: an unrequested reset causes no motion. Further
+//! resets report the fault again until a command clears it.
 //!
-//! To be armed, the servo has to be stopped, with a fault cleared if there was one. After a stall,
-//! a jump or a reversal the encoder has to [prove itself](crate::safety::encoder_proof). A joint
-//! with a range of positions has to be [referenced](Servo::set_reference); for a jog both need not
-//! be, and for a homing the reference need not. The joint has to be at rest for 50 ms, and supply, position and motor must be such that no
-//! monitor would trip at once. The position in which the servo is armed becomes the joint's zero. A
-//! command arms the servo ([`Servo::arm`]). If the parameters say `autostart` (off by default) and
-//! nothing went wrong before, the servo arms itself, `autostart_delay` after the first tick. The
-//! motion of the parameters begins with the tick after that.
+//! Arming requires a stopped servo without a latched fault. After a stall, a jump, a reversal or
+//! another fault that puts the encoder in doubt, the encoder needs a
+//! [proof](crate::safety::encoder_proof). A joint with a range of positions has to be
+//! [referenced](Servo::set_reference). A jog requires neither the proof nor the reference; a homing
+//! requires only the proof. The joint has to be at rest for 50 ms, and supply, position and heat of
+//! the motor have to be within their limits, so that no monitor would trip at once. The position at
+//! arming becomes the zero of the motion. A command arms the servo ([`Servo::arm`]). If the
+//! parameters enable `autostart` (off by default) and neither the boot nor a fault forbids it, the
+//! servo arms automatically, `autostart_delay` after the first tick. The motion of the parameters
+//! begins with the tick after that.
 //!
-//! A stop and a silent link brake a joint that moves before the output is off
-//! (`servo/stopping.rs`). Every other fault lets it coast.
+//! After a stop command or a silent link, the loop brakes a moving joint before the output goes off
+//! (`servo/stopping.rs`). After any other fault the joint coasts.
 //!
 //! After arming, the limit of the output rises in a straight line from zero to the full scale (soft
-//! start): a wrong sign or a large first error shows as a slow pull and not as a jerk. The loop has
-//! its own gains from the start; what the limit cuts off is reported as `saturated`.
+//! start): a wrong sign or a large first error shows as a slow pull and not as a jerk. The gains
+//! are unchanged meanwhile. A tick whose effort the limit cuts is reported as `saturated`.
 //!
 //! If the bridge's driver takes time to wake up (`wake_up_s`), it is enabled for that time before
 //! the first tick of the loop, in the state [`State::Armed`] (`servo/wake_up.rs`).
 //!
-//! A ramp that identifies the friction is its own soft start, and no faster than the one that is
-//! configured. While it runs, the servo obeys nothing but a stop. The ramp stops the servo by
-//! itself when it is over. If the supply is too low for its effort, it is over at once, without a
-//! level. A [jog](crate::motion::jog) and a [homing](crate::motion::home) are obeyed and ended
-//! likewise.
+//! The effort of a ramp, which identifies the friction, rises no faster than the configured soft
+//! start. While the ramp runs, the servo accepts only a stop. When the ramp is over, the servo
+//! stops automatically. If the supply is too low for the effort, the ramp ends at once and finds no
+//! level. A [jog](crate::motion::jog) and a [homing](crate::motion::home) also accept only a stop
+//! and end automatically.
 
 mod arming;
 mod boot;
@@ -84,15 +86,15 @@ pub enum State {
     Faulted(Fault),
 }
 
-/// The state machine around the control loop, which it owns. The board calls [`tick`](Self::tick)
-/// once a sample time.
+/// The state machine that owns the control loop. The board calls [`tick`](Self::tick) once a sample
+/// time.
 #[derive(Clone, Debug)]
 pub struct Servo {
     control_loop: Option<ControlLoop>,
     state: State,
-    /// Ticks until the servo arms itself; none: it does not.
+    /// Ticks until the servo arms automatically; none if it does not.
     countdown: Option<u32>,
-    /// Ticks since power-on. Wraps, after five days at 10 kHz.
+    /// Ticks since power-on. The number wraps after five days at 10 kHz.
     clock: u32,
     follower: Follower,
     wake_up: WakeUp,
@@ -125,9 +127,8 @@ impl Servo {
         self.follower.seen.position.wrapping_sub(self.origin)
     }
 
-    /// Takes the position of the motor for the next tick, counts of its own encoder since power-on,
-    /// of a joint that has an encoder on the load as well. The counter of [`Input`] is the load's
-    /// then.
+    /// Sets the motor's position for the next tick, counts of the motor's own encoder since
+    /// power-on. The joint's encoder is then the one on the load, and [`Input`] has its counter.
     #[cfg(feature = "two-encoders")]
     pub fn see_motor(&mut self, counts: i32) {
         self.follower.see_motor(counts);
@@ -155,8 +156,8 @@ impl Servo {
         self.state == State::Armed && self.control_loop.as_ref().is_some_and(oscillates)
     }
 
-    /// Returns whether the law has ended its attempts to reach the set point: something is in the
-    /// way. A new motion tries again.
+    /// Returns whether the law has ended its attempts to reach the set point because something
+    /// blocks the joint. With a new motion, the law tries again.
     pub fn has_given_up(&self) -> bool {
         let given_up = |control_loop: &ControlLoop| {
             control_loop.controller.has_given_up(control_loop.state.controller())
@@ -177,15 +178,15 @@ impl Servo {
         self.encoder_proof.is_due()
     }
 
-    /// Returns the steady effort that would heat the motor as much as it is heated, V.
+    /// Returns the heat of the motor, as the steady effort that would cause it, V.
     pub fn thermal_effort(&self) -> f32 {
         self.control_loop
             .as_ref()
             .map_or(0.0, |control_loop| control_loop.watch.effort(&control_loop.monitors))
     }
 
-    /// Takes a control loop that was made of other parameters. That ends a fault of the parameters
-    /// before them.
+    /// Replaces the control loop by one that was made from other parameters. The old loop is left
+    /// in `control_loop`. A fault of missing or invalid parameters ends.
     ///
     /// # Errors
     /// Refuses while the servo is armed.
@@ -195,8 +196,7 @@ impl Servo {
         }
         let Some(after) = control_loop else { return Ok(()) };
         if let Some(before) = &self.control_loop {
-            // A motor that is warm stays warm. Otherwise, a set of parameters would be the way
-            // around the thermal model.
+            // A warm motor stays warm. Otherwise, new parameters would bypass the thermal model.
             after.watch = after.monitors.taken_over(&before.watch, &before.monitors);
             if after.controller.encoder() != before.controller.encoder() {
                 self.referenced = Referenced::No;
@@ -218,8 +218,8 @@ impl Servo {
         Ok(())
     }
 
-    /// Forgets whether the joint is at rest, since ticks have been missed. The joint has to rest
-    /// anew before the servo is armed.
+    /// Restarts the count of ticks at standstill, for example after missed ticks. The joint has to
+    /// come to rest anew before the servo can be armed.
     pub fn unsettle(&mut self) {
         self.follower.standstill = Standstill::default();
         self.follower.seen.standstill = 0;
@@ -229,20 +229,21 @@ impl Servo {
         }
     }
 
-    /// Returns whether the motor is driven for a link, whose silence is watched.
+    /// Returns whether the servo is armed and the silence of a link would be a fault.
     pub fn is_driven_for_a_link(&self) -> bool {
         let watched = |control_loop: &ControlLoop| control_loop.watch.is_watched();
         self.state == State::Armed && self.control_loop.as_ref().is_some_and(watched)
     }
 
-    /// Takes a sign of life of the link.
+    /// Restarts the time of the link's silence, after a sign of life of the link.
     pub fn heard(&mut self) {
         if let Some(control_loop) = &mut self.control_loop {
             control_loop.watch.heard();
         }
     }
 
-    /// Runs one tick, and returns what the board has to do. The board calls it once a sample time.
+    /// Runs one tick, and returns the output for the board. The board calls this once a sample
+    /// time.
     // Not inlined: the compiler would take the output apart where it is used, and copy the tick
     // byte by byte. That costs as much as the whole rest of the interrupt.
     #[inline(never)]
@@ -264,7 +265,8 @@ impl Servo {
                 let seen = &self.follower.seen;
                 control_loop.monitors.idle(&mut control_loop.watch, seen);
                 if self.open_line.is_running() {
-                    // What two open lines count in a test, no hand has moved.
+                    // Two open lines count during a test without a motion: these counts are no
+                    // proof.
                     self.encoder_proof = self.encoder_proof.after_drive();
                 } else {
                     let is_at_rest = control_loop.monitors.is_at_rest(seen);
@@ -309,7 +311,7 @@ impl Servo {
         self.output(tick, true, wound_up)
     }
 
-    /// Makes the transitions that need no command.
+    /// Advances the state after the first tick, and counts the autostart delay down by a tick.
     fn advance(&mut self) {
         match (self.state, self.countdown) {
             (State::Boot, _) => self.state = State::Stopped,

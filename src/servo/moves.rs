@@ -8,15 +8,15 @@ use crate::motion::Course;
 use crate::units::position::Position;
 
 impl Servo {
-    /// Replaces the reference that the joint follows, from the next tick on, in the zero that
-    /// arming set. The loop goes on. From then on, the silence of the link that asked for it is a
-    /// fault.
+    /// Replaces the reference that the joint follows, from the next tick on. Its positions count
+    /// from the zero of arming. The loop keeps running. From then on, the silence of the requesting
+    /// link is a fault.
     ///
     /// # Errors
-    /// Refuses unless the servo is armed and the reference stays within the range of positions, and
-    /// less than 2^30 counts from the joint. A trajectory has to begin where the joint is, to the
-    /// following error that is allowed, and to the error that asks for the full scale: its first
-    /// point would be a jump. A step is a jump that was asked for.
+    /// Refuses unless the servo is armed, and the reference stays within the range of positions and
+    /// less than 2^30 counts from the joint. A trajectory or a sine has to begin near the joint:
+    /// within the limit of the following error, and within the error at which the law reaches the
+    /// full scale. Otherwise its first point would be a jump. A step may begin with a jump.
     pub fn follow(&mut self, reference: Reference) -> Result<(), Refusal> {
         let control_loop = self.armed_loop()?;
         let course = Course::Follow(reference);
@@ -33,15 +33,15 @@ impl Servo {
         Ok(())
     }
 
-    /// Moves the set point to the target of a profile, from where it is and with the speed that it
-    /// has. A profile that runs already goes on to the other target. A set point that rests sets
-    /// out after the soft start, since the limits of a profile are those of the whole output. From
-    /// then on, the silence of the link that asked for it is a fault.
+    /// Moves the set point to the target of a profile, from its present position and velocity. A
+    /// running profile continues to the new target. A set point at rest starts after the soft
+    /// start, since the limits of a profile assume the full output. From then on, the silence of
+    /// the requesting link is a fault.
     ///
     /// # Errors
-    /// Refuses unless the servo is armed, the target is within the range of positions, and it is
-    /// less than 2^30 counts away. A set point that moves has to be slow enough to come to rest
-    /// within the range with the acceleration of the profile. What is refused changes nothing.
+    /// Refuses unless the servo is armed, and the target is within the range of positions and less
+    /// than 2^30 counts from the set point. A moving set point has to be slow enough to come to
+    /// rest within the range with the acceleration of the profile. A refused call changes nothing.
     pub fn go_to(&mut self, profile: Profile) -> Result<(), Refusal> {
         let control_loop = self.armed_loop()?;
         let target = profile.target();
@@ -55,9 +55,9 @@ impl Servo {
         control_loop.begin_profile(profile)
     }
 
-    /// Stops the joint and holds it. A profile that moves slows down within its limits and rests on
-    /// the first count that they allow. Otherwise the joint is held where it is. From then on, the
-    /// silence of the link that asked for it is a fault.
+    /// Stops the joint and holds it. A moving profile slows down within its limits and rests on the
+    /// first count that they allow. Otherwise the set point becomes the present position of the
+    /// joint. From then on, the silence of the requesting link is a fault.
     ///
     /// # Errors
     /// Refuses unless the servo is armed.

@@ -1,10 +1,10 @@
-//! What a tick of the servo is given, and what it asks of the board.
+//! The input of a tick of the servo, and its output for the board.
 
 use super::{Servo, State};
 use crate::control::drive::Duty;
 use crate::control::signal::Tick;
 
-/// The readings that one tick of the servo is given.
+/// Readings of the board for one tick of the servo.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Input {
     /// The reading of the encoder's counter.
@@ -12,13 +12,13 @@ pub struct Input {
     /// The converter's reading of the supply: for the supply's monitor, and for an output that is
     /// scaled by the supply.
     pub supply: u16,
-    /// The encoder's lines as they are now (bit 0: A, bit 1: B), for the test for open ones. A
-    /// board that cannot read them leaves this at zero: driven lines.
+    /// Present levels of the encoder's lines (bit 0: A, bit 1: B), for the test for open lines. A
+    /// board that cannot read them leaves this at zero, which the test accepts as driven lines.
     pub lines: u8,
 }
 
-/// The output of one tick of the servo: what it asks of the board. A host reads its tick, which is
-/// first, from the memory of a running image.
+/// Output of one tick of the servo, for the board. A host reads its first field, the tick, from the
+/// memory of a running image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C)]
 pub struct Output {
@@ -38,7 +38,7 @@ pub struct Output {
 }
 
 impl Output {
-    /// Returns the PWM setting that the timer is given.
+    /// Returns the PWM setting for the timer.
     pub const fn duty(&self) -> Duty {
         self.tick.duty()
     }
@@ -51,7 +51,7 @@ impl Servo {
             .map_or(Duty::default(), |running| running.controller.drive().duty(0))
     }
 
-    /// Returns the output of a tick in which nothing is driven.
+    /// Returns the output of a tick with the bridge off: no effort, and a neutral duty.
     pub(super) fn off(&self, tick: Tick) -> Output {
         let Duty { compare, reverse } = self.neutral();
         self.output(Tick { v_applied: 0.0, code: 0, compare, reverse, ..tick }, false, false)

@@ -1,4 +1,4 @@
-//! The servo's part of a [ramp](crate::identification::Ramp): what it has found.
+//! The servo's part of a [ramp](crate::identification::Ramp): the findings.
 
 use super::{ControlLoop, Servo};
 use crate::motion::Course;
@@ -15,7 +15,7 @@ pub struct FrictionLevels {
 }
 
 impl Servo {
-    /// Returns the levels that the ramp has found, once it is over.
+    /// Returns the levels found by a ramp that is over.
     pub fn levels(&self) -> Option<FrictionLevels> {
         let ControlLoop { course: Course::Ramp(ramp), state, .. } = self.control_loop.as_ref()?
         else {

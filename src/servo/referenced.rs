@@ -1,4 +1,4 @@
-//! The reference: whether the position that the servo counts is that of the joint.
+//! The reference: whether the position that the servo counts is the true position of the joint.
 //!
 //! ```text
 //!   reset ------> not referenced -- a command, with the joint at rest --> referenced
@@ -8,36 +8,36 @@
 //!                   +------ a homing that begins -----------------------------+
 //! ```
 //!
-//! An incremental encoder counts travel. Where the joint stands is known once a command says so
-//! ([`Servo::set_reference`]), or a [homing](crate::motion::home) has found a stop. Counts that
-//! were lost or added end that, and so does an encoder that counts in another direction or unit. A
-//! joint with a range of positions is driven by jogs and homings only until it is referenced, and
-//! its range does not hold for them: they have travels of their own.
+//! An incremental encoder counts only travel. The position of the joint is known once a command has
+//! set it ([`Servo::set_reference`]) or a [homing](crate::motion::home) has found a stop. The
+//! reference ends when counts may be lost or added, or when the encoder's configuration changes,
+//! such as its direction or unit. Until a joint with a range of positions is referenced, only jogs
+//! and homings drive it. The range does not apply to them: they have their own limits of travel.
 //!
-//! With [`PositionReference::PowerOn`] the joint counts as referenced from each reset on, and only
-//! another encoder and a homing without a stop end that. The range is then only as good as the
-//! place of the last reset.
+//! With [`PositionReference::PowerOn`] the joint counts as referenced from each reset on. Only a
+//! changed encoder or a homing without a stop ends this. The range is then only as accurate as the
+//! position of the joint at the reset.
 //!
-//! Does badly: no sensor confirms the command. A load that turns the joint faster than the counter
-//! follows, while the output is off, is not seen.
+//! Does badly: no sensor confirms the command. If a load turns the joint faster than the counter
+//! can follow while the output is off, the lost counts are not detected.
 
 use super::{Refusal, Servo, State};
 use crate::control::device_config::PositionReference;
 
-/// How the position came to be known.
+/// Source of the reference.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum Referenced {
     /// The position counts from the place of the last reset.
     #[default]
     AtReset,
-    /// A command or a homing has set where the joint stands.
+    /// A command or a homing has set the position of the joint.
     Set,
     /// The encoder was changed, its counts are in doubt, or a homing has found no stop yet.
     No,
 }
 
 impl Servo {
-    /// Returns whether the position is that of the joint.
+    /// Returns whether the joint is referenced: the counted position is the true one.
     pub fn is_referenced(&self) -> bool {
         match self.referenced {
             Referenced::No => false,
@@ -51,12 +51,12 @@ impl Servo {
         self.is_referenced().then_some(self.origin)
     }
 
-    /// Says that the joint stands at `position`, counts. The output is off, and stays so: autostart
-    /// ends.
+    /// Sets the present position of the joint to `position`, counts. Autostart ends, so the output
+    /// stays off.
     ///
     /// # Errors
-    /// Refuses while the servo is armed, while the joint moves, while the encoder is in doubt, and
-    /// a position of 2^30 counts and more.
+    /// Refuses before the first tick, while the servo is armed, while the joint moves, and while
+    /// the encoder is in doubt. Also refuses a position of 2^30 counts or more.
     pub fn set_reference(&mut self, position: i32) -> Result<(), Refusal> {
         match self.state {
             State::Boot => return Err(Refusal::Booting),
@@ -72,14 +72,15 @@ impl Servo {
         if position.unsigned_abs() >= 1 << 30 {
             return Err(Refusal::TooFar);
         }
-        // The counts since power-on go on: a shift would look like counts of a living encoder.
+        // Only the origin moves: a shift of the counts would look like counts of a working encoder.
         self.origin = self.follower.seen.position.wrapping_sub(position);
         self.countdown = None;
         self.referenced = Referenced::Set;
         Ok(())
     }
 
-    /// Takes counts that are in doubt.
+    /// Ends the reference, because counts are in doubt. With [`PositionReference::PowerOn`] it
+    /// stays.
     pub(super) fn lose_reference(&mut self) {
         if !self.is_referenced_at_reset() {
             self.referenced = Referenced::No;

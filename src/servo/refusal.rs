@@ -1,4 +1,4 @@
-//! What a servo refuses, and why.
+//! Reasons why a servo refuses a command.
 
 use crate::safety::fault::Fault;
 
@@ -11,11 +11,12 @@ pub enum Refusal {
     Faulted(Fault),
     /// The fault cannot be cleared by a command.
     NotClearable(Fault),
-    /// The servo is armed, and does this only while it is stopped.
+    /// The servo is armed, and the command requires a stopped servo; or a course runs that accepts
+    /// only a stop.
     Armed,
-    /// The servo is not armed, and does this only while it is.
+    /// The servo is not armed, and the command requires an armed servo.
     NotArmed,
-    /// The joint moves, and has to be at rest.
+    /// The joint moves, and the command requires a joint at rest.
     Moving,
     /// A stop is under way.
     Stopping,
@@ -25,19 +26,19 @@ pub enum Refusal {
     /// hand, or a jog has to show that encoder and motor agree.
     EncoderInDoubt,
     /// The friction of the joint is unknown (`breakaway_min_v` is zero), so that no closed loop is
-    /// armed. An identification finds it.
+    /// armed. An identification measures the friction.
     FrictionUnknown,
-    /// The joint has a range of positions, and its position is unknown: only a jog and a homing
-    /// may drive it until a homing or a command sets where it stands.
+    /// The joint has a range of positions, and its position is unknown: only a jog and a homing may
+    /// drive it until a homing or a command sets its position.
     NotReferenced,
-    /// The motion leads out of the range of positions.
+    /// The motion would leave the range of positions.
     OutOfRange,
-    /// The trajectory begins too far from the joint.
+    /// The trajectory or the sine begins too far from the joint.
     FarAway,
     /// The position is 2^30 counts away from the joint or its set point, or farther.
     TooFar,
     /// The set point is too fast to come to rest within the range of positions.
     TooFast,
-    /// The motion of the parameters has given way to one that a link asked for.
+    /// A link has replaced the motion of the parameters.
     Replaced,
 }

@@ -13,7 +13,7 @@
 //! There is no controlled stop, and the joint coasts, if `stop_s` is 0, if the joint rests, if the
 //! loop is open, or if the driver still wakes up. A second stop turns the output off at once.
 //!
-//! Does badly: it believes the encoder. A joint that its load drives moves on once the output is
+//! Does badly: it relies on the encoder. A joint driven by its load moves on once the output is
 //! off, as after any stop.
 
 use super::{Servo, State};
@@ -22,7 +22,7 @@ use crate::motion::Course;
 use crate::safety::fault::LatchedFault;
 use crate::units::position::Position;
 
-/// The longest time of the set point's way to rest, in `stop_s`.
+/// Longest time in which the set point comes to rest, as a part of `stop_s`.
 const SET_POINT: f32 = 2.0 / 3.0;
 
 /// A controlled stop under way.
@@ -30,11 +30,11 @@ const SET_POINT: f32 = 2.0 / 3.0;
 pub(super) struct Stopping {
     /// Ticks until the output is off.
     left: u32,
-    /// What asked for it, if it was not a command.
+    /// Fault that caused the stop; none for a commanded stop.
     fault: Option<LatchedFault>,
 }
 
-/// How a loop brakes.
+/// Settings of a controlled stop, and units of a tick.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Brakes {
     /// Longest time of a stop, s.
@@ -48,7 +48,7 @@ pub(super) struct Brakes {
 }
 
 impl Brakes {
-    /// Returns the reference of a joint that brakes.
+    /// Returns the reference that brakes a joint at `counts` and `velocity` (deg/s).
     fn reference(&self, counts: i32, velocity: f32) -> Reference {
         let least = velocity.abs() / (SET_POINT * self.time);
         Reference::Braking(Braking {
@@ -62,8 +62,8 @@ impl Brakes {
 }
 
 impl Servo {
-    /// Brakes the joint and turns the output off, within `stop_s`. A joint that rests, an open
-    /// loop, and a stop that is under way already are turned off at once.
+    /// Brakes the joint and turns the output off, within `stop_s`. If no controlled stop is
+    /// possible, or one is already under way, the output goes off at once.
     pub fn come_to_rest(&mut self) {
         if self.stopping.is_some() || !self.begin_stop(None) {
             self.stop();
@@ -75,7 +75,8 @@ impl Servo {
         self.stopping.is_some()
     }
 
-    /// Begins a controlled stop, after which `fault` is latched. Returns whether there is one.
+    /// Begins a controlled stop, after which `fault` is latched. Returns whether the stop has
+    /// begun.
     #[inline(never)]
     pub(super) fn begin_stop(&mut self, fault: Option<LatchedFault>) -> bool {
         let rests = self.is_at_rest();
@@ -88,13 +89,13 @@ impl Servo {
         }
         let reference = brakes.reference(control_loop.state.counts(), self.velocity);
         control_loop.begin(Course::Follow(reference));
-        // Who has asked for it need not be there any more.
+        // The client that requested the stop need not be connected any more.
         control_loop.watch.ignore_link();
         self.stopping = Some(Stopping { left: (brakes.time / brakes.tick) as u32, fault });
         true
     }
 
-    /// Ends a controlled stop in this tick if the joint rests or the time is over.
+    /// Runs a tick of a controlled stop, and ends the stop if the joint rests or the time is over.
     #[inline(never)]
     pub(super) fn go_on_stopping(&mut self) {
         let rests = self.is_at_rest();

@@ -173,7 +173,7 @@ fn the_output_follows_the_supply_within_a_factor_of_two() {
 fn a_value_that_is_not_finite_is_a_fault() {
     let mut servo = armed(at_once(), 0);
     assert!(tick(&mut servo, 0).enable);
-    // Ordinary parameters do not lead here, and extreme ones may: this is the last line of defence.
+    // Only extreme parameters cause this: the check is the last line of defence.
     let to = Position { counts: 0, fraction: f32::NAN };
     let reference = Reference::Step(Step { to, ..Default::default() });
     servo.control_loop.as_mut().unwrap().course = Course::Follow(reference);
@@ -288,8 +288,7 @@ fn a_supply_too_low_for_the_effort_ends_a_ramp_without_levels() {
     let mut servo = ramp(device);
     (0..10).for_each(|_| assert!(!tick(&mut servo, 0).enable));
     assert_eq!(servo.arm(), Ok(()));
-    // Two thirds of the nominal supply: 3/2 of the effort, so that 5 V are asked for at 3.33 V,
-    // rung 667.
+    // Two thirds of the nominal supply: 3/2 of the effort, so that 3.33 V, rung 667, become 5 V.
     let ticks = (0..2000)
         .take_while(|_| servo.tick(Input { counter: 0, supply: 1365, lines: 0 }).enable)
         .count();
@@ -335,12 +334,12 @@ fn a_trajectory_and_a_sine_begin_where_the_joint_is_or_are_refused() {
             .find(|state| !matches!(state, State::Boot | State::Stopped));
         assert_eq!(state, Some(expected), "{first}");
     }
-    // A step is a jump that was asked for.
+    // A step is a deliberate jump.
     let step = Step { to: Position::from_counts(1000), ..Step::default() };
     assert_eq!(servo.follow(Reference::Step(step)), Ok(()));
 }
 
-/// 5 V and 1 V/deg: 500 counts ask for the full scale.
+/// 5 V and 1 V/deg: an error of 500 counts reaches the full scale.
 #[test]
 fn a_trajectory_is_no_jump_where_the_following_error_is_off_or_as_large_as_a_turn() {
     for following_error in [0.0, 360.0] {
@@ -368,7 +367,7 @@ fn a_motion_of_the_parameters_that_leads_out_of_the_range_is_never_begun() {
     let autostart = DeviceConfig { autostart: true, autostart_delay: 0.0, ..at_once() };
     for (device, is_automatic) in [(at_once(), false), (autostart, true)] {
         let mut parameters = parameters(device);
-        // 250 counts are asked for, 2.5 deg.
+        // The set point is 250 counts, 2.5 deg.
         for (position_max, leads_out) in [(2.6, false), (2.4, true)] {
             parameters.limits.position_max = position_max;
             let mut servo = Servo::new(Ok(&parameters), Boot::default(), &HARDWARE);

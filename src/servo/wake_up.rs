@@ -7,9 +7,10 @@
 //!   duty       ________|_____________________________________ first one ...
 //! ```
 //!
-//! Both times are whole ticks, rounded up. The loop is not run meanwhile, so nothing winds up. It
-//! begins where the joint rests: a joint that is turned meanwhile is waited for. A silent link, and
-//! what forbids arming, are faults meanwhile.
+//! Both times are whole ticks, rounded up. The loop does not run meanwhile, so nothing winds up.
+//! The loop begins where the joint rests: if the joint is turned meanwhile, the wake-up lasts until
+//! the joint rests again. A silent link, and any condition that forbids arming, are faults
+//! meanwhile.
 
 use super::{Output, Servo};
 use crate::control::signal::Tick;
@@ -23,14 +24,14 @@ pub(super) struct DriverTimes {
     reset_pulse: u32,
 }
 
-/// How far the wake-up is.
+/// Progress of the wake-up.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct WakeUp {
     /// Ticks for which the enable pin has been low.
     low: u32,
     /// Ticks until the first duty.
     left: u32,
-    /// Ticks of these with the enable pin high.
+    /// Ticks with the enable pin high before the first duty.
     high: u32,
 }
 
@@ -45,7 +46,7 @@ impl DriverTimes {
 }
 
 impl WakeUp {
-    /// Takes a tick with the enable pin low.
+    /// Counts a tick with the enable pin low, which ends a wake-up.
     pub const fn rest(&mut self) {
         self.low = self.low.saturating_add(1);
         self.left = 0;
@@ -69,8 +70,8 @@ impl WakeUp {
         self.left > 0
     }
 
-    /// Takes a tick of the wake-up, and returns whether the enable pin is high in it. The last tick
-    /// is repeated until the joint is at rest.
+    /// Counts a tick of the wake-up, and returns whether the enable pin is high in it. The last
+    /// tick is repeated until the joint is at rest.
     pub const fn step(&mut self, at_rest: bool) -> bool {
         let high = self.left <= self.high;
         if at_rest || self.left > 1 {

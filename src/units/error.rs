@@ -1,4 +1,4 @@
-//! The reasons why a configuration was refused.
+//! Errors of a configuration: the value that is refused, and the values that are allowed.
 
 use core::fmt;
 
@@ -21,7 +21,7 @@ pub struct InvalidValue {
     pub key: Key,
     /// The value that was found, as a number.
     pub found: f32,
-    /// The values that would have been taken.
+    /// The values that are allowed.
     pub allowed: Allowed,
 }
 
@@ -36,13 +36,13 @@ pub enum Allowed {
     Above(f32, f32),
     /// Every value of the type.
     Any,
-    /// The times that are later than that of the corner before by at least this many seconds, so
-    /// that blends do not overlap.
+    /// The times that are at least this much later than the previous corner's, s, so that blends do
+    /// not overlap.
     LaterBy(f32),
-    /// The laws that the sum does not have yet; none beside a law that replaces PD.
+    /// The laws that are not in the sum yet; no law beside one that replaces PD.
     AnotherLaw,
-    /// The numbers from the first to the second, as [`Between`](Self::Between), of which zero turns
-    /// off what has this value. A machine's file writes it as the word `"off"`, too.
+    /// The numbers from the first to the second, as [`Between`](Self::Between), where zero means
+    /// off. A machine's file can also write zero as the word `"off"`.
     OrOff(f32, f32),
     /// The positive numbers up to the first, which is another configured value.
     UpTo(f32, Key),
@@ -52,8 +52,8 @@ pub enum Allowed {
 
 impl Allowed {
     /// Returns whether a number belongs to the set; NaN belongs to no range. No number belongs to
-    /// [`LaterBy`](Self::LaterBy), since times are compared where the corners are known, and none
-    /// to [`AnotherLaw`](Self::AnotherLaw), which only names a law that is refused.
+    /// [`LaterBy`](Self::LaterBy), since times are compared where the corners are available, nor to
+    /// [`AnotherLaw`](Self::AnotherLaw), which only reports a refused law.
     pub fn includes(self, found: f32) -> bool {
         match self {
             Self::Between(low, high) | Self::OrOff(low, high) => found >= low && found <= high,
@@ -94,8 +94,8 @@ impl fmt::Display for Allowed {
 
 impl core::error::Error for InvalidValue {}
 
-/// The bound of numbers that need no other: no gain, limit or length of a joint comes near it, and
-/// its square is still finite in `f32`.
+/// Bound of numbers that have no other bound: no gain, limit or length of a joint comes near it,
+/// and its square is still finite in `f32`.
 pub(crate) const HUGE: f32 = 1e6;
 
 /// Refuses a number that is not in `[low, high]`; NaN is in no range.

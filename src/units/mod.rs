@@ -1,4 +1,4 @@
-//! Values with their units, and what everything else counts in.
+//! Configured values with their units, and positions in encoder counts.
 //!
 //! [`value`] declares a configured value: its number ([`key`]), name, unit and bounds. [`error`]
 //! reports a value that is out of bounds. [`position`] counts in whole encoder counts and a

@@ -27,7 +27,7 @@ impl Position {
         Self { counts, fraction: 0.0 }
     }
 
-    /// Returns this position moved by `displacement` counts, whose rounding is that of `f32`.
+    /// Returns this position moved by `displacement` counts, with the rounding of `f32`.
     ///
     /// ```
     /// use stiction::units::position::Position;
@@ -83,8 +83,8 @@ impl Rate {
     /// The rate of a joint at rest.
     pub const ZERO: Self = Self(0);
 
-    /// Returns the rate that leads from one position to another in `ticks` ticks (at least one).
-    /// Positions wrap: of the two ways from one to the other, the rate takes the shorter one, below
+    /// Returns the rate that moves from one position to another in `ticks` ticks (at least one).
+    /// Positions wrap: of the two ways from one to the other, the rate goes the shorter one, below
     /// 2^31 counts.
     ///
     /// ```
@@ -112,7 +112,7 @@ impl Rate {
 /// Returns the largest whole number that is not above `x`, as `libm::floorf` does. Two instructions
 /// of the processor convert there and back.
 fn floor(x: f32) -> f32 {
-    // From 2^23 on every f32 is whole. What is not a number stays what it is.
+    // From 2^23 on every f32 is whole. NaN stays NaN.
     if x.abs() < 8_388_608.0 {
         let truncated = x as i32 as f32;
         if truncated > x { truncated - 1.0 } else { truncated }

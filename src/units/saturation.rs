@@ -1,4 +1,4 @@
-//! The limit of the controller's output.
+//! Limiting of a number to a symmetric range.
 
 /// Returns `v` limited to `[-limit, limit]`, and whether it had to be limited. `v` must not be NaN.
 #[inline]

@@ -1,29 +1,29 @@
-//! The declaration of configured values: once, with everything that anybody asks of a value.
+//! The declaration of configured values: each value is declared once, with all its properties.
 //!
 //! ```text
 //! number | name with unit | type | bounds | needed, default or derived | example | one sentence
 //! ```
 //!
-//! `table!` makes a struct of such declarations, and with it all that depends on them: the bounds
-//! that [`Values::validate`] checks, the entries of the flash record and of the link (by [`Key`]),
-//! and [`Table::ABOUT`]. From the last, a host reads and writes a machine's TOML, lists the keys
-//! and makes the schema.
+//! `table!` generates a struct from such declarations, and all code that depends on them: the
+//! bounds that [`Values::validate`] checks, the entries of the flash record and of the link (by
+//! [`Key`]), and [`Table::ABOUT`]. With [`Table::ABOUT`], a host reads and writes a machine's TOML,
+//! lists the keys and generates the schema.
 //!
-//! A device knows a value by its number alone. The texts are in [`Table::ABOUT`], which only a host
-//! refers to, so the linker leaves them out of an image.
+//! A device identifies a value by its number alone. The texts are in [`Table::ABOUT`], which only a
+//! host refers to, so the linker leaves them out of an image.
 
 pub use crate::units::key::Key;
 
 use crate::units::error::{Allowed, InvalidValue};
 
-/// What a value becomes that is not set.
+/// Rule for a value that is not set.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Absent {
-    /// The value has to be given.
+    /// The value must be set.
     Needed,
     /// The value is that of the example.
     Default,
-    /// The value follows from other values; its sentence says how.
+    /// The value follows from other values; its sentence has the rule.
     Derived,
 }
 
@@ -53,11 +53,11 @@ pub struct About {
     pub field: &'static str,
     /// The sentence that describes the value, as it is in the source.
     pub text: &'static str,
-    /// The value's bounds, as they stand in the source.
+    /// The value's bounds, as they are in the source.
     pub bounds: &'static str,
     /// The value's type.
     pub kind: Kind,
-    /// What the value becomes if it is not set.
+    /// Rule for the value if it is not set.
     pub absent: Absent,
 }
 
@@ -68,11 +68,11 @@ impl About {
     }
 }
 
-/// The refusal of bits that are no value of the declared type.
+/// Error of bits that are no value of the declared type.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct InvalidBits;
 
-/// A type that a value may have. In a record, a value of any type takes 32 bits.
+/// Type that a value can have. In a record, a value of any type has 32 bits.
 pub trait Scalar: Copy {
     /// The kind of value that the type makes.
     const KIND: Kind;
@@ -80,13 +80,13 @@ pub trait Scalar: Copy {
     /// Returns the value's 32 bits.
     fn bits(self) -> u32;
 
-    /// Makes a value of its 32 bits.
+    /// Returns the value with these 32 bits.
     ///
     /// # Errors
     /// Refuses bits that no value of the type has.
     fn from_bits(bits: u32) -> Result<Self, InvalidBits>;
 
-    /// Returns the value as a number, to be held against bounds.
+    /// Returns the value as a number, to be compared with bounds.
     fn number(self) -> f32;
 }
 
@@ -142,28 +142,29 @@ impl Scalar for bool {
     }
 }
 
-/// A set of values that are reached by their numbers: those of one table, or those of all tables of
-/// a whole.
+/// Set of values that are accessed by their keys: the values of one table, or of a table and the
+/// tables in it.
 pub trait Values {
-    /// Returns the value at a place among those that there are at present. If there are fewer,
-    /// `place` is lowered by how many there are, so that the caller can go on with the next table.
+    /// Returns the key of the value at a place (0 is the first) among the present values, and the
+    /// rule for the value if it is not set. If there are too few values, lowers `place` by their
+    /// number and returns none, so that the caller can go on with the next table.
     fn nth(&self, place: &mut usize) -> Option<(Key, Absent)>;
 
-    /// Returns a value as bits, if it is one of these.
+    /// Returns the bits of a value, if the value belongs to this set.
     fn get(&self, key: Key) -> Option<u32>;
 
-    /// Returns a value as a number, and what it may be beside the other values as they are at
-    /// present.
+    /// Returns a value as a number, and its allowed values, which can depend on the other present
+    /// values.
     fn with_bounds(&self, key: Key) -> Option<(f32, Allowed)>;
 
-    /// Gives a value its bits, and returns whether the value is one of these. Bounds are checked by
-    /// [`validate`](Self::validate).
+    /// Sets a value from its bits, and returns whether the value belongs to this set. Bounds are
+    /// checked by [`validate`](Self::validate).
     ///
     /// # Errors
     /// Refuses bits that are no value of its type.
     fn set(&mut self, key: Key, bits: u32) -> Result<bool, InvalidBits>;
 
-    /// Calls `f` with each value that there is at present, until `f` returns an error.
+    /// Calls `f` for each present value, until `f` returns an error.
     ///
     /// # Errors
     /// Returns the first error of `f`.
@@ -175,7 +176,7 @@ pub trait Values {
         Ok(())
     }
 
-    /// Returns what a value may be, beside the other values as they are at present.
+    /// Returns the allowed values of a value, which can depend on the other present values.
     fn allowed(&self, key: Key) -> Option<Allowed> {
         self.with_bounds(key).map(|(_, allowed)| allowed)
     }
@@ -183,7 +184,7 @@ pub trait Values {
     /// Refuses a value that is not within its bounds.
     ///
     /// # Errors
-    /// Names the first such value.
+    /// Returns an error that names the first such value.
     fn validate(&self) -> Result<(), InvalidValue> {
         self.each(&mut |key, _| match self.with_bounds(key) {
             Some((found, allowed)) if !allowed.includes(found) => {
@@ -194,7 +195,7 @@ pub trait Values {
     }
 }
 
-/// The end of the loop over all values, well beyond what a record has room for (338).
+/// Limit of the loop over all values, well above the capacity of a record (338).
 const MAX_VALUES: usize = 1024;
 
 /// A table of a machine's file.
@@ -205,7 +206,7 @@ pub trait Table: Values + Sized + 'static {
     const ABOUT: &'static [About];
 }
 
-/// Returns the number of the value that is the field `field`. It is for constants: a field that
+/// Returns the key of the value in the field `field` of a table. It is for constants: a field that
 /// does not exist does not compile.
 pub const fn key(table: &[About], field: &str) -> Key {
     let mut i = 0;
@@ -344,7 +345,7 @@ macro_rules! table {
     };
 }
 
-/// Declares a value that is one of a few words.
+/// Declares the type of a value that is one of a few words.
 macro_rules! choice {
     (
         $(#[$meta:meta])*

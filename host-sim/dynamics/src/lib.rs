@@ -1,7 +1,7 @@
-//! Joints with friction, and the solvers that move them on.
+//! Joints with friction, and their solvers.
 //!
-//! Nothing here uses the control core, files or a command line, so that an edit of a law does not
-//! recompile it.
+//! This crate does not depend on the control core, files or a command line, so that an edit of a
+//! law does not recompile it.
 
 pub mod friction;
 pub mod joint;

@@ -1,11 +1,11 @@
-//! Why there is no such joint, said to a person.
+//! Error for a value that no joint can have.
 
-/// A value that no joint can have: one sentence that names what was found and what is allowed.
+/// Value that no joint can have: one sentence with the value found and the allowed values.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]
 pub struct InvalidModel(pub String);
 
-/// A number as a person would type it: `5`, `0.02`, `1e300`, `NaN`.
+/// Formats a number as a person would type it: `5`, `0.02`, `1e300`, `NaN`.
 pub fn shown(number: f64) -> String {
     let text = format!("{number:?}");
     text.strip_suffix(".0").unwrap_or(&text).into()

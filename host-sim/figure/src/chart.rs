@@ -13,22 +13,22 @@ pub struct Share {
     pub interval: [f64; 2],
 }
 
-/// A point of a cloud; an infinite value is drawn on the upper edge.
+/// A point of a cloud; an infinite value is drawn at the upper end of its axis.
 pub type Point = [f64; 2];
 
 /// One cloud among others of the same axes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cloud {
-    /// What it is of.
+    /// Name of the cloud.
     pub name: String,
-    /// Its points.
+    /// Points of the cloud.
     pub points: Vec<Point>,
 }
 
 /// An axis of a cloud, in powers of ten.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LogAxis {
-    /// Its label, with the unit.
+    /// Label of the axis, with the unit.
     pub label: String,
     /// Powers of ten of its ends.
     pub decades: [i32; 2],
@@ -41,22 +41,22 @@ pub struct LogAxis {
 /// Marker of the points of a layer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mark {
-    /// A small grey dot each.
+    /// Small grey dot at each point.
     Dot,
     /// Steps from point to point, in the order of the horizontal axis.
     Steps,
-    /// A hollow square each.
+    /// Hollow square at each point.
     Square,
-    /// A filled diamond each.
+    /// Filled diamond at each point.
     Diamond,
 }
 
 /// Points of one kind in a panel.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Layer {
-    /// What they are, for the legend. The same name has the same mark in all panels.
+    /// Name of the points in the legend. The same name has the same mark in all panels.
     pub name: String,
-    /// Their mark.
+    /// Marker of the points.
     pub mark: Mark,
     /// The points.
     pub points: Vec<Point>,
@@ -65,7 +65,7 @@ pub struct Layer {
 /// A panel of layers.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LayeredPanel {
-    /// What it is of.
+    /// Name of the panel.
     pub name: String,
     /// The layers, the lowest first.
     pub layers: Vec<Layer>,
@@ -89,7 +89,7 @@ pub enum ChartContent {
     Layers {
         /// The horizontal axis and the vertical one; `bound` is drawn across.
         axes: [LogAxis; 2],
-        /// What the bounds are, for the legend.
+        /// Name of the bounds in the legend.
         bounds: String,
         /// The panels.
         panels: Vec<LayeredPanel>,
@@ -99,12 +99,12 @@ pub enum ChartContent {
 /// A chart and the name of its file, without an ending.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Chart {
-    /// The name of the file.
+    /// Name of the file, without an ending.
     pub stem: String,
     /// The title.
     pub title: String,
     /// Smaller line below the title.
     pub subtitle: String,
-    /// What is shown.
+    /// Content of the chart.
     pub shown: ChartContent,
 }

@@ -1,5 +1,5 @@
-//! Two or three controllers on the same joints: their errors over each other, a panel for each
-//! joint.
+//! Figure of two or three controllers on the same joints: a panel for each joint, with the errors
+//! of all controllers.
 
 use super::of_runs::{COMPARED, NamedFigure, in_words, shown_until, sides_differ};
 use super::{Figure, Panel, PlotCurve, Style};
@@ -9,20 +9,20 @@ use simulator::closed_loop::LoopSample;
 use simulator::experiment::Task;
 use simulator::run::{RunResult, RunTrace};
 
-/// Panels of a figure; more of them are taller than a screen.
+/// Largest number of panels in a figure; more would be taller than a screen.
 const PANELS: usize = 4;
 
-/// The joint has made its transient after this long, s: what it is off then decides the range.
+/// Time after which the error of a joint determines the range of its panel, s.
 const TRANSIENT_S: f64 = 1.0;
 
-/// Returns the time from which a curve decides the range of its panel, s: after the transient, but
-/// no later than the middle of what is shown. Else a short run would be beyond its panel as a
-/// whole.
+/// Returns the time from which a curve determines the range of its panel, s: after the transient,
+/// but no later than the middle of the time axis. Otherwise a short run could be completely outside
+/// its panel.
 pub fn judged_from_s(end_s: f64) -> f64 {
     TRANSIENT_S.min(0.5 * end_s)
 }
 
-/// The runs of one joint and step, a controller each.
+/// Runs of one joint and step, one per controller.
 type Joint<'a> = Vec<&'a RunResult>;
 
 /// Returns a figure for each step of an experiment with two or three controllers; none for other
@@ -105,13 +105,14 @@ fn panel(joint: &Joint, end_s: f64) -> Panel {
     Panel { height: 0.9, y_range: Some((-half, half)), ..Panel::new(label, lines) }
 }
 
-/// The last one is what the others are compared with.
+/// Returns the styles of the controllers. The last one, with which the others are compared, has the
+/// primary style.
 fn styles(controllers: usize) -> impl Iterator<Item = Style> {
     let [primary, others @ ..] = COMPARED;
     others.into_iter().take(controllers - 1).chain([primary])
 }
 
-/// `light`, or the step where all are on the joint of the file.
+/// Returns the name of a joint: its variants, such as `light`, or its step if it has none.
 fn name_of(joint: &Joint) -> String {
     let Some(run) = joint.first() else { return String::new() };
     let slugs: Vec<String> = run.plan.slugs().into_iter().map(in_words).collect();

@@ -30,48 +30,50 @@ const TEXT: u32 = 16;
 #[derive(Clone, Copy)]
 pub(super) struct Sheet<'a> {
     width: f64,
-    /// Room for title and subtitle; too little for them, and they are left out.
+    /// Height for title and subtitle. If it is too small, both are left out.
     header: f64,
-    /// How the names of the clip paths begin.
+    /// Start of the names of the clip paths.
     clip: &'a str,
 }
 
 impl<'a> Sheet<'a> {
-    /// A page of its own.
+    /// Page of a file with one figure.
     pub const FILE: Sheet<'static> = Sheet { width: 900.0, header: 64.0, clip: "panel" };
 
-    /// A part of a text that has the title: narrow enough for its letters to be read on a
-    /// telephone. The names are to differ from those of all other figures of that text.
+    /// Creates the sheet of a figure in a text that has the title. The sheet is narrow enough to be
+    /// read on a telephone. `clip` must differ from that of all other figures in the text.
     pub const fn inline(clip: &'a str) -> Self {
         Self { width: 560.0, header: 4.0, clip }
     }
 }
 
-/// What a long legend has to leave of a panel.
+/// Smallest height of a panel's frame below its legend, in the figure's units.
 const LEAST_FRAME: f64 = 40.0;
 
-/// Where an inset with its labels begins, as a share of its panel's width.
+/// Left end of an inset with its labels, as a share of its panel's width.
 const INSET_FROM: f64 = 0.4;
 
-/// Room for the labels of an inset's values.
+/// Width for the labels of an inset's values, in the figure's units.
 const INSET_LABELS: f64 = 62.0;
 
 /// Margin around an inset, in the figure's units.
 const INSET_GAP: f64 = 6.0;
 
-/// Lower insets show nothing that their panel does not.
+/// Smallest height of an inset, in the figure's units. A lower one would show no more than its
+/// panel.
 const LEAST_INSET: f64 = 40.0;
 
-/// Panel heights that leave room for the legend and keep the page printable.
+/// Allowed relative heights of a panel, which leave room for the legend and keep the page
+/// printable.
 const HEIGHTS: RangeInclusive<f64> = 0.4..=4.0;
 
-/// Rough advance of a letter of size 1: the plotting crate keeps its text metrics to itself.
+/// Approximate width of a letter of size 1: the plotting crate does not export its text metrics.
 const LETTER_OF_SIZE: f64 = 0.5;
 
-/// The same in ordinary text.
+/// Approximate width of a letter in ordinary text.
 const LETTER: f64 = LETTER_OF_SIZE * TEXT as f64;
 
-/// The base line of the first line of the title.
+/// Height of the base line of the title's first line.
 const TITLE_AT: f64 = 30.0;
 
 /// Room between the last base line of the captions and the first panel.
@@ -87,7 +89,7 @@ fn look(style: Style) -> Look {
     match style {
         Style::Reference => ("#000000", 1.3, Some("6 4")),
         Style::Primary => ("#00548F", 2.0, None),
-        // Gaps that show a curve below, where two coincide.
+        // The gaps show a curve below that coincides with this one.
         Style::Second => ("#D55E00", 2.0, Some("10 8")),
         Style::Third => ("#009E73", 2.2, Some("2.2 2.8")),
         Style::Compensation => ("#B86E00", 1.2, None),
@@ -103,7 +105,7 @@ pub(super) fn svg(figure: &Figure, sheet: Sheet) -> Result<String, FigureError> 
     let panels = &figure.panels;
     let points = panels.iter().flat_map(|panel| drawable(&panel.lines));
     let time = extent(points.map(|point| point.0)).ok_or(FigureError::Empty)?;
-    // A hair more, or rounding would lose a tick at the very end.
+    // Slightly longer: otherwise rounding would lose a tick at the end.
     let time = Axis::new((time.0, time.1 + 1e-9 * (time.1 - time.0)), sheet.width / 64.0)?;
     if !panels.iter().all(|p| HEIGHTS.contains(&p.height)) {
         return Err(FigureError::Size);
@@ -133,8 +135,8 @@ pub(super) fn svg(figure: &Figure, sheet: Sheet) -> Result<String, FigureError> 
     Ok(SvgBackend::new().render_scene(&page))
 }
 
-/// The lines of title and subtitle, with their sizes and places. What is too long for one line
-/// takes more of them.
+/// Returns the lines of title and subtitle, with their sizes and heights on the page. A text that
+/// is too long for one line is wrapped.
 fn captions(figure: &Figure, width: f64) -> Vec<(String, u32, f64)> {
     let mut lines: Vec<(String, u32, f64)> = Vec::new();
     for (content, size) in [(&figure.title, TITLE), (&figure.subtitle, TEXT)] {
@@ -199,7 +201,7 @@ fn draw_panel(
     Ok(drawn)
 }
 
-/// A rectangle of the sheet, with its units.
+/// Rectangle on the sheet, in the sheet's units.
 #[derive(Clone, Copy)]
 struct Frame {
     left: f64,
@@ -208,7 +210,7 @@ struct Frame {
     bottom: f64,
 }
 
-/// Axes in a frame, with curves in them.
+/// Draws axes with curves in a frame.
 fn axes(
     lines: &[PlotCurve],
     [time, values]: [&Axis; 2],
@@ -236,12 +238,12 @@ fn axes(
     layout.theme.grid_color = "#DDDDDD".into();
     layout.suppress_x_ticks = !has_times;
 
-    // What a unit of the sheet is on either axis.
+    // Size of a unit of the sheet on each axis.
     let unit = [
         (time.high - time.low) / (frame.right - frame.left),
         (values.high - values.low) / (frame.bottom - frame.top),
     ];
-    // A chattering signal fills a band, which must not bury everything else.
+    // A chattering signal fills a band, which must not hide the other curves.
     let (mut curves, mut in_front) = (Vec::new(), Vec::new());
     if values.low < 0.0 && values.high > 0.0 {
         in_front.push(curve(vec![(time.low, 0.0), (time.high, 0.0)], ZERO));
@@ -258,8 +260,8 @@ fn axes(
     render_multiple(curves, layout)
 }
 
-/// The window of a panel once more, enlarged, on the emptier side of what the curves leave free to
-/// the right. Nothing, if they leave too little to read it in.
+/// Draws the window of a panel enlarged, above or below the curves on the right, on the side with
+/// more space. Returns `None` if the space is too small to read the inset.
 fn inset(
     panel: &Panel,
     window: &InsetRange,
@@ -315,8 +317,8 @@ fn curve(points: Vec<(f64, f64)>, (colour, width, dashes): Look) -> Plot {
     Plot::Line(plot.with_stroke_width(width).with_line_style(dashes))
 }
 
-/// Legend in rows from `top` down, with their height. Its swatches are long enough to
-/// show the dashes, which those of the plotting crate are not.
+/// Returns the legend in rows from `top` down, and its height. Its swatches are long enough to show
+/// the dashes, unlike those of the plotting crate.
 fn legend(panel: &Panel, note: Option<&str>, top: f64, right: f64) -> (Vec<Primitive>, f64) {
     let lines = panel.lines.iter().filter(|line| !line.name.is_empty());
     let entries = lines.map(|line| (line.name.as_str(), Some(line.style)));
@@ -366,9 +368,8 @@ fn text(
     }
 }
 
-/// Adds a panel with a clip path named after its place on the page. The plotting
-/// crate numbers them through the life of the program, but equal figures should give
-/// equal files.
+/// Adds a panel whose clip path is named after its place on the page. The plotting crate numbers
+/// clip paths throughout the program, but equal figures must result in equal files.
 fn add_panel(page: &mut Scene, mut panel: Scene, own: &str) {
     for element in &mut panel.elements {
         if let Primitive::ClipStart { id, .. } = element {

@@ -10,10 +10,10 @@ use super::chart::Chart;
 use files::error::Error;
 use simulator::output::{OutputDirectory, OverwriteGuard};
 
-/// Checks the directory for figures before the work, by the guard of the command.
+/// Checks the directory for figures before the runs, with the guard of the command.
 ///
 /// # Errors
-/// Names the path, or says that nothing here can draw.
+/// Returns an error that names the path, or the command that builds the drawing in.
 pub fn figure_directory(
     guard: &OverwriteGuard,
     option: &str,
@@ -26,26 +26,26 @@ pub fn figure_directory(
     Ok(directory)
 }
 
-/// Stands for the drawing of figures where it is not built in.
+/// Replaces the drawing of figures in a program without the feature `figures`.
 ///
 /// # Errors
-/// Always, with the command that builds it in.
+/// Always returns an error, with the command that builds the drawing in.
 #[cfg(not(feature = "figures"))]
 pub fn write_figures(directory: &OutputDirectory, _: &[NamedFigure]) -> Result<(), Error> {
     let option = format!("figures in {}", directory.path().display());
     Err(files::missing_part::not_built(&option, "what draws them is", "figures"))
 }
 
-/// Stands for the drawing of charts where it is not built in.
+/// Replaces the drawing of charts in a program without the feature `figures`.
 ///
 /// # Errors
-/// Always, with the command that builds it in.
+/// Always returns an error, with the command that builds the drawing in.
 #[cfg(not(feature = "figures"))]
 pub fn write_charts(directory: &OutputDirectory, _: &[Chart]) -> Result<(), Error> {
     write_figures(directory, &[])
 }
 
-/// Draws a chart as an SVG document; none in a program without the feature `figures`.
+/// Draws a chart as an SVG document; `None` in a program without the feature `figures`.
 pub fn chart_svg(chart: &Chart) -> Option<String> {
     #[cfg(feature = "figures")]
     return Some(super::marks::svg(chart));
@@ -64,7 +64,8 @@ const SCALE: f32 = 2.0;
 /// Writes each figure as SVG and PNG into a directory. All are drawn before the first is written.
 ///
 /// # Errors
-/// Names the figure that could not be drawn, or the file that could not be written.
+/// Returns an error that names the figure that could not be drawn, or the file that could not be
+/// written.
 #[cfg(feature = "figures")]
 pub fn write_figures(directory: &OutputDirectory, figures: &[NamedFigure]) -> Result<(), Error> {
     let draw = |named: &NamedFigure| {
@@ -90,7 +91,8 @@ pub fn write_figures(directory: &OutputDirectory, figures: &[NamedFigure]) -> Re
 /// Writes each chart as SVG and PNG into a directory.
 ///
 /// # Errors
-/// Names the chart that could not be drawn, or the file that could not be written.
+/// Returns an error that names the chart that could not be drawn, or the file that could not be
+/// written.
 #[cfg(feature = "figures")]
 pub fn write_charts(directory: &OutputDirectory, charts: &[Chart]) -> Result<(), Error> {
     for chart in charts {

@@ -18,7 +18,7 @@ pub(super) fn element(svg: &str, name: &str) -> String {
     let head = format!("<svg viewBox=\"0 0 {width} {height}\" role=\"img\" aria-label=\"{name}\">");
     let mut out = head;
     for chunk in body.split_inclusive('>') {
-        // Labels are for reading: only what is inside of a tag is rounded.
+        // Labels keep their digits: only numbers inside a tag are rounded.
         let (label, tag) = chunk.split_at(chunk.find('<').unwrap_or(chunk.len()));
         out.push_str(label);
         out.push_str(&shorter(tag));
@@ -26,7 +26,7 @@ pub(super) fn element(svg: &str, name: &str) -> String {
     out
 }
 
-/// A tag with its numbers rounded.
+/// Returns a tag with its numbers rounded to [`DIGITS`] decimals.
 fn shorter(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     let mut rest = text;

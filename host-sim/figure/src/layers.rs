@@ -8,28 +8,28 @@ use super::primitives::{BOUND, GRID, HEADER, INK, MARK, SMALL, TEXT, WIDTH, line
 /// Height of the legend.
 const LEGEND: f64 = 30.0;
 
-/// Left of the first panel, for its label and the numbers of its axis.
+/// Width left of the first panel, for its label and the numbers of its axis.
 const LEFT: f64 = 74.0;
 
-/// Right of the last panel.
+/// Width right of the last panel.
 const RIGHT: f64 = 22.0;
 
-/// Between two panels beside each other, and above and below a panel.
+/// Space between two panels of a row, above a panel, and below a panel.
 const GAP: f64 = 54.0;
 const ABOVE: f64 = 26.0;
 const BELOW: f64 = 34.0;
 
-/// Most panels in a row.
+/// Largest number of panels in a row.
 const COLUMNS: usize = 3;
 
 const DOT: &str = "#8A8A8A";
 const FRONT: &str = "#000000";
 
-/// Size of the frame of one panel of `panels`.
+/// Returns width and height of the frame of each of `panels` panels.
 fn frame(panels: usize) -> [f64; 2] {
     let columns = panels.clamp(1, COLUMNS) as f64;
     let width = (WIDTH - LEFT - RIGHT - GAP * (columns - 1.0)) / columns;
-    // A panel alone is flatter than wide.
+    // A single panel is wider than high.
     [width, width.clamp(180.0, 380.0)]
 }
 
@@ -51,7 +51,7 @@ pub(super) fn draw(page: &mut Scene, axes: &[LogAxis; 2], bounds: &str, panels: 
     }
 }
 
-/// Names each kind of mark once, and the bounds.
+/// Draws the legend: each kind of mark once, and the bounds.
 fn legend(page: &mut Scene, bounds: &str, panels: &[LayeredPanel]) {
     let mut kinds: Vec<(&str, Option<Mark>)> = Vec::new();
     for layer in panels.iter().flat_map(|panel| &panel.layers) {
@@ -62,7 +62,7 @@ fn legend(page: &mut Scene, bounds: &str, panels: &[LayeredPanel]) {
     if !bounds.is_empty() {
         kinds.push((bounds, None));
     }
-    // About as wide as the letters are.
+    // Approximate widths of the entries.
     let widths: Vec<f64> =
         kinds.iter().map(|(name, _)| 52.0 + 7.4 * name.chars().count() as f64).collect();
     let mut x = 0.5 * (WIDTH - widths.iter().sum::<f64>()).max(0.0);
@@ -78,7 +78,7 @@ fn legend(page: &mut Scene, bounds: &str, panels: &[LayeredPanel]) {
     }
 }
 
-/// One mark.
+/// Draws one mark.
 fn marked(page: &mut Scene, mark: Mark, [x, y]: Point) {
     match mark {
         Mark::Dot | Mark::Steps => page.add(Primitive::Circle {
@@ -96,7 +96,7 @@ fn marked(page: &mut Scene, mark: Mark, [x, y]: Point) {
             polygon(page, &corners, INK, 1.8);
         }
         Mark::Diamond => {
-            // Filled by ever smaller ones: a scene has no polygons.
+            // Filled with smaller diamonds: a scene has no polygons.
             for r in [7.5, 6.0, 4.5, 3.0, 1.5] {
                 let corners = [[x, y - r], [x + r, y], [x, y + r], [x - r, y]];
                 polygon(page, &corners, MARK, 2.4);
@@ -111,7 +111,7 @@ fn polygon(page: &mut Scene, corners: &[Point], colour: &str, width: f64) {
     }
 }
 
-/// A frame on the page.
+/// Frame of a panel on the page.
 struct Panel<'a> {
     axes: &'a [LogAxis; 2],
     left: f64,
@@ -121,7 +121,7 @@ struct Panel<'a> {
 }
 
 impl Panel<'_> {
-    /// Share of the way along an axis. What is beyond its end lies on the end.
+    /// Returns the place of a value along an axis, from 0 to 1. A value beyond an end lies on it.
     fn share(axis: &LogAxis, value: f64) -> f64 {
         let [low, high] = axis.decades.map(f64::from);
         if value == f64::INFINITY {
@@ -162,7 +162,8 @@ impl Panel<'_> {
         }
     }
 
-    /// Lines at the powers of ten, with numbers; between few of them at 2 and 5 as well.
+    /// Draws lines with numbers at the powers of ten; on an axis of one or two decades, at 2 and 5
+    /// as well.
     fn grid(&self, page: &mut Scene) {
         let Self { axes, left, top, width, height } = *self;
         for decade in axes[0].decades[0]..=axes[0].decades[1] {

@@ -1,7 +1,7 @@
 //! Stacked time-series panels with one time axis, as SVG or PNG.
 //!
-//! The types here say what to show; how it looks is settled once in `draw`, so
-//! every figure of a report has the same fonts, weights and dash patterns.
+//! The types here define the content of a figure. Only `draw` defines its appearance, so that every
+//! figure of a report has the same fonts, weights and dash patterns.
 
 pub mod chart;
 pub mod compared;
@@ -89,12 +89,12 @@ pub struct PlotCurve {
 }
 
 impl PlotCurve {
-    /// A curve with straight lines between its points.
+    /// Creates a curve with straight lines between its points.
     pub fn new(name: impl Into<String>, style: Style, points: Vec<(f64, f64)>) -> Self {
         Self { name: name.into(), points, style, held: false }
     }
 
-    /// The part of the curve from a time on, with the value that it has there.
+    /// Returns the part of the curve from a time on, with its value at that time.
     #[cfg(feature = "figures")]
     fn since(&self, time: f64) -> Self {
         let first = self.points.partition_point(|point| point.0 < time);
@@ -108,7 +108,7 @@ impl PlotCurve {
         Self { points, ..self.clone() }
     }
 
-    /// The same curve drawn as the output of a zero-order hold.
+    /// Returns the same curve, drawn as the output of a zero-order hold.
     pub fn held(mut self) -> Self {
         self.held = true;
         self
@@ -130,28 +130,28 @@ pub struct Panel {
     pub height: f64,
     /// Fixed range of the value axis; without it the axis covers all points.
     ///
-    /// Curves are cut at the range, and the legend then states what the data span.
+    /// Curves are cut at the range, and the legend then states the range of the data.
     pub y_range: Option<(f64, f64)>,
-    /// A part of the panel that is drawn once more, enlarged, where the curves leave room for it.
+    /// Part of the panel that an inset enlarges, if the curves leave room for it.
     pub inset: Option<InsetRange>,
 }
 
 /// A part of a panel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct InsetRange {
-    /// Begin and end on the time axis.
+    /// Start and end on the time axis.
     pub time: (f64, f64),
     /// Lowest and highest value.
     pub values: (f64, f64),
 }
 
 impl Panel {
-    /// A panel of ordinary height that covers all its points.
+    /// Creates a panel of ordinary height whose axis covers all its points.
     pub fn new(y_label: impl Into<String>, lines: Vec<PlotCurve>) -> Self {
         Self { y_label: y_label.into(), lines, height: 1.0, y_range: None, inset: None }
     }
 
-    /// Whether all curves but limits are zero everywhere: such a panel shows nothing.
+    /// Returns whether all curves except limits are zero everywhere: such a panel shows nothing.
     pub fn is_zero(&self) -> bool {
         let curves = self.lines.iter().filter(|line| line.style != Style::Limit);
         let mut values = curves.flat_map(|line| &line.points).map(|(_, value)| *value).peekable();
@@ -179,8 +179,8 @@ impl Figure {
         draw::svg(self, draw::Sheet::FILE)
     }
 
-    /// Draws the figure as an element of an HTML page, without a title. Its names begin with `id`,
-    /// which no other element of the page should have.
+    /// Draws the figure as an element of an HTML page, without a title. The names of its clip paths
+    /// begin with `id`, which must be unique on the page.
     #[cfg(feature = "figures")]
     pub fn to_inline_svg(&self, id: &str) -> Result<String, FigureError> {
         Ok(inline::element(&draw::svg(self, draw::Sheet::inline(id))?, &self.title))

@@ -1,5 +1,4 @@
-//! A figure of time series that were written before: logs of a device, runs, or one beside the
-//! other.
+//! Figure of recorded time series: logs of a device, runs, or a comparison of both.
 
 use super::{Figure, InsetRange, Panel, PlotCurve, Style};
 use simulator::output::series::{Series, SeriesSample};
@@ -10,8 +9,8 @@ const COMPARED: [Style; 3] = [Style::Primary, Style::Second, Style::Third];
 /// Largest number of series in a figure.
 pub const MOST: usize = COMPARED.len();
 
-/// Displacement, error and effort of up to [`MOST`] series over each other; of a single one, the
-/// parts of its effort as well.
+/// Returns a figure of displacement, error and effort of up to [`MOST`] series; of a single one,
+/// with the parts of its effort as well.
 pub fn figure(series: &[Series]) -> Figure {
     let curves = |of: fn(&SeriesSample) -> Option<f64>| -> Vec<PlotCurve> {
         let shown = series.iter().zip(COMPARED);
@@ -53,11 +52,12 @@ pub fn figure(series: &[Series]) -> Figure {
     }
 }
 
-/// Ratio of a panel's range to that of its inset, below which there is none.
+/// Smallest ratio of a panel's range to that of its inset; below it, there is no inset.
 const LEAST_ZOOM: f64 = 4.0;
 
-/// Returns the window of what is left of the errors in the second half of the time: from where all
-/// curves are within 1.25 of it. None, if the whole panel shows it as well.
+/// Returns the window of the errors at rest. It starts when all curves stay within 1.25 times the
+/// largest error in the second half of the time. `None` if the whole panel shows these errors as
+/// well.
 fn at_rest(errors: &[PlotCurve]) -> Option<InsetRange> {
     let points = || errors.iter().flat_map(|line| line.points.iter().copied());
     let end_s = points().map(|(time_s, _)| time_s).reduce(f64::max)?;
@@ -76,7 +76,7 @@ fn at_rest(errors: &[PlotCurve]) -> Option<InsetRange> {
 
 type Part = (&'static str, Style, fn(&SeriesSample) -> Option<f64>);
 
-/// Of the effort: signals that chatter would hide each other in one panel.
+/// Parts of the effort, one per panel: in one panel, chattering signals would hide each other.
 const PARTS: [Part; 3] = [
     ("v_PD", Style::Primary, |sample| sample.v_pd_v),
     ("v_c", Style::Compensation, |sample| sample.v_c_v),

@@ -13,12 +13,12 @@ use super::raster::FONT;
 pub(super) const FOOTER: f64 = 44.0;
 const TITLE: u32 = 22;
 
-/// Left end of the shares' axis, and its right end.
+/// Left and right end of the axis of shares.
 const SHARES: [f64; 2] = [210.0, 780.0];
 const ROW: f64 = 20.0;
 
-/// Widths of all clouds of a row together, height of one with its numbers, and what these take
-/// beside and below its frame.
+/// Total width of the clouds of a row, and height of a cloud with its numbers; then the width and
+/// the height of the numbers beside and below its frame.
 const CELLS: [f64; 2] = [870.0, 250.0];
 const BESIDE: [f64; 2] = [82.0, 70.0];
 
@@ -80,7 +80,7 @@ fn shares(page: &mut Scene, groups: &[(String, Vec<Share>)], height: f64) {
         y += 1.2 * ROW;
         page.add(text(group, TEXT, [14.0, y], TextAnchor::Start));
         page.add(line([14.0, y + 5.0], [WIDTH - 14.0, y + 5.0], GRID, 0.7));
-        // From title to title, so that no line crosses one.
+        // From title to title, so that no line crosses a title.
         let [upper, lower] = [y + 5.0, y + ROW * (rows.len() as f64 + 0.4) + 4.0];
         for tick in 0..=10 {
             let x = at(f64::from(tick) / 10.0);
@@ -108,10 +108,10 @@ fn cloud(
 ) {
     let share = |axis: &LogAxis, value: f64| {
         let [low, high] = axis.decades.map(f64::from);
-        // What is beyond the axis lies on its edge.
+        // A value beyond the axis lies on its edge.
         ((value.max(f64::MIN_POSITIVE).log10() - low) / (high - low)).clamp(0.0, 1.0)
     };
-    // The last tenth of the horizontal axis is for what is infinite.
+    // The last tenth of the horizontal axis is for infinite values.
     let x = |value: f64| {
         let finite = 0.9 * share(&axes[0], value);
         left + width * if value.is_finite() { finite } else { 0.96 }

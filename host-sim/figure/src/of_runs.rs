@@ -1,5 +1,5 @@
-//! What all figures of runs share: the name of the file, the styles of curves, the time axis, and
-//! whether both sides of the gear are drawn.
+//! Common parts of all figures of runs: the name of the file, the styles of curves, the time axis,
+//! and whether both sides of the gear are drawn.
 
 use super::{Figure, Style};
 use simulator::closed_loop::LoopSample;
@@ -11,22 +11,22 @@ pub(super) const COMPARED: [Style; 3] = [Style::Primary, Style::Second, Style::T
 /// A motion is over when joint and reference stay within this share of their span.
 const STILL: f64 = 0.002;
 
-/// How much longer than the motion its time axis is.
+/// Length of the time axis, as a multiple of the duration of the motion.
 const AFTERWARDS: f64 = 1.25;
 
-/// Sides of a gear that differ by less than this throughout are one line, counts.
+/// Difference between the sides of a gear, counts. If it is always smaller, they are one line.
 const ONE_LINE: f64 = 2.0;
 
 /// A figure and the name of its file, without an ending.
 #[derive(Clone, Debug)]
 pub struct NamedFigure {
-    /// The name of the file, such as `step-response-srnf-steps`.
+    /// Name of the file, such as `step-response-srnf-steps`.
     pub stem: String,
     /// The figure.
     pub figure: Figure,
 }
 
-/// The end of the time axis, s: a little after the last of the motions is over.
+/// Returns the end of the time axis, s: a little after the last of the motions is over.
 pub(super) fn shown_until(results: &[&RunResult]) -> f64 {
     let ends = results.iter().filter_map(|result| {
         let (RunTrace::Loop(moments), Some(last_s)) = (&result.trace, last_time(result)) else {
@@ -51,7 +51,7 @@ pub(super) fn last_time(result: &RunResult) -> Option<f64> {
     }
 }
 
-/// What a built-in variant is; another one keeps its name.
+/// Returns the description of a built-in variant; another variant keeps its name.
 pub(super) fn in_words(slug: &str) -> String {
     match slug.split_once('-') {
         Some(("delay", "1")) => "one sample of delay".into(),

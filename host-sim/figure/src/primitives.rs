@@ -1,4 +1,4 @@
-//! What charts are drawn with: sizes, colours, lines and texts.
+//! Elements of charts: sizes, colours, lines and texts.
 
 use kuva::render::render::{Primitive, TextAnchor};
 
@@ -12,7 +12,7 @@ pub(super) const INK: &str = "#000000";
 pub(super) const MARK: &str = "#00548F";
 pub(super) const BOUND: &str = "#D55E00";
 
-/// A power of ten as people write it on an axis.
+/// Formats a power of ten for the numbers of an axis.
 pub(super) fn power(decade: i32) -> String {
     if (-3..=4).contains(&decade) {
         files::error::shown(10f64.powi(decade))

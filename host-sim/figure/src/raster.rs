@@ -8,7 +8,7 @@ use super::FigureError;
 /// Family name of the bundled font.
 pub(super) const FONT: &str = "Libertinus Serif";
 
-/// Keeps a mistyped scale from asking for gigabytes of pixels.
+/// Largest scale, so that a mistyped one does not need gigabytes of pixels.
 const LARGEST_SCALE: f32 = 8.0;
 
 pub(super) fn png(svg: &str, scale: f32) -> Result<Vec<u8>, FigureError> {

@@ -1,8 +1,8 @@
 //! Figures of a set of runs.
 //!
 //! One figure for each result of the thesis's Figs. 26-59 and 63-67: displacements, errors and the
-//! breakdown of the control signal under each other. Where the thesis shows one result measured and
-//! simulated, this is one figure, and simulated.
+//! breakdown of the control signal under each other. If the thesis shows a result both measured
+//! and simulated, there is one figure, simulated.
 
 use std::path::Path;
 
@@ -14,14 +14,14 @@ use simulator::closed_loop::LoopSample;
 use simulator::experiment::Task;
 use simulator::run::{RunResult, RunTrace};
 
-/// A step is all but over once its error stays within this share of it; a half longer, and what is
-/// left of the motion is what an inset enlarges.
+/// The transient of a step ends when its error stays within this share of the step. An inset is
+/// scaled to the motion from 1.5 times that time on.
 const TRANSIENT: f64 = 0.1;
 
-/// A joint that never comes so near has made its transient after this long, s.
+/// Time from which an inset is scaled if the error never stays within [`TRANSIENT`], s.
 const TRANSIENT_S: f64 = 1.0;
 
-/// An inset that enlarges less is none.
+/// Smallest magnification of an inset; below it, there is no inset.
 const LEAST_ZOOM: f64 = 2.5;
 
 /// Returns the figures of an experiment's results. `sources` are the figures of the thesis to
@@ -45,7 +45,7 @@ pub fn figures(
         for (kind, results) in [("steps", steps), ("trajectories", trajectories), ("sines", sines)]
         {
             if kind == "sines" {
-                // The thesis has none to compare with.
+                // The thesis has no sines to compare with.
                 group.thesis = None;
             }
             for (i, some) in results.chunks(COMPARED.len()).enumerate() {
@@ -67,9 +67,9 @@ pub fn set_title(figures: &mut [NamedFigure], title: &str) {
     }
 }
 
-/// Runs that belong into one figure.
+/// Runs that are in one figure.
 struct Group<'a> {
-    /// `srnf` or `srnf/test-1`.
+    /// Name of the group, such as `srnf` or `srnf/test-1`.
     name: String,
     thesis: Option<&'a ThesisFigures>,
     results: Vec<&'a RunResult>,
@@ -92,8 +92,9 @@ fn groups<'a>(results: &'a [RunResult], sources: &'a [ThesisFigures]) -> Vec<Gro
     groups
 }
 
-/// The motions of a group, with the control signal of the first of them; that of another one that
-/// the thesis shows is a figure of its own, or the page would be taller than a screen.
+/// Returns a figure with the motions of a group and one control signal: the first that the thesis
+/// shows, or that of the first motion if it shows none. Each further control signal that the thesis
+/// shows has its own figure, since one page would be taller than a screen.
 fn loop_figures(results: &[&RunResult], group: &Group, kind: &str, stem: &str) -> Vec<NamedFigure> {
     let wanted = group.thesis.map(|source| source.breakdown.as_slice()).unwrap_or_default();
     let shown = results.iter().enumerate().filter(|(i, result)| {
@@ -136,7 +137,7 @@ fn loop_figures(results: &[&RunResult], group: &Group, kind: &str, stem: &str) -
     std::iter::once(first).chain(others).collect()
 }
 
-/// What the figure is, and how much of the runs it shows.
+/// Returns the subtitle: the kind of the figure, and the part of the runs that it shows.
 fn subtitle(results: &[&RunResult], group: &Group, end_s: f64) -> String {
     let what = match group.thesis {
         Some(source) => format!("simulated; to compare with {} of the thesis", source.thesis),
@@ -150,12 +151,13 @@ fn subtitle(results: &[&RunResult], group: &Group, end_s: f64) -> String {
     }
 }
 
-/// A time with no more digits than it needs.
+/// Rounds a time to milliseconds, s.
 fn brief(seconds: f64) -> f64 {
     (1e3 * seconds).round() / 1e3
 }
 
-/// `srnf/test-1` and `steps` as a title; a user's own controller keeps its name.
+/// Returns the title of a group such as `srnf/test-1` and a kind such as `steps`. A user's own
+/// controller keeps its name.
 fn title(group: &str, kind: &str) -> String {
     let (controller, variant) = group.split_once('/').unwrap_or((group, ""));
     let controller = match controller {
@@ -200,8 +202,8 @@ fn errors(results: &[&RunResult], end_s: f64) -> Panel {
     Panel { height: 0.85, inset, ..Panel::new("error (deg)", curves.collect()) }
 }
 
-/// The lines of a run: one, or one for each side of its gear where the sides differ. `of` makes a
-/// value of a moment and the position of a side, deg.
+/// Returns the curves of a run: one, or one for each side of its gear if the sides differ. `of`
+/// computes a value from a sample and the position of a side (deg).
 fn sides(
     result: &RunResult,
     name: &str,
@@ -221,8 +223,8 @@ fn sides(
     ]
 }
 
-/// v_PD, v_c and v of one run, each in its own panel: signals that chatter would hide each other in
-/// one.
+/// Returns v_PD, v_c and v of one run, each in its own panel: in one panel, chattering signals
+/// would hide each other.
 fn breakdown(result: &RunResult, curve: &str, end_s: f64) -> Vec<Panel> {
     type Signal = (&'static str, &'static str, Style, fn(&LoopSample) -> f64);
     let all: [Signal; 3] = [
@@ -280,7 +282,7 @@ fn ramp_figure(result: &RunResult, prefix: &str) -> Option<NamedFigure> {
 fn points(result: &RunResult, end_s: f64, of: impl Fn(&LoopSample) -> f64) -> Vec<(f64, f64)> {
     match &result.trace {
         RunTrace::Loop(moments) => {
-            // A hair more: the end is a decimal, and the times are products.
+            // With a tolerance: the end is a decimal, and the times are products.
             let shown = moments.iter().take_while(|m| m.time_s <= end_s + 1e-9);
             shown.map(|m| (m.time_s, of(m))).collect()
         }
@@ -288,9 +290,9 @@ fn points(result: &RunResult, end_s: f64, of: impl Fn(&LoopSample) -> f64) -> Ve
     }
 }
 
-/// For a step: what is left of a signal after the transient, in a symmetric range of at least
-/// `least` on either side. Nothing, if the whole signal shows it as well. A trajectory has no
-/// transient that dwarfs the rest.
+/// Returns the window of a signal after the transient of a step, in a symmetric range of at least
+/// `least` to either side; `None` if a panel of the whole signal shows it as well. Other motions
+/// have no window: they have no transient that dwarfs the rest.
 fn rest(
     result: &RunResult,
     end_s: f64,
@@ -312,7 +314,7 @@ fn rest(
         .then_some(InsetRange { time: (0.8 * near_s, end_s), values: (-half, half) })
 }
 
-/// The smallest window around all of them.
+/// Returns the smallest window around all given windows.
 fn around(windows: impl Iterator<Item = InsetRange>) -> Option<InsetRange> {
     windows.reduce(|a, b| InsetRange {
         time: (a.time.0.min(b.time.0), a.time.1.max(b.time.1)),
@@ -320,14 +322,14 @@ fn around(windows: impl Iterator<Item = InsetRange>) -> Option<InsetRange> {
     })
 }
 
-/// Whether the output is that of PD: nothing is added and nothing cut off.
+/// Returns whether the output is that of PD alone: nothing is added, and nothing is cut off.
 fn is_plain(result: &RunResult) -> bool {
     points(result, f64::INFINITY, |m| f64::from(m.tick.v - m.tick.v_pd))
         .iter()
         .all(|(_, difference)| *difference == 0.0)
 }
 
-/// By its motion, or by its variant where only that differs.
+/// Returns the name of a run's curve: its motion, or its variants if all motions are the same.
 fn curve_name(result: &RunResult, among: &[&RunResult]) -> String {
     let same_task = among.iter().all(|other| other.plan.task == result.plan.task);
     if same_task && among.len() > 1 {

@@ -13,7 +13,7 @@ pub(super) struct Axis {
 }
 
 impl Axis {
-    /// Ticks at a round distance, about `ticks` of them at most.
+    /// Creates an axis with at most about `ticks` ticks at a round distance.
     pub fn new((low, high): (f64, f64), ticks: f64) -> Result<Self, FigureError> {
         let span = high - low;
         if !(span > 0.0 && span.is_finite()) {
@@ -26,7 +26,7 @@ impl Axis {
         Ok(Self { low, high, step })
     }
 
-    /// A number with the decimals that the ticks need and `extra` ones.
+    /// Formats a number with the decimals of the ticks and `extra` more.
     pub fn number(&self, value: f64, extra: usize) -> String {
         // The factor guards against a logarithm just below a whole number.
         let decimals = (-(1.001 * self.step).log10().floor()).max(0.0) as usize;
@@ -40,7 +40,7 @@ impl Axis {
     }
 }
 
-/// Smallest and largest value, widened where they all but coincide.
+/// Returns the smallest and the largest value; nearly equal ones are moved apart.
 pub(super) fn extent(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
     let pairs = values.map(|value| (value, value));
     let (low, high) = pairs.reduce(|all, one| (all.0.min(one.0), all.1.max(one.1)))?;
@@ -56,13 +56,13 @@ fn is_finite(point: &Point) -> bool {
     point.0.is_finite() && point.1.is_finite()
 }
 
-/// All points of the lines that can be drawn.
+/// Returns all finite points of the lines.
 pub(super) fn drawable(lines: &[PlotCurve]) -> impl Iterator<Item = Point> {
     let points = lines.iter().flat_map(|line| &line.points);
     points.copied().filter(is_finite)
 }
 
-/// The pieces of a line that lie between `low` and `high`.
+/// Returns the pieces of a line that lie between `low` and `high`.
 pub(super) fn visible(line: &PlotCurve, low: f64, high: f64) -> Vec<Vec<Point>> {
     let mut pieces: Vec<Vec<Point>> = Vec::new();
     for run in line.points.split(|point| !is_finite(point)) {
@@ -89,7 +89,7 @@ fn segments(run: &[Point], held: bool) -> impl Iterator<Item = (Point, Point)> {
     })
 }
 
-/// The part of a segment between `low` and `high`, if there is any.
+/// Returns the part of a segment between `low` and `high`, if there is any.
 ///
 /// The cut is made here and not left to the SVG clip path because coordinates far
 /// outside of the page overflow the single precision of the PNG renderer.

@@ -22,7 +22,7 @@ fn panel(label: &str, gain: f64) -> Panel {
     Panel::new(label, vec![PlotCurve::new("PD", Style::Primary, ramp(gain))])
 }
 
-/// Points of the curves: of each path in the order of drawing.
+/// Returns the points of each path, in the order of drawing.
 fn paths(svg: &str) -> Vec<Vec<(f64, f64)>> {
     let data = svg.split("<path d=\"").skip(1);
     let data = data.filter_map(|rest| rest.split('"').next());
@@ -168,14 +168,14 @@ fn an_inset_shows_its_window_where_the_curves_leave_room() -> Result<(), FigureE
         assert!(svg.contains("\"panel-0-inset\""));
         assert!(svg.contains(">0.02<") && svg.contains(">\u{2212}0.02<"));
     }
-    // A signal that fills its panel to the end leaves none.
+    // A signal that fills its panel to the end leaves no room.
     let full = (0..=100).map(|k| (f64::from(k) * 0.01, f64::from(k % 2))).collect();
     let full = Panel::new("v (V)", vec![PlotCurve::new("v", Style::Total, full)]);
     assert!(!with(full)?.contains("panel-0-inset"));
     Ok(())
 }
 
-/// The figures of those runs of a built-in experiment whose label ends so.
+/// Returns the figures of the runs of a built-in experiment whose labels contain `label`.
 fn drawn(experiment: &str, label: &str) -> Vec<Figure> {
     drawn_of(&files::document::Document::open(experiment).unwrap(), experiment, label)
 }
@@ -218,8 +218,8 @@ fn a_ramp_shows_the_levels_that_it_found() {
     }
 }
 
-/// Three laws on three joints: every curve is in the panel for at least half of its axis, whichever
-/// rests far off.
+/// Three laws on three joints: every curve is in the panel for at least half of its axis, even if
+/// one rests far from the target.
 #[test]
 fn the_figure_of_several_laws_is_never_cut_to_nothing() {
     let named = drawn("untuned-joints", "/step");

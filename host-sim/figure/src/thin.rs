@@ -1,4 +1,4 @@
-//! Fewer points for the same curve (Ramer, Douglas and Peucker).
+//! Reduces the points of a curve (Ramer, Douglas and Peucker).
 
 type Point = (f64, f64);
 
@@ -26,7 +26,7 @@ pub(super) fn thin(points: &[Point], unit: [f64; 2]) -> Vec<Point> {
     points.iter().zip(kept).filter_map(|(point, kept)| kept.then_some(*point)).collect()
 }
 
-/// Distance of a point from a straight line's stretch.
+/// Returns the distance of a point from a line segment.
 fn beside(point: Point, from: Point, to: Point) -> f64 {
     let along = (to.0 - from.0, to.1 - from.1);
     let off = (point.0 - from.0, point.1 - from.1);
@@ -56,7 +56,7 @@ mod tests {
         let mut points: Vec<Point> = (0..1000).map(|i| (0.01 * f64::from(i), 0.0)).collect();
         points[500].1 = 1.0;
         assert!(thin(&points, [1.0, 1.0]).contains(&(5.0, 1.0)));
-        // Smaller than anybody can see, it goes.
+        // A spike that is too small to be seen is removed.
         assert_eq!(thin(&points, [1.0, 20.0]).len(), 2);
     }
 }

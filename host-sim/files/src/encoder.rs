@@ -26,14 +26,14 @@ pub enum Wires {
     Cut,
     /// One cut: the edges of the other one alternately count up and down.
     OneCut,
-    /// Exchanged.
+    /// The two lines are exchanged.
     Swapped,
 }
 
 impl Wires {
-    /// Returns the levels of the two lines at the input (bit 0: A, bit 1: B) at a count of the disc
-    /// and with the pull-ups on, or the pull-downs. Line A rises first in the direction that counts
-    /// up. A line that is cut follows its resistor.
+    /// Returns the levels of the two input lines (bit 0: A, bit 1: B) at a count of the disc.
+    /// Line A rises first in the direction that counts up. A line that is cut follows its resistor:
+    /// a pull-up if `pulls_up` is true, or else a pull-down.
     pub const fn lines(self, counts: u32, pulls_up: bool) -> u8 {
         let driven = [0b00, 0b01, 0b11, 0b10][counts as usize % 4];
         let pulled = if pulls_up { 0b11 } else { 0b00 };

@@ -89,7 +89,7 @@ pub struct GoalInBothUnits {
     pub tolerance_counts: f64,
     /// Longest time until the error stays within the tolerance, s; `None`: no limit.
     pub settle_s: Option<f64>,
-    /// Time that the error must stay there, s; `None`: until the end.
+    /// Time for which the error must stay within the tolerance, s; `None`: until the end.
     pub hold_s: Option<f64>,
 }
 

@@ -214,7 +214,7 @@ fn resolved<'a>(root: &'a Value, schema: &'a Value) -> &'a Value {
     target.and_then(|path| root.pointer(path)).unwrap_or(schema)
 }
 
-/// Returns the schema of a value that is present, for one that can be left out.
+/// Returns the schema of the value itself, without the `null` of a value that can be left out.
 fn present<'a>(root: &'a Value, schema: &'a Value) -> &'a Value {
     let schema = resolved(root, schema);
     let choices = schema.get("anyOf").and_then(Value::as_array);

@@ -107,7 +107,8 @@ pub struct MachineFile {
 }
 
 impl MachineFile {
-    /// Returns the encoder of the load if the motor has one as well, and both are in the loop.
+    /// Returns the encoder of the load if it closes the position loop. The motor's encoder then
+    /// measures the velocity.
     pub fn load_encoder_in_loop(&self) -> Option<&LoadEncoder> {
         let position = self.sampling.extras.position;
         self.load_encoder.as_ref().filter(|_| position != Some(EncoderPlace::Motor))
@@ -169,7 +170,7 @@ pub struct JointFrictionLevels {
     pub added_during_s: Option<Vec<[f64; 2]>>,
 }
 
-/// Table 21.
+/// Default of `band_deg_per_s`: thesis Table 21.
 const fn thesis_band() -> f64 {
     1e-4
 }
@@ -238,7 +239,7 @@ impl Extras for Disc {
 pub struct LoopExtras {
     /// Names of the controllers to run, in this order; a device runs the first.
     pub controller: Option<Names>,
-    /// Side of the gear whose encoder closes the position loop, of a joint with two.
+    /// Side of the gear whose encoder closes the position loop of a joint with two encoders.
     pub position: Option<EncoderPlace>,
 }
 
@@ -291,7 +292,7 @@ pub enum Names {
 }
 
 impl Names {
-    /// As a list.
+    /// Returns the names as a list.
     pub fn list(&self) -> &[String] {
         match self {
             Self::One(name) => std::slice::from_ref(name),
@@ -304,7 +305,7 @@ impl Names {
 /// the controller's name.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Laws {
-    /// Their names.
+    /// Names of the laws.
     pub laws: Option<Vec<LawName>>,
 }
 
@@ -331,11 +332,11 @@ impl Extras for Laws {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LawName(pub Option<Gains>);
 
-/// The name of the controller without a law.
+/// Name of PD without a law.
 pub const PD: &str = "pd";
 
 impl LawName {
-    /// The law of a name.
+    /// Returns the law of a name; `None` if the name is unknown.
     pub fn find(name: &str) -> Option<Self> {
         if name == PD {
             return Some(Self(None));
@@ -344,7 +345,7 @@ impl LawName {
         Some(Self(Some(*law)))
     }
 
-    /// Its name.
+    /// Returns the name of the law in a file.
     pub fn name(&self) -> &'static str {
         self.0.as_ref().map_or(PD, Gains::name)
     }
@@ -422,7 +423,7 @@ pub struct TrajectoryTable {
 }
 
 impl TrajectoryTable {
-    /// Speed of the first line that is not a rest, deg/s.
+    /// Returns the speed of the first line on which the set point moves, deg/s; 0 if all are rests.
     pub fn speed(&self) -> f64 {
         let lines = self.corner_times_s.windows(2).zip(self.corner_positions_deg.windows(2));
         lines

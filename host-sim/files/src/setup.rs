@@ -1,62 +1,62 @@
-//! The file of a friction experiment. Every key carries its unit; where a mechanism turns, `_n`
-//! reads `_nm`, `_m` reads `_rad`.
+//! File of a friction experiment. The name of every key has its unit. For a rotating mechanism,
+//! `_nm` replaces `_n`, and `_rad` replaces `_m`.
 
 use serde::{Deserialize, Serialize};
 
 use friction_lab::mechanism::Shape;
 use friction_lab::solver::banded::BandCoupling;
 
-/// A whole file.
+/// File of a friction experiment.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Setup {
     /// One line for `stiction list`.
     #[serde(default)]
     pub title: String,
-    /// Where it comes from: a table of the thesis.
+    /// Source of the experiment: a table of the thesis.
     #[serde(default)]
     pub source: String,
-    /// Its figures in the thesis.
+    /// Figures of the thesis that show the experiment.
     #[serde(default)]
     pub figures: Vec<LabFigureSource>,
     /// Mechanism on which the friction acts.
     pub mechanism: MechanismTable,
-    /// The levels of friction, and what each model adds to them.
+    /// Friction levels, and the parameters of each model.
     pub friction: FrictionTable,
-    /// How it is run.
+    /// Models to run, and settings of the solver.
     pub run: RunTable,
 }
 
-/// Which figures of the thesis a model's result answers to.
+/// Figure of the thesis that shows the result of a model.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LabFigureSource {
-    /// The model.
+    /// Friction model.
     pub of: FrictionModel,
-    /// "Fig. 9a".
+    /// Number of the figure, such as "Fig. 9a".
     pub thesis: String,
 }
 
-/// What friction acts on.
+/// Kind of the mechanism on which the friction acts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum MechanismKind {
-    /// A block under a wave of force.
+    /// One block, pushed by a periodic force.
     Block,
-    /// A block on a spring.
+    /// One block, pulled by a spring whose far end moves.
     SpringMass,
-    /// Two blocks, friction 1 between them.
+    /// Two blocks: friction 1 acts between them, friction 2 between block 2 and the floor.
     CoupledBlocks,
-    /// Two blocks, both frictions to the floor.
+    /// Two blocks: both frictions act between a block and the floor.
     IndependentBlocks,
-    /// One link.
+    /// Arm with one link.
     Pendulum,
-    /// Two links.
+    /// Arm with two links.
     TwoLinkArm,
 }
 
 impl MechanismKind {
-    /// How many bodies.
+    /// Returns the number of bodies.
     pub const fn bodies(self) -> usize {
         match self {
             Self::Block | Self::SpringMass | Self::Pendulum => 1,
@@ -64,7 +64,7 @@ impl MechanismKind {
         }
     }
 
-    /// Whether coordinates are angles.
+    /// Returns whether the coordinates are angles.
     pub const fn turns(self) -> bool {
         matches!(self, Self::Pendulum | Self::TwoLinkArm)
     }
@@ -76,43 +76,43 @@ impl MechanismKind {
 pub struct MechanismTable {
     /// Kind of the mechanism.
     pub kind: MechanismKind,
-    /// m.
+    /// Mass m of each body, kg.
     pub mass_kg: Vec<f64>,
-    /// K of blocks on springs.
+    /// Stiffness K of each spring, N/m.
     pub stiffness_n_per_m: Option<Vec<f64>>,
-    /// The far end of the first spring.
+    /// Motion of the far end of the first spring.
     pub pull: Option<PullTable>,
-    /// The force on a block.
+    /// Periodic force on a block.
     pub push: Option<PushTable>,
-    /// l of links.
+    /// Length l of each link, m.
     pub length_m: Option<Vec<f64>>,
-    /// T of links.
+    /// Torque T on each link, N m.
     pub torque_nm: Option<Vec<f64>>,
-    /// Angles of links at the begin; left out: hanging down.
+    /// Angles of the links at the start, rad; left out: hanging down.
     pub start_rad: Option<Vec<f64>>,
 }
 
-/// `[mechanism.pull]`: V_o.
+/// `[mechanism.pull]`: velocity V_o of the far end of the first spring.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PullTable {
-    /// Speed, or its largest value.
+    /// Constant speed or, with a frequency, largest speed, m/s.
     pub speed_m_per_s: f64,
-    /// When it stops; left out: never.
+    /// Time at which the motion stops, s; left out: never.
     pub until_s: Option<f64>,
-    /// Of `V_o = speed cos(frequency t)`; left out: constant speed.
+    /// Frequency of `V_o = speed cos(frequency t)`, rad/s; left out: constant speed.
     pub frequency_rad_per_s: Option<f64>,
 }
 
-/// `[mechanism.push]`: F_i.
+/// `[mechanism.push]`: periodic force F_i on a block.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PushTable {
-    /// Its shape.
+    /// Shape of the wave.
     pub shape: ShapeName,
-    /// Largest force.
+    /// Largest force, N.
     pub amplitude_n: f64,
-    /// Period.
+    /// Period, s.
     pub period_s: f64,
 }
 
@@ -120,9 +120,9 @@ pub struct PushTable {
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum ShapeName {
-    /// +1, 0, -1, 0.
+    /// +1, 0, -1, 0, each for a quarter of the period.
     Square,
-    /// 0, +1, -1, 0 with straight lines between.
+    /// Straight lines from 0 to +1, to -1, and back to 0.
     Triangle,
 }
 
@@ -139,13 +139,14 @@ impl From<ShapeName> for Shape {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FrictionTable {
-    /// F_s or T_s of each body.
+    /// Static friction F_s or T_s of each body, N or N m.
     #[serde(alias = "stick_nm")]
     pub stick_n: Option<Vec<f64>>,
-    /// F_d or T_d of each body.
+    /// Dynamic friction F_d or T_d of each body, N or N m.
     #[serde(alias = "slip_nm")]
     pub slip_n: Option<Vec<f64>>,
-    /// p_o: how far a bristle bends before it slides; of the models that have bristles.
+    /// Deflection p_o of a bristle before it slides, m or rad. A model's default parameters follow
+    /// from it.
     #[serde(alias = "range_rad")]
     pub range_m: Option<Vec<f64>>,
     /// `[friction.karnopp-banded]`.
@@ -170,73 +171,73 @@ pub struct FrictionTable {
     pub maxwell_slip: Option<ModelTable>,
 }
 
-/// What a model has of its own; a rule of the model stands in for what is left out.
+/// Parameters of a model. A rule of the model replaces a parameter that is left out.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ModelTable {
-    /// Half width D_v of Karnopp's band, m/s.
+    /// Half width D_v of Karnopp's velocity band, m/s or rad/s.
     #[serde(alias = "band_rad_per_s")]
     pub band_m_per_s: Option<Vec<f64>>,
-    /// K_r, sigma0 or K of the bristle.
+    /// Stiffness of the bristle (K_r, sigma0 or K), N/m or N m/rad.
     #[serde(alias = "stiffness_nm_per_rad")]
     pub stiffness_n_per_m: Option<Vec<f64>>,
-    /// beta, sigma1 or D of the bristle.
+    /// Damping of the bristle (beta, sigma1 or D), N s/m or N m s/rad.
     #[serde(alias = "damping_nm_s_per_rad")]
     pub damping_n_s_per_m: Option<Vec<f64>>,
-    /// a of the Reset Integrator.
+    /// Gradient a of the Reset Integrator.
     pub gradient: Option<Vec<f64>>,
-    /// v_s, or the break-away speed of `tanh`.
+    /// Stribeck velocity v_s, or the break-away speed of `tanh`, m/s or rad/s.
     #[serde(alias = "speed_rad_per_s")]
     pub speed_m_per_s: Option<Vec<f64>>,
-    /// d of Stribeck's curve.
+    /// Exponent d of Stribeck's curve.
     pub exponent: Option<Vec<f64>>,
-    /// sigma2.
+    /// Viscous coefficient sigma2, N s/m or N m s/rad.
     #[serde(alias = "viscous_nm_s_per_rad")]
     pub viscous_n_s_per_m: Option<Vec<f64>>,
-    /// C of the generalized Maxwell-slip model.
+    /// Attraction C of the generalized Maxwell-slip model, N/s or N m/s.
     #[serde(alias = "attraction_nm_per_s")]
     pub attraction_n_per_s: Option<Vec<f64>>,
 }
 
-/// Friction models by their names.
+/// Friction model, by its name in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum FrictionModel {
     /// Stick and slip at exactly zero velocity (thesis Fig. 1a).
     Classical,
-    /// Karnopp's with velocity zero while stuck, which is the classical one made computable.
+    /// Karnopp's model with velocity zero while stuck: a computable form of the classical model.
     Karnopp,
-    /// Karnopp's with the thesis's velocity band.
+    /// Karnopp's model with the thesis's velocity band.
     KarnoppBanded,
-    /// Haessig and Friedland's (thesis eqs. 2-5).
+    /// Haessig and Friedland's Reset Integrator (thesis eqs. 2-5).
     ResetIntegrator,
-    /// Smoothed (thesis section 4.2).
+    /// Friction smoothed by a hyperbolic tangent (thesis section 4.2).
     Tanh,
-    /// Set-valued, falling from F_s to F_d with the speed.
+    /// Set-valued friction that falls from F_s to F_d with the speed.
     Stribeck,
     /// One bristle without F_s.
     Dahl,
     /// One damped bristle with Stribeck's curve.
     #[serde(rename = "lugre")]
     LuGre,
-    /// One elastic element whose force is cut at Stribeck's curve.
+    /// One damped spring whose force is limited by Stribeck's curve.
     ElasticCoulomb,
-    /// Several elements side by side.
+    /// Several springs side by side, each with its share of the friction.
     MaxwellSlip,
 }
 
-/// Solvers by their names.
+/// Solver, by its name in a file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum SolverName {
-    /// Error-controlled. Every switch of set-valued friction and of the Reset Integrator is
+    /// With error control. Every switch of set-valued friction and of the Reset Integrator is
     /// located; the other models have no sharp switches, and their events are reported at the ends
     /// of steps.
     #[default]
     Exact,
-    /// Fixed step.
+    /// Runge-Kutta method with a fixed step.
     Rk4,
-    /// Step doubling.
+    /// Runge-Kutta method with a variable step, by step doubling.
     Rk4Adaptive,
     /// Backward Euler with the convex stick problem.
     Nonsmooth,
@@ -246,23 +247,23 @@ pub enum SolverName {
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RunTable {
-    /// How long.
+    /// Duration of a run, s.
     pub duration_s: f64,
-    /// The models, one run each.
+    /// Friction models; each is a run.
     pub friction: Vec<FrictionModel>,
-    /// How they are solved.
+    /// Solver of all runs.
     #[serde(default)]
     pub solver: SolverName,
-    /// How the bands of several bodies depend on each other (`karnopp-banded`).
+    /// Coupling between the velocity bands of several bodies (`karnopp-banded`).
     #[serde(default)]
     pub coupling: BandCoupling,
-    /// Of `exact`: a step's error, relative to the largest value so far.
+    /// Largest error of a step of `exact`, relative to the largest value so far.
     #[serde(default = "default_tolerance")]
     pub tolerance: f64,
     /// Step of `rk4` and `nonsmooth`, s.
     #[serde(default = "default_step_s")]
     pub step_s: f64,
-    /// eps of `rk4-adaptive`.
+    /// Relative error eps of a step of `rk4-adaptive`.
     #[serde(default = "thesis_eps")]
     pub eps: f64,
 }
@@ -275,12 +276,12 @@ const fn default_step_s() -> f64 {
     1e-5
 }
 
-/// Section 2.2.1.
+/// Default of `eps`: thesis section 2.2.1.
 const fn thesis_eps() -> f64 {
     2e-4
 }
 
-/// The name that a file has for it.
+/// Returns the name of a value in a file.
 pub fn name_of<T: Serialize>(value: &T) -> String {
     match serde_json::to_value(value) {
         Ok(serde_json::Value::String(name)) => name,

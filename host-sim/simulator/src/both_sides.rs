@@ -76,7 +76,7 @@ impl BothSides {
         }
     }
 
-    /// Marks a motion as failed that a fault, a divergence or an unstable loop ended.
+    /// Marks a motion as failed, after a fault, a divergence or an unstable loop.
     pub fn fail(&mut self) {
         for success in [&mut self.success_at_encoder, &mut self.success_at_load] {
             *success = success.map(|_| false);

@@ -22,7 +22,7 @@ pub struct ClosedLoop {
     pub course: Course,
     /// Encoder on the axis.
     pub encoder: EncoderModel,
-    /// Encoder of the motor, if `encoder` is another one on the load.
+    /// Encoder of the motor, if `encoder` is a second one on the load.
     pub motor_encoder: Option<EncoderModel>,
     /// Voltage of one drive code, V.
     pub lsb_v: f64,
@@ -30,7 +30,7 @@ pub struct ClosedLoop {
     pub sample_time_s: f64,
     /// Computation delay.
     pub delay: Delay,
-    /// Axis, which has the friction over time.
+    /// Axis with its friction over time.
     pub axis: RobotAxis,
 }
 
@@ -41,7 +41,7 @@ pub struct LoopSample {
     pub time_s: f64,
     /// Signals of the core in this tick.
     pub tick: Tick,
-    /// theta_d, deg.
+    /// Set point theta_d, deg.
     pub reference_deg: f64,
     /// True joint position, deg.
     pub position_deg: f64,
@@ -49,8 +49,8 @@ pub struct LoopSample {
     pub at_encoder_deg: f64,
     /// True position at the load, deg.
     pub at_load_deg: f64,
-    /// Position of the motor since the run's begin, counts of its own encoder, if the joint has
-    /// one on either side.
+    /// Position of the motor since the start of the run, counts of its own encoder; `None` unless
+    /// the joint has an encoder on motor and load.
     pub motor_counts: Option<i32>,
     /// True joint velocity, deg/s.
     pub velocity_deg_per_s: f64,
@@ -122,7 +122,7 @@ impl ClosedLoop {
         None
     }
 
-    /// Returns the sample of a tick; `effort_v` is the D/A's output until the next sample, V.
+    /// Returns the sample of a tick; `applied_v` is the D/A's output until the next sample, V.
     #[inline]
     pub fn moment(
         &self,

@@ -20,7 +20,7 @@ pub enum CutRemains {
     Untouched,
     /// Completely changed; only the report of success is missing.
     Finished,
-    /// Some of the bits have changed, chosen by this number.
+    /// Some of the bits have changed; this number is the seed of their choice.
     Some(u64),
 }
 
@@ -29,7 +29,7 @@ pub enum CutRemains {
 pub struct PowerCut {
     /// Number of word writes and sector erases before the cut.
     pub after: u32,
-    /// State of the interrupted one.
+    /// State of the interrupted word or sector.
     pub remains: CutRemains,
 }
 

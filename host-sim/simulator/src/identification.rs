@@ -12,10 +12,10 @@
 //! ```
 //!
 //! so the effort at the halt reads low by `r tau (1 - e^(-t/tau))`, which the corrected value adds.
-//! The term needs `kappa b`, but no friction. The effort must have been held until the velocity is
-//! steady ([`SETTLED`] time constants); without viscous friction it never is, and there is no
-//! corrected value. The remaining errors are the D/A's LSB, and the missing counts of a creeping
-//! joint before it halts.
+//! The term needs `kappa b`, but no friction level. The effort must have been held until the
+//! velocity is steady ([`SETTLED`] time constants); without viscous friction it never is, and there
+//! is no corrected value. The remaining errors are the D/A's LSB, and the missing counts of a
+//! creeping joint before it halts.
 
 use stiction::Course;
 use stiction::identification::RampFindings;
@@ -33,7 +33,7 @@ pub const SETTLED: f64 = 5.0;
 pub struct RampTest {
     /// The ramp that the core runs.
     pub core: stiction::identification::Ramp,
-    /// V/s.
+    /// Rate of the ramp, V/s.
     pub rate: f64,
     /// Time at constant effort between the two ramps, s.
     pub hold_s: f64,

@@ -16,8 +16,9 @@ use files::machine::{SineTable, TrajectoryTable};
 /// Largest error of a settled joint, deg.
 const SETTLED_DEG: f64 = 0.05;
 
-/// Least way back of a reversal, counts. A stuck joint of the banded model moves by up to 8e-4
-/// counts in a sample of the thesis's axis; that does not count as motion.
+/// Least distance that the joint moves back in a reversal, counts. A stuck joint of the banded
+/// model moves by up to 8e-4 counts in a sample of the thesis's axis; that does not count as
+/// motion.
 const REVERSAL_COUNTS: f64 = 0.01;
 
 /// Share of a sine's top speed below which its set point reverses.
@@ -37,7 +38,8 @@ pub struct RunMetrics {
     pub overshoot_deg: Option<f64>,
     /// Time from 10 % to 90 % of a step, s.
     pub rise_time_s: Option<f64>,
-    /// Time after which a step stays within +-0.05 deg, s; by the file's goal, if it has one.
+    /// Time after which a step stays within +-0.05 deg, or within the goal of the file if it has
+    /// one, s.
     pub settling_time_s: Option<f64>,
     /// Root mean square of the error, deg: over the run of a step, or from the start of a
     /// trajectory's first blend to the end of its last, or after the first period of a sine.
@@ -54,7 +56,8 @@ pub struct RunMetrics {
     pub sticks_in_motion: Option<u32>,
     /// Peak-to-peak amplitude of hunting in the second half of the run of a step, deg.
     pub hunting_peak_to_peak_deg: Option<f64>,
-    /// Period of hunting there: twice the mean time between reversals, s.
+    /// Period of hunting in the second half of the run of a step: twice the mean time between
+    /// reversals, s.
     pub hunting_period_s: Option<f64>,
     /// Total variation of the D/A's output per second, V/s.
     pub control_total_variation_v_per_s: Option<f64>,
@@ -67,7 +70,8 @@ pub struct RunMetrics {
     /// Rest, settling and success on both sides of the gear, by the goal of the file.
     #[serde(flatten)]
     pub sides: BothSides,
-    /// The same at the encoder, s. A benchmark ranks by it where the encoder cannot see slack.
+    /// `settling_time_s` at the encoder, s. A benchmark ranks by it if the encoder cannot see
+    /// slack.
     #[serde(skip)]
     pub settling_time_at_encoder_s: Option<f64>,
 }
@@ -109,7 +113,7 @@ impl RunMetrics {
             }
             Task::Sine(SineTable { amplitude_deg, frequency_hz }) => {
                 metrics.sticks_in_motion = Some(sticks_in_motion(moments));
-                // It does not rest.
+                // A sine does not rest.
                 (metrics.steady_state_error_deg, metrics.rest_error_counts) = (None, None);
                 let judged = within(moments, [1.0 / frequency_hz, last.time_s]);
                 let slow = (REVERSES * amplitude_deg * TAU * frequency_hz).abs() as f32;

@@ -1,7 +1,8 @@
 //! The plant: a joint behind an amplifier, with an encoder's disc on its shaft.
 //!
-//! In each sample its driver reads the counter, puts out a code, and advances the time to the next
-//! sample. The bare loop, the servo, a simulated device and the emulated board use the same plant.
+//! In each sample the driver of the plant reads the counter, puts out a code, and advances the time
+//! to the next sample. The bare loop, the servo, a simulated device and the emulated board use the
+//! same plant.
 
 use stiction::control::encoder::Direction;
 
@@ -67,13 +68,13 @@ pub struct Plant<S> {
     pub solver: S,
     /// Friction in addition to that of the machine, V: a hand on the joint, a hard stop.
     pub brake_v: f64,
-    /// The amplifier has no supply.
+    /// Whether the amplifier has no supply.
     pub is_unpowered: bool,
     /// External load on the joint, V: a spring, a bumper.
     pub load_v: f64,
     axis: RobotAxis,
     encoder: EncoderModel,
-    /// Encoder of the motor, if `encoder` is another one on the load.
+    /// Encoder of the motor, if `encoder` is a second one on the load.
     motor_encoder: Option<EncoderModel>,
     lsb_v: f64,
     sample_time_s: f64,
@@ -91,8 +92,8 @@ impl Plant<RunJoint> {
 }
 
 impl<S: AxisSolver> Plant<S> {
-    /// Creates an axis with its encoder; `lsb_v` is the voltage of one code (V), `sample_time_s`
-    /// the time between two samples.
+    /// Creates the plant of an axis with its encoder; `lsb_v` is the voltage of one code (V),
+    /// `sample_time_s` the time between two samples (s).
     pub const fn new(
         solver: S,
         axis: RobotAxis,
@@ -198,7 +199,7 @@ impl<S: AxisSolver> Plant<S> {
         self.hold(effort_v + self.load_v, duration_s, &mut |_| {});
     }
 
-    /// Moves the joint under a held effort (V), which includes any load, for a time (s).
+    /// Moves the joint for a time (s) under a held effort (V), which includes any load.
     #[inline]
     pub fn hold(&mut self, effort_v: f64, duration_s: f64, on_event: &mut impl FnMut(Event)) {
         // Whole samples are counted, so that rounding errors do not accumulate.

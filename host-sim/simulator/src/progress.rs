@@ -17,7 +17,7 @@ pub trait Progress: Sync {
     fn step(&self) -> Result<(), Error>;
 }
 
-/// Reports nothing, and ends nothing.
+/// Progress that reports nothing and never ends the work.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Silent;
 

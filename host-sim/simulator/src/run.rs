@@ -71,9 +71,9 @@ pub enum RunDriver {
 /// Samples of a run.
 #[derive(Clone, Debug)]
 pub enum RunTrace {
-    /// Of a closed loop.
+    /// Samples of a closed loop.
     Loop(Vec<LoopSample>),
-    /// Of an effort ramp: the loop is open, so the reference has no meaning.
+    /// Samples of an effort ramp: the loop is open, so the reference has no meaning.
     Ramp(Vec<LoopSample>),
 }
 
@@ -169,7 +169,7 @@ fn run_with<S: AxisSolver>(
     recording.judged(&plant.solver, &target.state.ramp().findings())
 }
 
-/// Recording of a run.
+/// Recording of a run: its loop, and the samples and events so far.
 #[derive(Debug)]
 pub struct Recording<'a> {
     plan: &'a RunPlan,

@@ -23,8 +23,8 @@ pub trait Target {
     /// Runs one tick; returns `None` at the end of the motion.
     fn tick(&mut self, counter: u32) -> Option<Tick>;
 
-    /// Takes the position of the motor for the next tick, counts of its own encoder, of a joint
-    /// whose counter is on the load. A driver that reads one encoder ignores it.
+    /// Sets the position of the motor for the next tick, counts of its own encoder, if the counter
+    /// is that of an encoder on the load. A driver with one encoder ignores it.
     fn see_motor(&mut self, _counts: i32) {}
 }
 
@@ -89,7 +89,8 @@ pub struct WatchedServo {
     pub fault: Option<(LatchedFault, u32)>,
 }
 
-/// Ticks until the servo detects rest: at least 50 ms with a tick of 0.1 ms or more.
+/// Largest number of ticks until the servo detects rest: at least 50 ms with a tick of 0.1 ms or
+/// more.
 const LONGEST_REST: u32 = 1000;
 
 impl WatchedServo {
@@ -138,17 +139,17 @@ impl WatchedServo {
         self.servo.follow(reference)
     }
 
-    /// Goes to the target of a profile from the next tick on, in counts from where it was armed, as
-    /// a link asks for it that is never silent.
+    /// Moves to the target of a profile from the next tick on, in counts from the position at
+    /// arming, as a link that never times out would do.
     ///
     /// # Errors
-    /// If the servo refuses it; a servo that has tripped does.
+    /// Returns the refusal of the servo, for example if it has tripped.
     pub fn go_to(&mut self, profile: Profile) -> Result<(), Refusal> {
         self.is_led = true;
         self.servo.go_to(profile)
     }
 
-    /// Returns the findings of a ramp.
+    /// Returns the friction levels that a ramp has found.
     pub fn levels(&self) -> Option<stiction::servo::FrictionLevels> {
         self.servo.levels()
     }
@@ -185,7 +186,8 @@ impl Target for WatchedServo {
     }
 }
 
-/// Shifts a motion to the zero of the arming, for a joint that is armed at `start` counts.
+/// Converts the positions of a motion to counts from the position at arming; `start` is that
+/// position, counts.
 pub fn from_start(motion: &mut Motion, start: i32) {
     let shift = |counts: &mut i32| *counts = counts.wrapping_sub(start);
     match motion {

@@ -85,8 +85,9 @@ impl TuningArguments {
         (self.cases, self.seed)
     }
 
-    /// Tunes the controllers of documents that name the same ones, and sets the gains in all of
-    /// them. The first document is tuned, with the first trajectories that any document has.
+    /// Tunes the controllers of the first document, and sets the gains in all documents, which must
+    /// name the same controllers. If any document has trajectories, the first ones are used.
+    /// Without `--tuned`, nothing is changed.
     ///
     /// # Errors
     /// Returns the errors of `tune`.
@@ -135,7 +136,7 @@ pub fn rank(arguments: &BenchmarkArguments) -> Result<(), Error> {
         warn(&Experiment::plan(document, &[], &[])?.left_out);
     }
     let tuned = arguments.tuning.applied(&mut documents)?;
-    // They have no gains to tune.
+    // The user's own laws have no gains to tune.
     let own = arguments.own.names()?;
     documents.iter_mut().try_for_each(|document| document.add_controllers(&[], &own).map(drop))?;
     let ranked = benchmark(&documents, &weights, &Bar::new())?;
@@ -164,13 +165,13 @@ pub fn rank(arguments: &BenchmarkArguments) -> Result<(), Error> {
     print(&(render(&ranked) + &tuned_sentence(&arguments.tuning, &tuned)))
 }
 
-/// Returns the goal of the first document, with its tolerance in both units.
+/// Returns the ranking's goal, with its tolerance in both units; `None` without a document.
 fn goal(documents: &[Document], ranked: &Benchmark) -> Result<Option<GoalInBothUnits>, Error> {
     let Some(first) = documents.first() else { return Ok(None) };
     Ok(Some(ranked.goal.in_both_units(first.machine()?.count_deg())))
 }
 
-/// Reports for which controllers tuning has found better gains.
+/// Returns sentences on the controllers for which tuning has found better gains, and on the others.
 fn tuned_sentence(tuning: &TuningArguments, tuned: &[TuningResult]) -> String {
     if tuned.is_empty() {
         return String::new();
@@ -190,8 +191,9 @@ fn tuned_sentence(tuning: &TuningArguments, tuned: &[TuningResult]) -> String {
     text
 }
 
-/// Writes the table, its legend and why a controller is not ranked. If the encoder cannot measure
-/// slack, rest and settling are in a table of both sides of the gear.
+/// Returns the table with its legend, and the reasons why controllers are not ranked. If the
+/// encoder cannot measure slack, rest and settling are in a second table, for both sides of the
+/// gear. Otherwise, if the file has a goal, only settling is in a second table.
 fn render(ranked: &Benchmark) -> String {
     let Benchmark { scores, unseen_slack, goal, .. } = ranked;
     let slack = unseen_slack.as_ref();
@@ -235,14 +237,14 @@ fn render(ranked: &Benchmark) -> String {
     text + &remarks.collect::<String>()
 }
 
-/// Legend of a joint whose encoder sees the load.
+/// Legend for a joint whose encoder measures the load, and whose file has no goal.
 const LEGEND: &str = "\
 Each value is the worst of the controller's runs, all simulated. Settled: within
 0.05 deg and staying. Sticks: stops on the way of a trajectory. Ranked by the
 weighted mean of the places in the seven columns; \"-\": no run of that kind.
 ";
 
-/// Legend of a joint whose file has a goal.
+/// Legend for a joint whose encoder measures the load, and whose file has a goal.
 const LEGEND_BY_GOAL: &str = "\
 Each value is the worst of the controller's runs, all simulated. Sticks: stops
 on the way of a trajectory. Ranked by the weighted mean of the places in the
@@ -250,7 +252,7 @@ columns of the first table, and in the time after which the goal is met. \"-\":
 no run of that kind.
 ";
 
-/// Legend of a joint whose encoder cannot see slack.
+/// Legend for a joint whose encoder cannot measure slack.
 const LEGEND_AT_ENCODER: &str = "\
 Each value is the worst of the controller's runs, all simulated. Sticks: stops
 on the way of a trajectory. Ranked by the weighted mean of the places in the
@@ -258,7 +260,7 @@ columns of the first table, and in rest and settling at the encoder: no law
 corrects what its encoder cannot see. \"-\": no run of that kind.
 ";
 
-/// Returns the row of a controller.
+/// Returns the cells of a controller's row.
 fn cells(score: &Score) -> [String; 9] {
     let settled = match score.settling_time_s {
         None if score.overshoot_deg.is_some() => "never".into(),

@@ -171,7 +171,7 @@ pub struct MergeArguments {
     force: bool,
 }
 
-/// Returns the parser of seeds that do not score.
+/// Returns the parser of the tuning seeds, whose joints do not score.
 fn tuning_seeds() -> impl TypedValueParser<Value = u64> {
     clap::value_parser!(u64).range(TUNING_SEEDS)
 }
@@ -261,7 +261,7 @@ impl EnsembleArguments {
         Ok(rows)
     }
 
-    /// Runs the ensemble around the joint of a machine's own file.
+    /// Runs the ensemble of joints around the joint of a machine's own file.
     fn run_machine(&self, file: &str) -> Result<(), Error> {
         let foreign = [
             ("--hard", self.hard),
@@ -306,7 +306,8 @@ impl EnsembleArguments {
         }
     }
 
-    /// Draws the charts, and the traces of the selected joint or of each law's worst one.
+    /// Draws the traces of the joint that `--case` selects. Without `--case`, draws the charts, and
+    /// the traces of each law's worst joint.
     fn draw(
         &self,
         directory: &OutputDirectory,
@@ -359,12 +360,12 @@ struct Outputs {
     plot: Option<OutputDirectory>,
 }
 
-/// The part of an ensemble that is run, and its rows so far.
+/// Part of an ensemble that this command runs, and its rows so far.
 struct Part {
     shard: Option<Shard>,
-    /// The only case, if `--case` selects one.
+    /// The only joint to run, if `--case` selects one.
     only: Option<u64>,
-    /// Family, case and law of the rows that a file already has.
+    /// Family, case and law of the rows that an earlier run has written to the file.
     there: BTreeSet<(String, u64, String)>,
     kept: Option<Mutex<ResumeFile>>,
     rows: Mutex<Vec<CaseResult>>,

@@ -184,7 +184,7 @@ impl IdentifyLogArguments {
         let time_s = self.seconds(warnings)?;
         let named = PositionUnit::of_name(&self.position);
         let unit = self.position_unit.or(named);
-        // `q_m` is a usual name of a measured angle or of that of a motor, not only of meters.
+        // The name `q_m` is also used for a measured angle or a motor's angle, not only for metres.
         if let (Some(given), Some(named)) = (self.position_unit, named)
             && given != named
             && named != PositionUnit::M
@@ -227,7 +227,8 @@ impl IdentifyLogArguments {
         settings.checked().map_err(Error::Input)
     }
 
-    /// Returns the unit of the motor's position.
+    /// Returns the unit of the motor's position: that of the option, that of the column's name, or
+    /// rad.
     fn motor_unit(&self, column: &str, warnings: &mut Vec<String>) -> PositionUnit {
         let named = PositionUnit::of_motor(column);
         match (self.motor_position_unit, named) {
@@ -246,7 +247,7 @@ impl IdentifyLogArguments {
         self.motor_position_unit.or(named).unwrap_or(PositionUnit::Rad)
     }
 
-    /// Returns the unit of the time, s.
+    /// Returns the unit of the time column, s.
     fn seconds(&self, warnings: &mut Vec<String>) -> Result<f64, Error> {
         let named = unit_of_name(&self.time).and_then(|unit| Some((seconds(&unit)?, unit)));
         let Some(given) = &self.time_unit else {

@@ -80,7 +80,8 @@ enum Command {
     Completions(completions::CompletionsArguments),
 }
 
-/// Exit code of a valid request, if a solver failed.
+/// Exit code of a valid request that was not completed, as when a solver failed or no gains were
+/// found.
 const GIVEN_UP: u8 = 1;
 
 /// Exit code that a shell reports for a program that Ctrl-C ended: 128 and the number of the
@@ -132,7 +133,7 @@ fn print(text: &str) -> Result<(), Error> {
     Ok(())
 }
 
-/// Writes warnings of a run to the standard error; the run goes on.
+/// Writes warnings to the standard error; the command goes on.
 fn warn(sentences: &[String]) {
     for sentence in sentences {
         // If this cannot be written, there is no other place to report to.

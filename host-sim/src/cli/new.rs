@@ -115,7 +115,7 @@ impl Flags {
     /// Returns the answers of the options.
     ///
     /// # Errors
-    /// Names the option, what was typed and what to type instead.
+    /// Returns an error with the option, the typed text and what to type instead.
     fn answers(&self) -> Result<Answers, Error> {
         let words = [
             ("motor.driven_by", self.driven_by.map(|word| name_of(&word))),

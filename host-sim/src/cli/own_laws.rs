@@ -15,24 +15,25 @@ pub struct OwnLawArguments {
 }
 
 impl OwnLawArguments {
-    /// Returns whether there is none.
+    /// Returns whether the user has given no law.
     pub fn is_empty(&self) -> bool {
         self.law.is_empty()
     }
 
     /// Returns the rules of the named built-in laws (all if none is named), then those of the
-    /// user's own.
+    /// user's laws.
     ///
     /// # Errors
-    /// Returns an error with a name that no law has, or a library that is no law.
+    /// Returns an error that names an unknown law, or a library that is no law.
     pub fn after(&self, names: &[String]) -> Result<Vec<&'static GainRule>, Error> {
         Ok(rules(names)?.into_iter().chain(self.opened()?).collect())
     }
 
-    /// Returns the names of the user's own laws, to be controllers of a machine's file.
+    /// Returns the names of the user's own laws, by which they are added to the controllers of a
+    /// machine's file.
     ///
     /// # Errors
-    /// Returns an error with a library that is no law.
+    /// Returns an error that names a library that is no law.
     pub fn names(&self) -> Result<Vec<String>, Error> {
         Ok(self.opened()?.into_iter().map(|rule| rule.law.to_owned()).collect())
     }

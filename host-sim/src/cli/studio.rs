@@ -50,7 +50,7 @@ pub struct StudioArguments {
 }
 
 impl StudioArguments {
-    /// Returns the given file, or the built-in one that replaces it.
+    /// Returns the given file, or a built-in experiment if there is none.
     fn machine(&self) -> &str {
         self.machine.as_deref().unwrap_or("step-response")
     }

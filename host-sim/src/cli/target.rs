@@ -42,7 +42,7 @@ pub struct TargetArguments {
 }
 
 impl TargetArguments {
-    /// Returns whether the options select this program and nothing else.
+    /// Returns whether the target is `host`, without any option of the emulator.
     pub fn is_host(&self) -> bool {
         self.target == Target::Host && !self.free_running && self.image.is_none() && !self.log
     }
@@ -101,7 +101,7 @@ impl TargetArguments {
         }
         super::interrupt::end_on_ctrl_c(&emulation.interrupt)?;
         let runs = emulation.run_all(plans)?;
-        // The rest is quick and does not look at the flag: from here on Ctrl-C ends the program at
+        // The rest is quick and does not check the flag: from here on, Ctrl-C ends the program at
         // once.
         emulation.interrupt.store(true, Ordering::Relaxed);
         for run in &runs {

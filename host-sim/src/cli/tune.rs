@@ -125,7 +125,7 @@ impl TuneArguments {
         };
         let controllers = self.controllers(&request.document)?;
         let tuned = tune_each(&request, &controllers)?;
-        // The gains are written first, so that a failed chart does not lose them.
+        // The gains are written first, so that they are not lost if a chart fails.
         let is_refused = is_refused(&tuned);
         if !is_refused {
             out.write(rewritten(&text, &tuned)?.as_bytes())?;

@@ -2,7 +2,7 @@
 
 use std::sync::LazyLock;
 
-/// Features with their names, if this program has them.
+/// Names of the features, and whether this program has each.
 const FEATURES: [(&str, bool); 6] = [
     ("emulator", cfg!(feature = "emulator")),
     ("figures", cfg!(feature = "figures")),
@@ -12,8 +12,8 @@ const FEATURES: [(&str, bool); 6] = [
     ("watch", cfg!(feature = "watch")),
 ];
 
-/// Version, commit and features, a line each. `cargo xtask dist` sets the commit; a build that
-/// followed each commit would compile this crate anew.
+/// Version, commit and features, a line each. `cargo xtask dist` sets the commit. If every build
+/// read it, this crate would be compiled anew after each commit.
 pub static LONG: LazyLock<String> = LazyLock::new(|| {
     let version = env!("CARGO_PKG_VERSION");
     let commit = option_env!("STICTION_COMMIT").unwrap_or("not recorded, built from sources");

@@ -31,7 +31,7 @@ use studies::tuning::{GainSearch, TuningGoal, TuningResult, spreads};
 /// Moves, joints and seed of the predicted self-test: the defaults of `device selftest`.
 const SELFTEST: (usize, u64, u64) = (20, 24, 2026);
 
-/// Laws that are drawn over each other; no more can be distinguished in print.
+/// Number of laws that are drawn over each other; more cannot be distinguished in print.
 const COMPARED: usize = 3;
 
 /// Inputs of the page.
@@ -49,7 +49,7 @@ pub struct JointPageRequest {
     pub seed: u64,
 }
 
-/// Makes the page in a directory, with the name of the machine's file.
+/// Writes the page into a directory, with the name of the machine's file. Returns its path.
 ///
 /// # Errors
 /// Reports what is wrong with the file, or what could not be written.
@@ -145,7 +145,8 @@ fn none_to_report_on(document: &Document) -> Error {
     })
 }
 
-/// Returns the expected self-test under a controller; `None` for one that only the host has.
+/// Returns the expected self-test under a controller; `None` if no device can run the controller,
+/// or if the range of the moves is too small.
 fn expected(
     document: &Document,
     controller: &str,

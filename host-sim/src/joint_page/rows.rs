@@ -13,7 +13,7 @@ use studies::selftest::{
 };
 use studies::tuning::{GainSearch, SideFigures, TuningResult};
 
-/// A number of the joint in both units.
+/// A quantity of the joint, in the core's units and in SI units.
 #[derive(Debug, Serialize)]
 pub struct DescriptionRow {
     what: String,
@@ -83,7 +83,7 @@ pub fn off(spreads: &[String]) -> Vec<SpreadRow> {
     parts.collect()
 }
 
-/// Figures of a law: on the file's joint, and on those around it.
+/// Metrics of a law, on the file's joint and on the joints around it.
 #[derive(Debug, Serialize)]
 pub struct LawRow {
     name: String,
@@ -101,7 +101,7 @@ pub struct LawRow {
     remark: String,
 }
 
-/// One side of the gear in the steps of a law.
+/// Metrics of a law's steps at one side of the gear.
 #[derive(Debug, Serialize)]
 pub struct SideCells {
     rest: String,
@@ -127,7 +127,7 @@ fn shown(value: Option<f64>, digits: usize) -> String {
     value.filter(|value| value.is_finite()).map_or_else(|| "-".into(), |v| format!("{v:.digits$}"))
 }
 
-/// The laws in the order of the benchmark.
+/// Returns the rows of the laws, in the order of the benchmark.
 ///
 /// # Errors
 /// Returns the errors of [`GainSearch::standing`].
@@ -205,7 +205,7 @@ pub fn gains(machine: &MachineFile, controller: &str, tuned: &[TuningResult]) ->
     let written = machine.controller.get(controller);
     let table = written.and_then(|gains| toml::Table::try_from(gains).ok()).unwrap_or_default();
     let number = |value: &toml::Value| value.as_float();
-    // A gain of zero is off, or one of another law's.
+    // A gain of zero is off, or belongs to another law.
     let entries = table.iter().filter_map(|(key, value)| Some((key, number(value)?)));
     entries
         .filter(|(_, value)| *value != 0.0)
@@ -255,7 +255,7 @@ pub struct ExpectedSelftest {
     ended: Vec<String>,
     figures: Vec<Figure>,
     moves: Vec<Move>,
-    /// Moves that the median joint misses, at the encoder and at the load.
+    /// Number of moves in which the median joint misses the goal, at the encoder and at the load.
     missed: [Option<u32>; 2],
     /// The device's parameters that the prediction assumes, as TOML.
     parameters: String,
@@ -279,7 +279,7 @@ struct Move {
     rest_at_load: String,
 }
 
-/// Returns the figures of a prediction with their bounds, and its moves one by one.
+/// Returns the metrics of a prediction with their bounds, and its moves one by one.
 pub fn expected(
     range: MoveRange,
     targets: &[f64],

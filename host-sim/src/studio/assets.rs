@@ -4,9 +4,9 @@
 /// A file of the page.
 #[derive(Clone, Copy, Debug)]
 pub struct Asset {
-    /// Its path in the address.
+    /// Path in the address.
     pub path: &'static str,
-    /// Its media type.
+    /// Media type.
     pub kind: &'static str,
     /// Contents.
     pub text: &'static str,

@@ -24,7 +24,7 @@ const POINTS: usize = 240;
 /// Seed of the joints.
 const SEED: u64 = 1;
 
-/// Keys of a joint.
+/// Keys of the joint's slip and stick friction, V.
 const SLIP: &str = "joint.friction.slip_v";
 const STICK: &str = "joint.friction.stick_v";
 const OF_A_JOINT: [&str; 4] = [GAIN, "joint.viscous_v_per_deg_per_s", SLIP, STICK];
@@ -39,8 +39,9 @@ const IN_A_JOINT: [&str; 6] = [
     "joint.",
 ];
 
-/// Returns the spread of a joint in degrees and volts, and whether the file has one. A `[spread]`
-/// of the file is scaled with the sliders; without one, [`assumed`] applies.
+/// Returns the spread of a joint in degrees and volts, `KEY=LOW..HIGH` each, and whether it is from
+/// the file. If the file has a `[spread]`, its ranges are scaled with the sliders; otherwise
+/// [`assumed`] applies.
 ///
 /// # Errors
 /// Returns an error that names what is wrong with the file.
@@ -58,7 +59,7 @@ fn spread(machine: &Document, turned: &Document) -> Result<(Vec<String>, bool), 
 /// A joint around the requested one.
 struct DrawnJoint {
     machine: MachineInUse,
-    /// Keys that are set in that machine.
+    /// Keys to be set in `machine` when its run is planned.
     set: Vec<String>,
     /// Keys that differ from the requested joint, for the page.
     changed_keys: Vec<String>,
@@ -75,8 +76,9 @@ struct JointDrawing<'a> {
 }
 
 impl<'a> JointDrawing<'a> {
-    /// A data sheet is drawn from by its own keys, all at once, since the mapping to the joint's
-    /// keys needs all of them. Other files are drawn from with the sliders applied.
+    /// Reads the spread. If the file is a data sheet, the keys of the sheet are drawn, all at once,
+    /// since the mapping to the joint's keys needs all of them. In another file, keys of the joint
+    /// are drawn, with the sliders applied.
     fn new(
         machine: &'a MachineInUse,
         wish: &'a PredictionRequest,

@@ -1,12 +1,12 @@
 //! Arbiter of the page that commands the device.
 //!
-//! One page at a time commands the device: the first one, then the first that requests it. Every
-//! page may stop the device.
+//! One page at a time commands the device: the first page that connects, and once it has gone, the
+//! first page that requests the command. Every page may stop the device.
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-/// Silence after which a page counts as gone: its connection may be cut without an end, s.
+/// Silence after which a page counts as gone, since a connection can be cut without being closed.
 const SILENT: Duration = Duration::from_secs(3);
 
 /// The page that commands, and the time of its last keep-alive.
@@ -22,7 +22,8 @@ impl PageControl {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Gives the command to a page if no other one has it, and returns whether the page has it.
+    /// Assigns the command to a page unless another page holds it and has sent a keep-alive within
+    /// `SILENT`. Returns whether the page now commands.
     pub fn ask(&self, page: u64, now: Duration) -> bool {
         let mut holder = self.holder();
         let is_free = holder.is_none_or(|(held_by, word)| held_by == page || word + SILENT < now);

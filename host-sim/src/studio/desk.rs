@@ -31,18 +31,19 @@ pub struct StudioState {
     pub news: Broadcaster,
     /// Time of the last keep-alive of the page that commands.
     word: Mutex<Option<Duration>>,
-    /// Whether a stop is requested. It overtakes every waiting request. It changes under the lock
-    /// of `stops`, so that a request after the answer to a stop does not count as waiting.
+    /// Whether a stop is requested; a stop overtakes every waiting request. The flag changes under
+    /// the lock of `stops`, so that a request after the answer to a stop does not count as waiting.
     stop: AtomicBool,
-    /// Waiting stops. They are not in the queue of requests, and are answered however long it is.
+    /// Waiting stops. They are not in the queue of requests, so a long queue does not delay their
+    /// answers.
     stops: Mutex<Vec<QueuedRequest>>,
     /// Whether the thread of the device has ended.
     has_ended: AtomicBool,
-    /// The number of the last `hello`.
+    /// Number of the last event `hello`.
     pub(super) generation: AtomicU32,
     /// Number of the last prediction of a self-test.
     pub(super) predictions: AtomicU32,
-    /// Parameters of the device, if known, for threads that do not query the device.
+    /// Parameters of the device, if known, for the threads that cannot query the device.
     in_use: Mutex<Option<Parameters>>,
     /// The last identified joint.
     found: Mutex<Option<UnsavedJoint>>,
@@ -64,14 +65,14 @@ fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 impl Default for StudioState {
-    /// Returns the state of a start, on the computer's clock.
+    /// Returns the initial state, with the computer's clock.
     fn default() -> Self {
         Self::on_clock(Arc::new(ComputerClock))
     }
 }
 
 impl StudioState {
-    /// Returns the state of a start, on a clock.
+    /// Returns the initial state, with a clock for keep-alives and the age of requests.
     pub fn on_clock(clock: Arc<dyn Clock>) -> Self {
         Self {
             clock,
@@ -146,7 +147,8 @@ impl StudioState {
         self.stop.load(Ordering::SeqCst)
     }
 
-    /// Takes the waiting stops if a stop is requested; the caller must then turn the output off.
+    /// Removes and returns the waiting stops if a stop is requested; the caller must then turn the
+    /// output off.
     pub fn take_stops(&self) -> Option<Vec<QueuedRequest>> {
         let mut stops = locked(&self.stops);
         let is_wanted = self.stop.swap(false, Ordering::SeqCst);

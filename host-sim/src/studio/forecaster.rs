@@ -1,7 +1,7 @@
-//! The thread that predicts. It never uses the device, and does not delay it.
+//! Thread that computes predictions. It sends nothing to the device, and does not delay it.
 //!
-//! A page that moves a slider sends more requests than there is time to answer. Of each page only
-//! the last request is kept, and an older one is cancelled while it is computed.
+//! While a slider moves, a page sends more requests than can be answered. Only the last request of
+//! each page is kept, and it cancels an older one that is being computed.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
@@ -35,7 +35,8 @@ pub struct PredictionJob {
     answer: Sender<String>,
 }
 
-/// Number of a page, and whether its request is a comparison, which a prediction does not cancel.
+/// Number of a page, and whether its request is a comparison. A prediction does not cancel a
+/// comparison.
 pub type PredictionKey = (u64, bool);
 
 /// The last requests of all pages.
@@ -84,7 +85,8 @@ pub fn run(wishes: &Arc<PredictionQueue>, shared: &StudioState, machine: Option<
     }
 }
 
-/// A joint's file with the device's parameters, and the file's trajectory; or why there is none.
+/// Twin of the device: its parameters with the joint of a file, or the reason why there is none,
+/// and the file's first trajectory.
 #[derive(Clone, Debug)]
 struct Twin {
     in_use: Result<MachineInUse, String>,
@@ -116,7 +118,7 @@ impl Twin {
     }
 }
 
-/// Twins of the device's parameters with each known joint.
+/// Twins of the device, one for each known joint.
 #[derive(Clone, Debug)]
 struct JointTwins {
     parameters: Parameters,
@@ -143,7 +145,7 @@ impl JointTwins {
         shared.news.publish("what-if", event);
     }
 
-    /// Returns the machine with one of the joints, or why there is none.
+    /// Returns the machine in use with one of the joints, or the reason why there is none.
     fn in_use(&self, joint: JointSource) -> Result<&MachineInUse, &str> {
         let twin = match joint {
             JointSource::File => &self.of_file,

@@ -148,7 +148,8 @@ fn value(written: &str) -> Result<toml::Value, String> {
     }
 }
 
-/// Returns the declaration of a key; `controller.srnf` is a table of the kind `controller.NAME`.
+/// Returns the declaration of a key. If its table has none, that of the table's kind is used, as
+/// `controller.NAME` for `controller.srnf`.
 pub fn about<'a>(rows: &'a [KeyRow], table: &str, name: &str) -> Option<&'a KeyRow> {
     let of = |wanted: &str| rows.iter().find(|row| row.table == wanted && row.name == name);
     let kind = table.split_once('.').map(|(first, _)| format!("{first}.NAME"));

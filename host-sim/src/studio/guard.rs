@@ -1,4 +1,4 @@
-//! Checks of a connection: the page must know the token, and must come from this server.
+//! Checks of a connection: the page must have the token, and must come from this server.
 //!
 //! The token excludes other users and programs of the same machine. The origin excludes pages of
 //! other sites in the same browser: the browser sets it, and no page can change it. The host
@@ -44,14 +44,16 @@ impl Token {
         &self.0
     }
 
-    /// Compares with a token, in a time that does not depend on where it differs.
+    /// Returns whether a text is this token. The time of the comparison does not depend on where
+    /// the two differ.
     pub fn is(&self, given: &str) -> bool {
         let differs = self.0.bytes().zip(given.bytes()).fold(0, |all, (a, b)| all | (a ^ b));
         self.0.len() == given.len() && differs == 0
     }
 }
 
-/// Returns whether a `Host` header is the address of this server. The only name is `localhost`.
+/// Returns whether a `Host` header is the address of this server. The only accepted name is
+/// `localhost`.
 pub fn is_host(host: &str, bound: SocketAddr) -> bool {
     let (name, port) = match host.parse::<SocketAddr>() {
         Ok(address) => (address.ip(), address.port()),

@@ -10,16 +10,16 @@ use super::form::about;
 use super::machine_in_use::MachineInUse;
 use files::keys;
 
-/// The joint's gain in a file: the inverse of its inertia.
+/// Key of the joint's gain in a file: the inverse of its inertia.
 pub const GAIN: &str = "joint.gain_deg_per_s2_per_v";
 
-/// Inertia in multiples of the file's; it is set as [`GAIN`].
+/// Path of the inertia's slider, in multiples of the file's inertia; it sets [`GAIN`].
 pub const INERTIA: &str = "inertia";
 
-/// Computation delay, whole samples.
+/// Key of the computation delay, whole samples.
 pub const DELAY: &str = "run.delay_samples";
 
-/// Ratio of a slider's ends to its value.
+/// Factor from a slider's value up to its upper end and down to its lower end.
 const FACTOR: f64 = 8.0;
 
 /// Returns the sliders of a machine, those of the law in use first.

@@ -1,14 +1,13 @@
 //! The machine that the device drives, as a document: the device's parameters with the joint of a
 //! machine's file.
 //!
-//! A device does not know its joint, so the file provides it. The document also has the other
-//! controllers of the file, with the file's gains. Variants of the file are ignored; if it has only
-//! variants, the first one is used, as for a simulated device. Features of a data sheet beyond the
-//! rigid joint stay as in the file: a load, gravity, backlash, a shaft, bristles, the winding's
-//! lag.
-//! The four keys of the joint scale its inertia and its friction. Limits: a dead time, the supply's
-//! limits and the encoder's noise are left out, as in a simulated device. Gravity counts from the
-//! position at arming, as the device counts.
+//! The device's parameters do not describe its joint, so the file provides the joint. The document
+//! also has the other controllers of the file, with the file's gains. Variants of the file are
+//! ignored; if it has only variants, the first one is used, as for a simulated device. Features of
+//! a data sheet beyond the rigid joint stay as in the file: a load, gravity, backlash, a shaft,
+//! bristles, the winding's lag. The four keys of the joint scale its inertia and its friction.
+//! Limits: a dead time, the supply's limits and the encoder's noise are left out, as in a simulated
+//! device. The angle of gravity counts from the position at arming, like the device's position.
 
 use stiction::units::position::Position;
 use stiction::{Motion, Parameters};
@@ -21,7 +20,7 @@ use files::machine::{JointTable, TrajectoryTable};
 use simulator::device::machine_file;
 use simulator::experiment::{Document, Experiment, RunPlan, Task};
 
-/// Returns the error of an operation that needs a joint that is not known; `so` names the effect.
+/// Returns the error of an operation whose joint is unknown. `so` names the consequence.
 pub fn no_joint(so: &str) -> Error {
     Error::Input(format!(
         "the joint is not known, so {so}: the studio was started without a machine's file. \
@@ -30,7 +29,7 @@ pub fn no_joint(so: &str) -> Error {
     ))
 }
 
-/// The document, and its contents.
+/// Document of the machine in use, with its controllers.
 #[derive(Clone, Debug)]
 pub struct MachineInUse {
     /// The device's parameters with the joint.
@@ -89,7 +88,7 @@ impl MachineInUse {
         Ok(Self { document, law, laws, lent: first, file, parameters })
     }
 
-    /// The file, if it is a data sheet.
+    /// Returns the file if it is a data sheet.
     pub fn sheet(&self) -> Option<&Document> {
         self.file.get("motor").map(|_| &self.file)
     }
@@ -102,7 +101,7 @@ impl MachineInUse {
         self.lent.unseen_slack()
     }
 
-    /// Returns the machine with drawn keys of its file, `table.key=value` each.
+    /// Returns the machine with keys of its file set to drawn values, `table.key=value` each.
     ///
     /// # Errors
     /// Returns an error that names a value that no joint can have.
@@ -151,8 +150,8 @@ impl MachineInUse {
     }
 }
 
-/// Returns the ratios of a joint's parameters to those of another joint. A parameter that is 0
-/// there has no slider, and its ratio is 1.
+/// Returns the ratios of the parameters of joint `is` to those of joint `of`. A parameter that is 0
+/// in `of` has no slider, and its ratio is 1.
 fn times(is: &JointTable, of: &JointTable) -> SheetFactors {
     let ratio = |over: f64, under: f64| if under == 0.0 { 1.0 } else { over / under };
     SheetFactors {
@@ -208,7 +207,8 @@ pub fn first_trajectory(of: &Document) -> Result<TrajectoryTable, Error> {
     Ok(all.swap_remove(0))
 }
 
-/// Returns a trajectory with a trapezoid of the speed to a position and, after a rest there, back.
+/// Returns a trajectory to a position and, after a rest there, back, with a trapezoidal speed each
+/// way.
 ///
 /// # Errors
 /// Returns an error that names the invalid value and its range.

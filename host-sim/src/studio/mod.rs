@@ -15,17 +15,17 @@
 //!   nothing to the device.
 //! - One page at a time commands the device, and every page may stop it ([`control`]).
 //! - If another client has the motor driven, the studio is a guest: it shows the state, stops, and
-//!   takes over if a page says so.
-//! - While the output is on, the studio sends its own device no request of its own accord. A
-//!   keep-alive of the device follows a keep-alive of the page that commands (`worker.rs`). If that
-//!   page is gone, the device receives nothing, and its link timeout turns the output off.
+//!   takes over if a page requests it.
+//! - While the output is on, the studio sends no automatic request to its own device. A keep-alive
+//!   of the device follows a keep-alive of the page that commands (`worker.rs`). If that page is
+//!   gone, the device receives nothing, and its link timeout turns the output off.
 //! - A prediction or a tuning sends nothing to the device, does not delay it, and is no keep-alive.
-//! - A page that reads too slowly loses samples; their numbers show which. It then receives the
-//!   last event of each kind again. It never delays the device or another page.
+//! - A page that reads too slowly loses samples; their numbers show which. Such a page then
+//!   receives the last event of each kind again. It never delays the device or another page.
 //!
 //! Limits: the connection is not encrypted, so other machines on a network that the studio listens
 //! on can read the token. A request leaves up to 10 ms late, since one thread waits for samples and
-//! for requests. `save` stops both while the device writes.
+//! for requests. `save` blocks both while the device writes.
 //!
 //! | file | contents |
 //! |---|---|
@@ -40,7 +40,7 @@
 //! | `forecaster.rs`, `prediction.rs` | the thread of the predictions, and a prediction |
 //! | `cloud.rs` | predictions on joints around the one in use |
 //! | `machine_in_use.rs` | the device's parameters with a joint, of the file or identified |
-//! | `knobs.rs` | its sliders |
+//! | `knobs.rs` | sliders for the machine in use |
 //! | `tuner.rs`, `spare_cores.rs` | tuning on a thread of its own, which leaves a core free |
 //! | `guard.rs`, `listener.rs` | token, origin and host; the number of connections |
 //! | `refusals.rs` | reports of refusals at the terminal |

@@ -60,7 +60,7 @@ impl Broadcaster {
         let _ = self.ring.send(StudioMessage::Event(text));
     }
 
-    /// Drops a kept event, without a message.
+    /// Drops a kept event. The pages receive no message about this.
     pub fn forget(&self, kind: &'static str) {
         self.kept.lock().unwrap_or_else(PoisonError::into_inner).remove(kind);
     }

@@ -22,7 +22,7 @@ use simulator::device::wire::Wire;
 use simulator::device::{into, jogged, machine_file, words};
 use simulator::experiment::Document;
 
-/// The page cannot set the bounds of an identification.
+/// Remark on the bounds of an identification, which a page cannot set.
 const BOUNDS: &str = ". The bounds are the device's: the effort is that of limits.breakaway_v, the \
                       speed that of profile.velocity_deg_per_s";
 
@@ -175,7 +175,8 @@ impl<W: Wire> Worker<'_, W> {
         Ok("follows the trajectory".into())
     }
 
-    /// Sends other parameters to the device, which uses all of them or none.
+    /// Sends changed parameters to the device, which uses all of them or none. Returns the changes
+    /// in words.
     fn take(&mut self, before: Parameters, after: &Parameters) -> Result<Value, Error> {
         let said = said_changes(&before, after)?;
         if before == *after {
@@ -202,8 +203,8 @@ impl<W: Wire> Worker<'_, W> {
     }
 
     /// Publishes the end of an identification, keeps the identified joint as a machine's file like
-    /// that of `device identify --into`, and returns the result in words. If the result is no joint
-    /// for a file, the previous joint stays, and is published again.
+    /// that of `device identify --into`, and returns the result in words. If the result cannot be
+    /// written as a file, the previous joint is kept, and published again.
     fn identified(&mut self, summary: Summary, map: Map) -> Result<MotionReport, Error> {
         let ((document, units), without) = match self.of_file() {
             Ok(known) => (known, String::new()),

@@ -5,9 +5,10 @@
 //!      <-- next() --- answers, messages <------------------------/
 //! ```
 //!
-//! `playground/` is this as WebAssembly, inside the page. The page uses it like a server, except
-//! for functions that need a server. Its device is the simulated one, whose time passes while
-//! [`pass`](Playground::pass) waits for it. There is one page, and it commands.
+//! The crate `playground/` compiles the [`Playground`] to WebAssembly, inside the page. The page
+//! uses it like a server, except for functions that need a server. Its device is the simulated one,
+//! whose time passes while [`pass`](Playground::pass) waits for it. There is one page, and it
+//! commands.
 //!
 //! Guarantee: the same messages as a server for the same joint and the same requests. Limit: a long
 //! computation, such as a cloud of predictions, takes one pass, and the device stands still
@@ -33,7 +34,7 @@ use simulator::experiment::{Document, Experiment};
 /// Number of the only page.
 const PAGE: u64 = 0;
 
-/// Reason why it neither tunes nor predicts a self-test.
+/// Refusal of a tuning or of the prediction of a self-test.
 const NO_THREADS: &str =
     "this page cannot do that, since it has no threads: use the program `stiction`";
 
@@ -55,11 +56,12 @@ pub struct Playground {
 }
 
 impl Playground {
-    /// Turns the power on, around the joint of `machine`: the name of a built-in experiment, or the
-    /// path of a file. `controller` is the controller that the device starts with, instead of the
-    /// file's own.
+    /// Starts a studio with a simulated device around the joint of `machine`, which is the name of
+    /// a built-in experiment or the path of a file. The device starts with `controller`, or with
+    /// the file's own.
     ///
-    /// The device's context stays in memory until the program ends, so a page should open one.
+    /// The state of a playground stays in memory until the program ends, so a page should open only
+    /// one.
     ///
     /// # Errors
     /// Reports what is wrong with the file.
@@ -135,7 +137,8 @@ impl Playground {
         }
     }
 
-    /// Advances the device for a moment, and executes the next request.
+    /// Advances the device by a moment, executes the next request, and computes the next
+    /// prediction.
     pub fn pass(&mut self) {
         // A simulated device fails only by an error in this program.
         if let Err(error) = self.worker.pass(&self.waiting) {
@@ -150,7 +153,7 @@ impl Playground {
     }
 }
 
-/// Messages to the page, as far as there are any; the next pass may add more.
+/// Iterator over the waiting messages to the page; the next pass can add more.
 impl Iterator for Playground {
     type Item = StudioMessage;
 

@@ -8,8 +8,8 @@
 //! Its law starts anew with each move, so it lacks the state that the device's law has from earlier
 //! moves.
 //!
-//! The twin knows its load, so a prediction has both sides of the gear: the encoder's, which the
-//! device measures, and the load's. The file's `[goal]` judges each.
+//! The twin simulates its load, so a prediction has both sides of the gear: the encoder's, which
+//! the device measures, and the load's. The file's `[goal]` judges each.
 
 use serde_json::{Value, json};
 use stiction::parameters::DeviceConfig;
@@ -30,13 +30,13 @@ use simulator::settling::Settling;
 /// Longest predicted move, s, and largest number of its ticks.
 const LONGEST: [f64; 2] = [60.0, 100_000.0];
 
-/// Time for which a joint is watched after its set point rests, s.
+/// Least time for which a joint is watched after its set point rests, s.
 const SETTLES_S: f64 = 2.0;
 
-/// Attempts to arm a joint that moves at first, 0.1 s apart.
+/// Number of further attempts to arm a joint that still moves, 0.1 s apart.
 const FALLS: usize = 3;
 
-/// Time of a step, s.
+/// Least time for which a step is watched, s.
 const STEP_S: f64 = 5.0;
 
 /// Change of the set point at which it counts as started, counts; the page uses the same value for
@@ -51,7 +51,7 @@ const POINTS: usize = 600;
 pub struct PredictedMove {
     /// Time of a tick, s.
     pub tick_s: f64,
-    /// Tick in which the set point starts.
+    /// Tick in which the set point starts to move.
     pub begin: usize,
     /// theta_d, deg.
     pub reference: Vec<f32>,
@@ -59,16 +59,17 @@ pub struct PredictedMove {
     pub position: Vec<f32>,
     /// theta_e, counts.
     pub error: Vec<f32>,
-    /// Position of the load, deg; empty if the encoder sees the load.
+    /// Position of the load, deg; empty if the encoder measures the load.
     pub position_at_load: Vec<f32>,
-    /// Reference minus position of the load, counts; empty if the encoder sees the load.
+    /// Reference minus position of the load, counts; empty if the encoder measures the load.
     pub error_at_load: Vec<f32>,
     /// Effort after the drive's limits, V.
     pub effort: Vec<f32>,
     /// Time from which the encoder's side stays within the goal's tolerance (default: 2 counts), s
     /// after the start of the set point.
     pub settled_s: Option<f64>,
-    /// Time from which the load stays within it, s after the start of the set point.
+    /// Time from which the load stays within the same tolerance, s after the start of the set
+    /// point.
     pub settled_at_load_s: Option<f64>,
     /// Whether the move meets the goal at the encoder, and at the load.
     pub success: [bool; 2],
@@ -194,7 +195,8 @@ impl PredictedMove {
         at_the_end(&self.error)
     }
 
-    /// Returns an order of badness: a fault is worst, then a late end, then a large error.
+    /// Returns a key that sorts moves from good to bad: by fault, then by settling time, then by
+    /// rest error.
     pub(super) fn badness(&self) -> (f64, f64) {
         let late = self.settled_s.unwrap_or(f64::INFINITY);
         (if self.fault.is_some() { f64::MAX } else { late.min(1e9) }, self.rest_counts())
@@ -273,7 +275,7 @@ impl Thinned {
     }
 }
 
-/// Returns the time for which a move is watched, s.
+/// Returns the time for which a move is simulated and watched, s.
 fn time_s(parameters: &Parameters, goal: &PositionGoal, way: &RequestedMotion) -> f64 {
     let time_s = match way {
         RequestedMotion::Move(deg) => {
@@ -288,7 +290,8 @@ fn time_s(parameters: &Parameters, goal: &PositionGoal, way: &RequestedMotion) -
     time_s.clamp(0.0, LONGEST[0])
 }
 
-/// Returns the keys that a request sets, `table.key=value` each: those of the joint or of a law.
+/// Returns the keys that a request sets, `table.key=value` each: those of `law`, or, without a law,
+/// those of the joint.
 pub(super) fn set(
     machine: &MachineInUse,
     wish: &PredictionRequest,

@@ -16,7 +16,8 @@ use simulator::device::wire::Wire;
 use simulator::device::words;
 use studies::selftest;
 
-/// Capacity of a wire of 921 600 baud, bytes per second, with a quarter left for answers.
+/// Bytes per second for samples on a wire of 921 600 baud; a quarter of its capacity is left for
+/// answers.
 const CARRIED: f64 = 0.75 * 92_160.0;
 
 /// Bytes of a sample without its values: numbers, mask, length, checksum and stuffing.
@@ -80,7 +81,7 @@ impl<W: Wire> Worker<'_, W> {
         self.travel = parameters.as_ref().map(Travel::new);
         self.link_timeout = parameters.as_ref().map_or(0.0, |all| all.limits.link_timeout);
         self.frame.flush(&self.shared.news);
-        // Samples are the owner's.
+        // Only the client that owns the session selects samples.
         if !self.client.is_guest() {
             self.client.subscribe(mask, every)?;
         }
@@ -135,9 +136,9 @@ impl<W: Wire> Worker<'_, W> {
         Ok(())
     }
 
-    /// Publishes a move that has just started, so that a page can draw a prediction beside it: with
-    /// the clock and the set point of the last sample before the request. The joint starts after
-    /// that, however long the answer takes.
+    /// Publishes a move that has just started, with the clock and the set point of the last sample
+    /// before the request, so that a page can draw a prediction beside it. The joint starts after
+    /// that sample, even if the answer is late.
     pub(super) fn publish_motion(&self, way: &RequestedMotion) {
         let reference = |sample: &Sample| {
             let whole = self.signals.number(sample, const { name("reference_counts") });

@@ -7,10 +7,10 @@ use std::time::Duration;
 
 use simulator::device::clock::Clock;
 
-/// Largest number of refusals reported in each [`WITHIN`]; further ones are counted.
+/// Largest number of refusals reported in a period of [`WITHIN`]; further ones are only counted.
 const MOST_REPORTED: u32 = 8;
 
-/// Period of [`MOST_REPORTED`].
+/// Period in which at most [`MOST_REPORTED`] refusals are reported.
 const WITHIN: Duration = Duration::from_secs(10);
 
 /// Refusals of the present period.
@@ -22,7 +22,7 @@ struct RefusalWindow {
 }
 
 impl RefusalWindow {
-    /// Returns the line that reports a refusal, or `None` if there were too many.
+    /// Returns the line that reports a refusal, or `None` after too many in this period.
     fn line(&mut self, what: &str, now: Duration) -> Option<String> {
         if self.since.is_none_or(|since| now.saturating_sub(since) >= WITHIN) {
             (self.since, self.reported) = (Some(now), 0);
@@ -59,7 +59,7 @@ impl Refusals {
         Self { clock, counted: Mutex::default(), to: Box::new(to) }
     }
 
-    /// Reports a refusal, unless there were too many.
+    /// Reports a refusal, unless too many were reported in this period.
     pub fn report(&self, what: &str) {
         let mut counted = self.counted.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(line) = counted.line(what, self.clock.now()) {

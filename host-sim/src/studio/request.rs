@@ -21,7 +21,7 @@ pub struct StudioRequest {
     pub what: StudioAction,
 }
 
-/// JSON form of a request: `do` names the action, the others are its values.
+/// JSON form of a request: `do` names the action, and the other fields are its values.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct RequestFields {
@@ -70,7 +70,7 @@ pub struct TuningRequest {
     pub cases: Option<u64>,
 }
 
-/// Largest number of limits: twice the number of metrics.
+/// Largest number of upper limits in a tuning: twice the number of metrics.
 const LIMITS: usize = 10;
 
 /// Allowed number of moves of a self-test, as on the command line.
@@ -124,7 +124,7 @@ impl From<RequestedMotion> for MotionFields {
     }
 }
 
-/// Options of a prediction.
+/// Request of a prediction.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PredictionRequest {
@@ -147,7 +147,7 @@ pub struct PredictionRequest {
     pub joint: JointSource,
 }
 
-/// Limits of a prediction: laws, changed values, joints.
+/// Largest numbers of laws, changed values and joints in a prediction.
 const LARGEST_WISH: [usize; 3] = [16, 128, 48];
 
 impl PredictionRequest {
@@ -211,9 +211,9 @@ pub enum StudioAction {
     /// Compare the parameters in use with a machine's file, given as text; if it is empty, with the
     /// file that the studio was started with. Sends nothing to the device.
     Compare(String),
-    /// Predict a self-test: its number of moves, and its range to either side or the derived one.
+    /// Predict a self-test.
     PredictSelftest {
-        /// Range to either side, deg.
+        /// Range to either side, deg; `None` derives it.
         range_deg: Option<f64>,
         /// Number of moves.
         moves: usize,
@@ -222,7 +222,8 @@ pub enum StudioAction {
     },
     /// Cancel the prediction of a self-test.
     CancelSelftest,
-    /// Make the moves of the self-test that was predicted last, if its prediction has this number.
+    /// Make the moves of the self-test that was predicted last. Its prediction must have this
+    /// number.
     Selftest(u32),
     /// Tune controllers for a goal. Sends nothing to the device.
     Tune(Box<TuningRequest>),
@@ -315,13 +316,13 @@ impl TryFrom<RequestFields> for StudioRequest {
 }
 
 impl StudioAction {
-    /// Returns whether any page may request it, not only the one that commands.
+    /// Returns whether every page may request the action, not only the page that commands.
     pub const fn is_for_all(&self) -> bool {
         matches!(self, Self::Stop | Self::Command) || self.is_apart()
     }
 
-    /// Returns whether the action sends nothing to the device: other threads answer it, and it is
-    /// no keep-alive.
+    /// Returns whether the action sends nothing to the device. Such an action is answered outside
+    /// the device's thread, and is no keep-alive.
     pub const fn is_apart(&self) -> bool {
         matches!(self, Self::Predict(_) | Self::Compare(_) | Self::Tune(_) | Self::CancelTuning)
     }

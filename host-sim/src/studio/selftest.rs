@@ -49,7 +49,7 @@ pub enum SelftestPhase {
     Moving(Box<RunningSelftest>),
 }
 
-/// Request of a self-test, from which a page identifies its prediction.
+/// Request of a self-test. A page recognizes its prediction by these values.
 #[derive(Clone, Debug)]
 pub struct SelftestRequest {
     /// Number of the prediction, unique in this studio.
@@ -81,8 +81,9 @@ pub struct PendingPrediction {
     wanted: SelftestRequest,
     moves: usize,
     machine: String,
-    /// Number of joints done, and the number last published.
+    /// Number of joints whose prediction is complete.
     over: Arc<AtomicU64>,
+    /// Number of these joints that was published last.
     reported: u64,
     goes_on: Arc<AtomicBool>,
 }
@@ -112,7 +113,7 @@ pub struct RunningSelftest {
     steps: Steps,
     /// Number of the page that started it.
     page: u64,
-    /// Clock at the start of the present wait, ticks.
+    /// Clock at the start of the present wait, ticks; `None` until the next status.
     since: Option<u32>,
     /// Length of the wait.
     time: Duration,
@@ -225,7 +226,7 @@ impl<W: Wire> Worker<'_, W> {
         }
     }
 
-    /// Publishes the prediction if it is complete.
+    /// Publishes the prediction once it is complete, and its progress until then.
     pub(super) fn take_prediction(&mut self) {
         let Some(SelftestPhase::Predicting(predicting)) = &mut self.test else { return };
         let ended = || Error::Device("selftest: the prediction ended without a result".into());
@@ -272,14 +273,14 @@ impl<W: Wire> Worker<'_, W> {
         }
     }
 
-    /// Arms the device for the self-test that was predicted last. Refused if the request has
-    /// another number, or is too old by then.
+    /// Arms the device for the self-test that was predicted last. Refuses a request with another
+    /// number, or one that is too old when the device is to be armed.
     pub(super) fn begin_selftest(
         &mut self,
         number: u32,
         order: &QueuedRequest,
     ) -> Result<Value, Error> {
-        // An identification may have ended since the last status: its result comes first.
+        // An identification may have ended since the last status: its result is published first.
         if self.running.is_some() {
             self.ask_status()?;
         }
@@ -368,7 +369,7 @@ impl<W: Wire> Worker<'_, W> {
         Ok(())
     }
 
-    /// Judges the moves of the running self-test after the last one, or after the device went off.
+    /// Judges the moves of the running self-test after the last move, or after the output went off.
     pub(super) fn end_testing(&mut self, status: &Status) {
         let Some(SelftestPhase::Moving(moving)) =
             self.test.take_if(|test| matches!(test, SelftestPhase::Moving(_)))
@@ -393,7 +394,7 @@ impl<W: Wire> Worker<'_, W> {
         });
         wanted.add_to(&mut event);
         self.publish_test(event);
-        // It may be repeated.
+        // The same self-test can be started again.
         self.test = Some(SelftestPhase::Ready(ready.into()));
     }
 
@@ -403,7 +404,7 @@ impl<W: Wire> Worker<'_, W> {
     }
 }
 
-/// Returns a figure with its bounds, before a measurement.
+/// Returns a metric as JSON, with its predicted values and its bounds, before it is measured.
 fn bound(check: &SelfTestCheck) -> Value {
     let [least, median, largest] = check.predicted.map(|value| value.is_finite().then_some(value));
     json!({

@@ -42,10 +42,10 @@ const ORDERS: usize = 32;
 pub struct StudioOptions {
     /// Address to listen at.
     pub listen: SocketAddr,
-    /// File whose joint a pulled file has.
+    /// Machine's file that provides the joint of a pulled file.
     pub machine: String,
-    /// Whether that is the file of this device. If not, predictions need an identified joint, and
-    /// no file is compared.
+    /// Whether `machine` is the file of this device. If not, predictions need an identified joint,
+    /// and a comparison needs a file from the page.
     pub is_its_file: bool,
     /// Whether every tick is sent: a simulated device has no wire that limits the rate.
     pub every_tick: bool,
@@ -84,7 +84,7 @@ impl Server {
     }
 
     /// Starts like [`start`](Self::start) on another clock, and passes refusals to `refused`
-    /// instead of the terminal. The server's thread calls it, so it must not block.
+    /// instead of the terminal. The server's thread calls `refused`, so it must not block.
     ///
     /// # Errors
     /// Returns the errors of [`start`](Self::start).
@@ -140,7 +140,7 @@ impl Server {
         Ok(Self { address, token, end: Some(end), thread: Some(thread), tuner })
     }
 
-    /// Returns the address that it listens at.
+    /// Returns the address at which the server listens.
     pub const fn address(&self) -> SocketAddr {
         self.address
     }
@@ -156,7 +156,7 @@ impl Server {
         format!("http://{}/#{}", self.address, self.token.text())
     }
 
-    /// Waits for the end of the server, which comes with the end of the process.
+    /// Waits until the server ends. It runs until the process ends.
     pub fn wait(mut self) {
         if let Some(thread) = self.thread.take() {
             // A panic of the server was already printed.

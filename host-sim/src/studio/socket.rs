@@ -27,7 +27,7 @@ const ANSWERS: usize = 64;
 /// Number of invalid messages after which the connection of a page ends.
 const MISTAKES: u32 = 8;
 
-/// Time within which a page must take a message; otherwise its connection ends.
+/// Time within which a page must accept a message; otherwise its connection ends.
 const TO_TAKE: Duration = Duration::from_secs(10);
 
 /// Handles that a connection uses.
@@ -82,7 +82,7 @@ async fn listen(mut from: SplitStream<WebSocket>, page: &Page, answers: &mpsc::S
             Ok(message) => message,
             Err(error) => {
                 let why = error.to_string();
-                // A reset connection is a page that has gone, and so is one that takes no more
+                // A reset connection is a page that has gone, and so is one that accepts no more
                 // bytes. Other errors, such as a message that is too large, are reported.
                 if !why.contains("Connection reset") && !why.contains("Broken pipe") {
                     refuse(&format!("the connection ends: {why}"));
@@ -128,8 +128,9 @@ async fn listen(mut from: SplitStream<WebSocket>, page: &Page, answers: &mpsc::S
     }
 }
 
-/// Sends messages to a page until it does not take them. A page that was too slow receives the last
-/// event of each kind again, since an event among the lost messages may not come again.
+/// Sends messages to a page until the page no longer accepts them. A page that was too slow
+/// receives the last event of each kind again, since an event among the lost messages may not be
+/// published again.
 async fn send_messages(
     mut into: impl Sink<Message> + Unpin,
     first: Vec<String>,
@@ -217,7 +218,7 @@ impl Page {
         }
     }
 
-    /// Queues a request for the device. Returns an answer that is ready at once.
+    /// Queues a request for the device. If it cannot be queued, returns its answer.
     fn order(&self, request: StudioRequest, answers: &mpsc::Sender<String>) -> Option<String> {
         let StudioRequest { id, what } = request;
         let (page, given, answer_to) = (self.number, self.desk.shared.now(), answers.clone());
@@ -250,8 +251,8 @@ mod tests {
 
     use super::*;
 
-    /// Returns the messages to a page that was not read while a number of events followed one that
-    /// is published once.
+    /// Returns the messages that a page receives if it reads none until an event `tuned` and then a
+    /// number of events `status` are published.
     fn received_behind(events: u32) -> Vec<Value> {
         let broadcaster = Broadcaster::default();
         let (_, news) = broadcaster.listen();
@@ -267,7 +268,7 @@ mod tests {
         let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
         runtime.block_on(async {
             let sends = send_messages(Box::pin(into), vec![], answered, news, &broadcaster);
-            // It waits for more once all was sent, which takes no more than a turn an event.
+            // Once all is sent, the sender waits for more. An event needs at most one turn.
             let turns = async {
                 for _ in 0..2 * events {
                     tokio::task::yield_now().await;

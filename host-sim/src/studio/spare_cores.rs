@@ -1,4 +1,4 @@
-//! Thread pool for work of minutes. It leaves a core for the studio.
+//! Thread pool for jobs that run for minutes. It leaves a core for the studio.
 
 #[cfg(not(target_family = "wasm"))]
 use std::sync::OnceLock;
@@ -7,7 +7,7 @@ use rayon::ThreadPool;
 
 use files::error::Error;
 
-/// Threads of all such work, so that two jobs together leave a core free, too.
+/// Pool that all such jobs share, so that two jobs at once leave a core free, too.
 #[cfg(not(target_family = "wasm"))]
 static SPARE: OnceLock<ThreadPool> = OnceLock::new();
 
@@ -23,15 +23,15 @@ pub fn on_spare_cores<T: Send>(work: impl FnOnce() -> T + Send) -> Result<T, Err
     Ok(pool()?.install(work))
 }
 
-/// Runs other work that waits for these threads. Work of minutes calls it now and then, so that
-/// work of seconds is done meanwhile. It may return as late as the end of that work, so the caller
-/// checks before and after whether it was cancelled.
+/// Runs another job that waits for these threads. A job of minutes calls this function repeatedly,
+/// so that a job of seconds can run meanwhile. The call can last until the other job ends, so the
+/// caller must check before and after it whether it was cancelled.
 pub fn let_others_in() {
     rayon::yield_now();
 }
 
 /// Starts work on a thread of its own. In WebAssembly, which has no threads, the work is dropped,
-/// and its receiver sees that.
+/// and a receiver of its result is disconnected.
 pub fn begin(work: impl FnOnce() + Send + 'static) {
     #[cfg(not(target_family = "wasm"))]
     std::thread::spawn(work);

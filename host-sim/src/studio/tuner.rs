@@ -3,9 +3,9 @@
 //!
 //! It sends nothing to the device, is no keep-alive, and writes no file: the new file is sent to
 //! the pages. One tuning runs at a time. Since it moves nothing, it goes on if its page is closed,
-//! and any page may cancel it. The event `tuning` has what can be tuned and what runs, and `tuned`
-//! has the last result. A cancelled tuning, or one with a law that cannot be tuned, keeps the
-//! results so far.
+//! and any page may cancel it. The event `tuning` lists the laws that can be tuned and the running
+//! tuning; the event `tuned` has the last result. A cancelled tuning, or one with a law that cannot
+//! be tuned, keeps the results so far.
 
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -66,7 +66,8 @@ struct Found {
 }
 
 impl Tuner {
-    /// Publishes what can be tuned. `machine` is the file of the device's joint, if it is known.
+    /// Returns a tuner, and publishes the laws that can be tuned. `machine` is the file of the
+    /// device's joint, if it is known.
     pub fn new(machine: Option<String>, shared: Arc<StudioState>) -> Arc<Self> {
         let tuner = Self { machine, shared, under_way: Mutex::default() };
         tuner.publish(None);
@@ -107,8 +108,8 @@ impl Tuner {
         Ok((machine.to_owned(), Document::text(machine)?, document))
     }
 
-    /// Starts a tuning on a thread of its own, and answers from there: that it runs, or that the
-    /// file, a controller or a value is invalid. While a tuning runs, another one is refused.
+    /// Starts a tuning on a thread of its own. That thread answers that the tuning runs, or that
+    /// the file, a controller or a value is invalid. While a tuning runs, another one is refused.
     pub fn start(
         self: &Arc<Self>,
         wanted: TuningRequest,
@@ -171,8 +172,8 @@ impl Tuner {
         Ok(Task { request, text, laws, joint })
     }
 
-    /// Cancels the running tuning, within the time of one joint. If it has just let the
-    /// prediction of a self-test run, that ends before.
+    /// Cancels the running tuning. It ends within the time of one joint; if its threads have just
+    /// started to predict a self-test, it ends after that prediction.
     ///
     /// # Errors
     /// Returns an error if none runs.
@@ -188,7 +189,8 @@ impl Tuner {
 }
 
 impl Task {
-    /// Returns the progress: the place of a law, and the number of its gain sets tried.
+    /// Returns the progress as JSON: the law at a place of the list, and the number of its gain
+    /// sets tried.
     fn running(&self, place: usize, tried: u32) -> Value {
         json!({
             "law": self.laws.get(place),
@@ -221,7 +223,7 @@ impl Task {
             };
             let still = || {
                 let goes_on = || goes_on.load(Ordering::Relaxed);
-                // The other work may be the prediction of a self-test, which takes long.
+                // The other work may be the prediction of a self-test, which lasts long.
                 goes_on() && {
                     let_others_in();
                     goes_on()

@@ -3,12 +3,12 @@
 //! While the output is off, it requests the status ten times a second. While the output is on, it
 //! sends a request only after a keep-alive of the page that commands, since each valid request is a
 //! keep-alive of the device, and only that page may send one. Samples arrive without requests. If
-//! something else has turned the output on, the status is requested once, and then at intervals of
-//! more than two link timeouts, by which time a silent link has turned the output off.
+//! something other than a page has turned the output on, the status is requested once, and then at
+//! intervals of more than two link timeouts, by which time a silent link has turned the output off.
 //!
-//! If the device's link timeout is off, the device does not monitor the silence. The thread then
-//! stops after [`QUIET`] a device that was armed here. It does not stop one that was armed
-//! elsewhere.
+//! If the device's link timeout is off, the device does not react to a silent link. If it was armed
+//! here, the thread then stops it after [`QUIET`] without a keep-alive; a device that was armed
+//! elsewhere is not stopped.
 //!
 //! A request is executed if its page still commands and if it is not older than [`LATE`]: a motor
 //! must not move for a button that was pressed before a save that took seconds.
@@ -35,8 +35,8 @@ use simulator::device::wire::Wire;
 /// Time between two requests for the status: a fifth of the default link timeout.
 const ASKED: Duration = Duration::from_millis(100);
 
-/// Age at which a page's keep-alive is no longer valid: a page sends one with every frame, at most
-/// twenty a second.
+/// Age at which a page's keep-alive is no longer valid. A page sends a keep-alive for each message
+/// about the device, at most twenty a second.
 const FRESH: Duration = Duration::from_millis(150);
 
 /// Silence of the page after which the thread stops a device without a link timeout.
@@ -56,10 +56,10 @@ const OVERTAKEN: &str = "a stop came first; send it again";
 pub(super) const CANCELLED_BY_STOP: &str =
     "the prediction of the self-test was cancelled by a stop";
 
-/// Time between two frames.
+/// Time between two frames of samples.
 const FRAME: Duration = Duration::from_millis(30);
 
-/// Longest wait for a request.
+/// Longest wait for a sample; a request that arrives meanwhile waits as well.
 const SLICE: Duration = Duration::from_millis(10);
 
 /// Time between two attempts to reach a device that is gone.
@@ -81,14 +81,14 @@ pub enum RunningMotion {
     Ramp(f32),
 }
 
-/// Configuration of the studio's device, which the device does not know.
+/// Facts about the studio's device that the device itself cannot report.
 #[derive(Clone, Debug)]
 pub struct DeviceContext {
-    /// File whose joint a pulled file has.
+    /// Machine's file that provides the joint of a pulled file.
     pub machine: String,
-    /// Whether that is the file of this device, not a replacement.
+    /// Whether `machine` is the file of this device, not a replacement.
     pub is_its_file: bool,
-    /// Whether every tick is sent: no wire limits the rate.
+    /// Whether the device sends a sample of every tick, since no wire limits the rate.
     pub every_tick: bool,
 }
 
@@ -109,19 +109,20 @@ pub struct Worker<'a, W> {
     flushed: Duration,
     /// Whether the output was on in the last message.
     pub(super) driven: bool,
-    /// Whether a page of this studio has turned it on.
+    /// Whether a page of this studio has turned the output on.
     pub(super) armed_here: bool,
     /// Number of faults in the last status.
     faults: Option<u32>,
     asked: Duration,
-    /// Last keep-alive of the page that commands, and the time at which this thread saw it.
+    /// Time of the last keep-alive of the page that commands.
     word: Option<Duration>,
+    /// Time at which this thread saw that keep-alive.
     heard: Duration,
     /// Link timeout of the device, s; zero if it is off.
     pub(super) link_timeout: f32,
     /// Range of the targets of typed moves; none without parameters.
     pub(super) travel: Option<Travel>,
-    /// The last sample: it has the set point for the event of a move.
+    /// Last sample; its set point is published with the start of a move.
     pub(super) last: Option<Sample>,
 }
 
@@ -150,9 +151,9 @@ pub fn run<W: Wire>(
     let _ = ready.send(Ok(()));
     loop {
         let Err(error) = worker.work(orders) else { return };
-        // A device that was armed here is stopped first once it can be reached. If it has refused
-        // a request, it was reset or another client has taken it over: its motor was off, and
-        // what drives it now is not this studio's.
+        // Once the device can be reached, it is stopped first if it was armed here. If it has
+        // refused a request, it was reset or another client has taken it over: its motor was off,
+        // and a client other than this studio may drive it now.
         let was_armed = worker.armed_here && !matches!(error, Error::Refused(_));
         let driven = if worker.driven { ". THE MOTOR MAY STILL BE DRIVEN" } else { "" };
         // For a new page the last status is no longer valid, nor is the last motion, since the
@@ -282,7 +283,7 @@ impl<'a, W: Wire> Worker<'a, W> {
         let (sample, before) = (self.client.sample(SLICE)?, self.driven);
         sample.into_iter().for_each(|sample| self.show(sample));
         self.show_kept();
-        // Something other than a page has turned it on; the pages must show that.
+        // Something other than a page has turned the output on; the pages must show that.
         if self.driven && !before {
             self.ask_status()?;
         }
@@ -298,8 +299,8 @@ impl<'a, W: Wire> Worker<'a, W> {
         self.shared.now().saturating_sub(time)
     }
 
-    /// Passes a sample to the pages and to the self-test. A guest reads samples of signals that
-    /// another client has asked for: they are ignored.
+    /// Passes a sample to the pages and to the self-test. If the studio is a guest, samples are
+    /// ignored, since another client has selected their signals.
     fn show(&mut self, sample: Sample) {
         if self.client.is_guest() {
             return;
@@ -365,7 +366,8 @@ impl<'a, W: Wire> Worker<'a, W> {
         }
     }
 
-    /// Refuses a request that is no longer expected to be executed.
+    /// Refuses a request that must no longer be executed: a stop has overtaken it, its page no
+    /// longer commands, or it is too old.
     pub(super) fn is_expected(&self, order: &QueuedRequest) -> Result<(), Error> {
         let why = if self.shared.is_stop_wanted() {
             OVERTAKEN
@@ -379,9 +381,9 @@ impl<'a, W: Wire> Worker<'a, W> {
         Err(Error::Refused(why.into()))
     }
 
-    /// Returns whether the status may be requested. A driven device without keep-alives is queried
-    /// once its link timeout is long over, for the case that its samples are lost. A request of a
-    /// guest is no keep-alive of another client's motor.
+    /// Returns whether the status may be requested. If the output is on and no keep-alives arrive,
+    /// the device is queried only when its link timeout is long over, for the case that its samples
+    /// are lost. A request of a guest is no keep-alive of another client's motor.
     fn may_ask(&self) -> bool {
         let is_over = Duration::from_secs_f32(1.0 + 2.0 * self.link_timeout.clamp(0.0, 60.0));
         let since = self.since(self.asked);
@@ -389,9 +391,9 @@ impl<'a, W: Wire> Worker<'a, W> {
         since >= ASKED && is_harmless || since > is_over
     }
 
-    /// Returns whether the page that commands has just sent a keep-alive; while a self-test moves
-    /// the joint, the page that started it. The time of the keep-alive counts, not the time at
-    /// which this thread saw it.
+    /// Returns whether the page that commands has just sent a keep-alive. While a self-test moves
+    /// the joint, only the page that started the test counts. The age counts from the time of the
+    /// keep-alive, not from the time at which this thread saw it.
     pub(super) fn has_keep_alive(&self) -> bool {
         let is_held = !self.shared.control.is_free() && self.has_its_page();
         is_held && self.shared.last_keep_alive().is_some_and(|word| self.since(word) < FRESH)

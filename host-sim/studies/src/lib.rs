@@ -1,8 +1,8 @@
 //! Studies of simulated joints.
 //!
-//! An [`ensemble`] ranks laws on drawn joints, [`tuning`] searches gains on joints around one, a
-//! [`selftest`] compares a drive with its prediction, [`log_identification`] identifies a joint
-//! from a log, and a [`benchmark`] ranks laws on the joint of a file.
+//! An [`ensemble`] ranks laws on drawn joints, [`tuning`] searches gains on joints around that of a
+//! file, a [`selftest`] compares a drive with its prediction, [`log_identification`] identifies a
+//! joint from a log, and a [`benchmark`] ranks laws on the joint of a file.
 // A web page uses nothing that is for a terminal.
 #![cfg_attr(target_family = "wasm", allow(dead_code, unused_mut))]
 

@@ -1,7 +1,7 @@
-//! Disturbance observer: what effort the joint's model lacks, estimated and given.
+//! Disturbance observer: it estimates the effort that the joint's model lacks, and applies it.
 //!
 //! An [extended state observer](super::robust::extended_state_observer) of the joint `J theta_a'' =
-//! u - F sgn(theta_d') - B theta_a' + d`, `u` being what was applied, estimates `d`:
+//! u - F sgn(theta_d') - B theta_a' + d`, `u` being the applied effort, estimates `d`:
 //!
 //! ```text
 //! v_c = -d    estimated, in every tick in which the joint moves or should move
@@ -10,21 +10,21 @@
 //! ```
 //!
 //! At rest is a joint that has not moved by a count for three ticks while its set point rests. `F`
-//! is the slip friction that a feedforward in the same sum already gives in the direction of the
-//! set point; what is left to the observer does then not change with the direction.
+//! is the slip friction that a feedforward in the same sum already applies in the direction of the
+//! set point; the rest, which the observer estimates, then does not change with the direction.
 //!
-//! Why this form: feedforward and SRNF rest and track by what they know of the friction. The
-//! observer finds what they do not know, a load among it. Fed with a joint that sticks, it would be
-//! a fast integral of what the others ask for, which hunts; hence it is stopped there, and what
-//! breaks the joint away is a slow ramp, whose excess over the friction is `R` times the time in
-//! which the breakaway is seen.
+//! Why this form: feedforward and SRNF rest and track by the friction that is configured. The
+//! observer finds the rest, including a load. On a joint that sticks, it would be a fast integral
+//! of the other laws' effort, which hunts; hence it is stopped there, and a slow ramp breaks the
+//! joint away. The ramp exceeds the friction by `R` times the time in which the breakaway is
+//! detected.
 //!
 //! Guarantees: |v_c| never exceeds the full scale; at rest in the band the effort is constant, and
 //! only the slope of the other laws acts. A friction or a load that is constant while the joint
-//! slides leaves no error of velocity. Does badly: it lands where static friction lets it, and with
+//! slides leaves no error of velocity. Does badly: it lands where static friction allows, and with
 //! one far above the dynamic friction the attempts scatter by more than the band. It holds an
-//! effort at rest, up to the slip friction. It takes a missing inertia for a disturbance, which is
-//! late: a joint of half of `J` rings with a sample of delay, unless the PD loop is slow.
+//! effort at rest, up to the slip friction. An error of the inertia appears as a disturbance, which
+//! is late: a joint of half of `J` rings with a sample of delay, unless the PD loop is slow.
 
 use super::robust::extended_state_observer::{ExtendedStateObserver, ObserverState};
 use super::{Law, LawInput, Loop};
@@ -72,8 +72,8 @@ pub struct DisturbanceObserver {
 /// The state of the observer.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct DisturbanceObserverState {
-    /// The estimates; the position is that from where the joint is, so that nothing is lost far
-    /// from the origin.
+    /// The estimates; the position is relative to the joint's present one, so that no precision is
+    /// lost far from the origin.
     estimate: ObserverState,
     /// Ticks without a count.
     still: u32,
@@ -142,7 +142,7 @@ impl Law for DisturbanceObserver {
             self.observer.update(estimate, applied - slip, 0.0);
         }
         let v_c = bounded(-self.inertia * estimate.disturbance, self.largest);
-        // The ramp does not run on beyond the limit.
+        // The ramp stops at the limit.
         if v_c.abs() == self.largest {
             estimate.disturbance = -v_c / self.inertia;
         }

@@ -1,8 +1,8 @@
-//! Feedforward of slip friction, viscous friction and inertia: what the motion takes that the joint
-//! should make.
+//! Feedforward of slip friction, viscous friction and inertia: the effort that the reference motion
+//! needs.
 //!
 //! Thesis eq. 32 is the first term. The others are those that its section 4.2 recommends, and that
-//! inverse dynamics asks for (`B` and `J` of the joint in the core's units); without them, the law
+//! inverse dynamics requires (`B` and `J` of the joint in the core's units); without them, the law
 //! is eq. 32 to the bit:
 //!
 //! ```text
@@ -11,16 +11,15 @@
 //!        = 0                       |theta_d'| <= V_ff
 //! ```
 //!
-//! Added to ROI, RVI or SRNF in a sum, it gives them the viscous term that they lack: these laws
-//! are all added to PD, and a term of the reference alone is the same in whichever of them it
-//! stands.
+//! In a sum with ROI, RVI or SRNF, it adds the viscous term that they lack: these laws are all
+//! added to PD, and a term of the reference alone has the same effect in each of them.
 //!
 //! Why this form: the reference velocity is free of noise, so the signal switches only where the
 //! motion does; a law on measured velocity chatters at standstill. Guarantees: bounded by `v_slip`
-//! and what the reference asks for; cannot destabilise the loop, being outside of it. Tracks with
-//! an error of `(v_d + b theta_d' - v_c) / Kp`. Does badly: it gives nothing at rest, so the rest
-//! error is that of PD; `v_slip` must be identified, and an overestimate pushes. A step has no
-//! velocity, and gets nothing.
+//! and the terms of the reference; cannot destabilise the loop, being outside of it. Tracks with an
+//! error of `(v_d + b theta_d' - v_c) / Kp`. Does badly: it is zero at rest, so the rest error is
+//! that of PD; `v_slip` must be identified, and an overestimate pushes. A step has no velocity, and
+//! so no feedforward.
 
 use super::{Law, LawInput, Loop};
 use crate::control::reference::Setpoint;

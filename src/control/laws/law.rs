@@ -5,12 +5,12 @@ use crate::control::reference::Setpoint;
 use crate::control::signal::{LawSignal, MAX_LAW_SIGNALS};
 use crate::units::value::Table;
 
-/// The input of a law: what it sees of one tick.
+/// Input of a law in one tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LawInput {
     /// Position theta_a, counts.
     pub counts: i32,
-    /// Position of the motor, counts of its own encoder; `counts` is that of the load then.
+    /// Position of the motor, counts of its own encoder; `counts` is then the position of the load.
     #[cfg(feature = "two-encoders")]
     pub motor_counts: i32,
     /// Travel since the last tick, counts.
@@ -27,11 +27,11 @@ pub struct LawInput {
     pub v_pd: f32,
     /// Effort that the joint had since the last tick, V: after saturation, scaling and soft start.
     pub applied: f32,
-    /// Whether that effort was less than was asked for.
+    /// Whether that effort was less than requested.
     pub saturated: bool,
 }
 
-/// The loop around the laws: what they take from it.
+/// Properties of the loop around the laws, for which they are prepared.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Loop {
     /// Time between samples h, s.
@@ -60,19 +60,19 @@ impl Loop {
     };
 }
 
-/// A control law, made of its gains for a loop.
+/// A control law, prepared from its gains for a loop.
 pub trait Law: Sized {
     /// The law's gains, which a user sets.
     type Gains: Table + Copy;
     /// The law's state from tick to tick; its default is that of a joint at rest.
     type State: Copy + Default;
 
-    /// Whether the law's output takes the place of PD's; otherwise it is added to it.
+    /// Whether the law's output replaces that of PD; otherwise both outputs are added.
     const REPLACES_PD: bool = false;
-    /// Whether the law is in the image of a device. The others are there to be compared with, and
-    /// live on the host.
+    /// Whether the law is in the image of a device. The other laws exist on a host alone, for
+    /// comparison.
     const ON_THE_DEVICE: bool = true;
-    /// The signals that the law publishes of itself beside its output: at most [`MAX_LAW_SIGNALS`].
+    /// The signals that the law publishes beside its output: at most [`MAX_LAW_SIGNALS`].
     const SIGNALS: &'static [LawSignal] = &[];
 
     /// Prepares the law for a loop. The gains have been validated.
@@ -95,25 +95,24 @@ pub trait Law: Sized {
     /// has given up tries again.
     fn begin_motion(_: &mut Self::State) {}
 
-    /// Returns the default of `overspeed_deg_per_s`, if the law says more about it than PD's gains
-    /// do.
+    /// Returns the law's own default of `overspeed_deg_per_s`; none: the default by PD's gains.
     fn overspeed(_: &Self::Gains, _: &Loop) -> Option<f32> {
         None
     }
 
-    /// Returns the time in which the joint may swing to and fro, if the law ends swings itself, s:
-    /// the overspeed is judged by the mean of the speed over it.
+    /// Returns the time for which the joint can swing to and fro before the law ends the swings, s;
+    /// none if the law does not end swings. The overspeed monitor checks the mean speed over this
+    /// time.
     fn swing_time(_: &Self::Gains, _: &Loop) -> Option<f32> {
         None
     }
 
-    /// Returns the default of `following_error_deg`, if the law says more about it than PD's gains
-    /// do.
+    /// Returns the law's own default of `following_error_deg`; none: the default by PD's gains.
     fn following_error(_: &Self::Gains, _: &Loop) -> Option<f32> {
         None
     }
 
-    /// Returns the error that asks for the full scale, deg, if it is not that of PD's gains.
+    /// Returns the error at which the law requests the full scale, deg; none: that of PD's gains.
     fn saturating_error(_: &Self::Gains, _: &Loop) -> Option<f32> {
         None
     }

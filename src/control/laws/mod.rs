@@ -1,13 +1,14 @@
 //! The friction compensators: the laws around the PD loop.
 //!
-//! Each law is one module that begins with its equation, and implements [`Law`]. Its gains are what
-//! a user sets, in the thesis's units, and are declared as a table. The law itself is made of them
-//! once, for a sample time, and holds what a tick needs. Its state is apart, `Copy`, and starts as
-//! its `Default`. The list in this file registers the laws: [`Gains`], [`PreparedLaw`]
-//! and [`LawState`] are the closed sets of them. A [`Compensator`] is a sum of up to [`MAX_TERMS`]
-//! laws (none: plain PD). A law that [replaces](Law::REPLACES_PD) the PD loop stands alone.
+//! Each law is one module that begins with its equation, and implements [`Law`]. The user sets its
+//! gains, in the thesis's units; they are declared as a table. The law itself is prepared once from
+//! its gains, for a sample time, and holds the values that a tick needs. Its state is a separate
+//! type, is `Copy`, and starts as its `Default`. The list in this file registers the laws:
+//! [`Gains`], [`PreparedLaw`] and [`LawState`] are the closed sets of them. A [`Compensator`] is a
+//! sum of up to [`MAX_TERMS`] laws (none: plain PD). A law that [replaces](Law::REPLACES_PD) the PD
+//! loop stands alone.
 //!
-//! The laws in `rival/` are those of others, to compare with. They are compiled with the feature
+//! The laws in `rival/` are by other authors, for comparison. They are compiled with the feature
 //! `rivals` alone, which the simulator turns on and an image never has.
 //!
 //! Compensators switch on the error, on the reference velocity or on the velocity error. Only RVI
@@ -57,11 +58,11 @@ use crate::units::value::{About, Absent, InvalidBits, Key, Kind, Table, Values};
 /// The largest number of laws in a sum.
 pub const MAX_TERMS: usize = 4;
 
-/// Registers the laws: a comment that says which law it is, under which feature it is there if it
-/// is not always, then `number "name in a machine's file" Type;`. After `alone` comes the one that
-/// takes the place of PD and is too large to have room in each place of a sum. After `unlisted`
-/// come those that no file can name: the program that runs them makes their gains. The first of
-/// them stands alone, too.
+/// Registers the laws. An entry is a comment with the law's name, the feature under which the law
+/// is compiled if it is not always, then `number "name in a machine's file" Type;`. After `alone`
+/// comes the law that replaces PD and is too large to have room in each place of a sum. After
+/// `unlisted` come the laws that no file can name: the program that runs them makes their gains.
+/// The first of these stands alone, too.
 macro_rules! laws {
     ($(
         $(#[doc = $doc:literal])* $(#[cfg($feature:meta)])?
@@ -96,7 +97,7 @@ macro_rules! laws {
     };
 }
 
-/// Makes the gains of every law.
+/// Generates the gains of every law.
 macro_rules! gains {
     (listed {$(
         $(#[cfg($listed_feature:meta)])?
@@ -139,7 +140,7 @@ macro_rules! gains {
                 }
             }
 
-            /// Returns the law of a number, with the gains of the example.
+            /// Returns the law with this number, with the gains of its example.
             pub const fn from_id(id: u32) -> Option<Self> {
                 match id {
                     $(
@@ -157,29 +158,29 @@ macro_rules! gains {
                 }
             }
 
-            /// Returns whether the law takes the place of PD.
+            /// Returns whether the law replaces PD.
             pub const fn replaces_pd(&self) -> bool {
                 match self {
                     $($(#[cfg($feature)])? Self::$Law(_) => <$Law as Law>::REPLACES_PD,)+
                 }
             }
 
-            /// Returns whether the law is in the image of a device; otherwise it lives on the host.
+            /// Returns whether the law is in the image of a device; otherwise only a host has it.
             pub const fn on_the_device(&self) -> bool {
                 match self {
                     $($(#[cfg($feature)])? Self::$Law(_) => <$Law as Law>::ON_THE_DEVICE,)+
                 }
             }
 
-            /// Returns the size of what the law keeps from tick to tick, bytes. Its fields are
-            /// numbers of 32 bits and smaller, so that a host's size is the part's.
+            /// Returns the size of the law's state, bytes. Its fields are numbers of 32 bits and
+            /// smaller, so that the size is the same on a host and on the microcontroller.
             pub const fn state_bytes(&self) -> usize {
                 match self {
                     $($(#[cfg($feature)])? Self::$Law(_) => size_of::<<$Law as Law>::State>(),)+
                 }
             }
 
-            /// Returns the signals that the law publishes of itself.
+            /// Returns the signals that the law publishes.
             pub const fn signals(&self) -> &'static [LawSignal] {
                 match self {
                     $($(#[cfg($feature)])? Self::$Law(_) => <$Law as Law>::SIGNALS,)+
@@ -196,7 +197,8 @@ macro_rules! gains {
                 }
             }
 
-            /// Returns the time of swings that the law ends itself, s; see [`Law::swing_time`].
+            /// Returns the time for which the law handles swings itself, s; see
+            /// [`Law::swing_time`].
             pub fn swing_time(&self, around: &Loop) -> Option<f32> {
                 match self {
                     $(
@@ -216,7 +218,8 @@ macro_rules! gains {
                 }
             }
 
-            /// Returns the error that asks for the full scale, deg; see [`Law::saturating_error`].
+            /// Returns the error at which the law requests the full scale, deg; see
+            /// [`Law::saturating_error`].
             pub fn saturating_error(&self, around: &Loop) -> Option<f32> {
                 match self {
                     $(
@@ -256,7 +259,7 @@ macro_rules! gains {
     };
 }
 
-/// Makes the laws that stand alone, and those that have a place in a sum.
+/// Generates the types of the laws that stand alone, and of those that have a place in a sum.
 macro_rules! prepared {
     (
         alone {
@@ -270,7 +273,7 @@ macro_rules! prepared {
             $($(#[doc = $alone_doc])* $(#[cfg($alone_feature)])? $Alone($Alone),)+
         }
 
-        /// The state of such a law from tick to tick.
+        /// The state, from tick to tick, of a law that is too large for a sum.
         // An image has one of them.
         #[allow(clippy::large_enum_variant)]
         #[derive(Clone, Copy, Debug, PartialEq)]
@@ -279,7 +282,7 @@ macro_rules! prepared {
         }
 
         impl AloneState {
-            /// Forgets what the law remembers, in place.
+            /// Resets the state, in place.
             #[inline]
             fn forget(&mut self) {
                 match self {
@@ -300,7 +303,7 @@ macro_rules! prepared {
         }
 
         impl Alone {
-            /// Prepares the law for a loop, if the gains are those of one that stands alone.
+            /// Prepares the law for a loop, if the gains are those of a law that stands alone.
             fn new(gains: &Gains, around: &Loop) -> Option<Self> {
                 match gains {
                     $(
@@ -323,7 +326,7 @@ macro_rules! prepared {
 
             /// Returns the law's v_c for one tick, V. A state that another law left behind is
             /// replaced, and the law contributes nothing in that tick.
-            // With one law, which is what an image has, no state is that of another one.
+            // An image has one such law, so no state is that of another law.
             #[allow(unreachable_patterns)]
             #[inline]
             fn update(&self, state: &mut AloneState, input: &LawInput) -> f32 {
@@ -354,7 +357,7 @@ macro_rules! prepared {
                 }
             }
 
-            /// Returns the values of the signals that the law publishes of itself.
+            /// Returns the values of the signals that the law publishes.
             #[allow(unreachable_patterns)]
             #[inline]
             fn signals(&self, state: &AloneState) -> Option<[f32; MAX_LAW_SIGNALS]> {
@@ -377,7 +380,7 @@ macro_rules! prepared {
         /// The state of one law from tick to tick.
         #[derive(Clone, Copy, Debug, Default, PartialEq)]
         pub enum LawState {
-            /// The state of no law.
+            /// No law.
             #[default]
             None,
             $($(#[doc = $doc])* $(#[cfg($feature)])? $Law(<$Law as Law>::State),)+
@@ -420,8 +423,8 @@ macro_rules! prepared {
                 }
             }
 
-            /// Returns the values of the signals that the law publishes of itself after an update,
-            /// if it publishes any.
+            /// Returns the values of the signals that the law publishes after an update, if it
+            /// publishes any.
             #[inline]
             fn signals(&self, state: &LawState) -> Option<[f32; MAX_LAW_SIGNALS]> {
                 match (self, state) {
@@ -476,12 +479,12 @@ laws! {
     36 "guest" Guest;
 }
 
-/// The number of the first law of a sum; those of the others follow. Zero says that there is no law
-/// there, nor after it.
+/// Key of the first law of a sum; the keys of the other laws follow. The value is the number of the
+/// law; zero: no law there, nor after it.
 pub const FIRST_LAW: Key = Key(0x0500);
 
-/// The declaration of the numbers of a sum's laws, for hosts. A machine's file has the names of the
-/// laws.
+/// Declaration of the values with a sum's laws by number, for hosts. A machine's file has the names
+/// of the laws instead.
 pub(crate) const ABOUT: &[About] = &[About {
     key: FIRST_LAW,
     table: "controller",
@@ -493,14 +496,14 @@ pub(crate) const ABOUT: &[About] = &[About {
     absent: Absent::Needed,
 }];
 
-/// Returns the number under which a value is declared: for the place of every law, that of the
-/// first.
+/// Returns the key under which a value is declared: for every law of a sum, the key of the first
+/// law.
 pub(crate) fn declared(key: Key) -> Key {
     term(key).map_or(key, |_| FIRST_LAW)
 }
 
-/// The laws of a sum as values: which laws they are, and their gains. A law is there once at most,
-/// and one that replaces PD stands alone.
+/// The laws of a sum as values: which laws they are, and their gains. A sum has each law once at
+/// most, and a law that replaces PD stands alone.
 impl Values for Vec<Gains, MAX_TERMS> {
     fn nth(&self, place: &mut usize) -> Option<(Key, Absent)> {
         if *place < MAX_TERMS {
@@ -549,7 +552,7 @@ impl Values for Vec<Gains, MAX_TERMS> {
     }
 }
 
-/// Returns the place in a sum that a value's number names.
+/// Returns the place in a sum that belongs to a key, if the key is that of a law.
 fn term(key: Key) -> Option<usize> {
     let term = usize::from(key.0.checked_sub(FIRST_LAW.0)?);
     (term < MAX_TERMS).then_some(term)

@@ -6,10 +6,10 @@
 //! v_c(t) = [v_c(t - h) + Ki theta_e h] gamma_h / (gamma_h + theta_a'^2)
 //! ```
 //!
-//! The thesis gives `gamma` = 0.05 (deg/s)^2 for its loop of 20 ms (Table 17 prints it as beta).
-//! The factor multiplies the whole integral once a sample, so that its leak per second depends on
-//! the sample time. For small `theta_a'^2 / gamma` the leak per sample is `theta_a'^2 / gamma_h`,
-//! and `gamma_h = gamma (0.02 s) / h` keeps the leak per second that of the thesis.
+//! The thesis uses `gamma` = 0.05 (deg/s)^2 for its loop of 20 ms (Table 17 prints it as beta). The
+//! factor multiplies the whole integral once a sample, so that its leak per second depends on the
+//! sample time. For small `theta_a'^2 / gamma` the leak per sample is `theta_a'^2 / gamma_h`, and
+//! `gamma_h = gamma (0.02 s) / h` keeps the leak per second that of the thesis.
 //!
 //! Why this form: full integral action at rest, hence a high `Ki` without overshoot, and none at
 //! speed. Guarantees: |v_c| never exceeds the full scale; at rest, the law is a plain integrator.
@@ -22,7 +22,7 @@ use crate::units::error::HUGE;
 use crate::units::saturation::saturate;
 use crate::units::value::table;
 
-/// The sample time for which the thesis gives gamma, s.
+/// The sample time at which the thesis specifies gamma, s.
 const THESIS_SAMPLE_TIME: f32 = 0.02;
 
 table! {

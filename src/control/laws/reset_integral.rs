@@ -9,9 +9,9 @@
 //!
 //! Why this form: a large step does not wind the integral up, since it starts within `theta_ri` of
 //! the target. Guarantees: no mean error at constant velocity while the joint slips inside the
-//! range; |v_c| never exceeds the full scale (a bound of ours: an integral that asks for more than
-//! the drive can give only delays its own unwinding). Does badly: with static friction above
-//! dynamic it hunts around the target for ever, for every `Ki` (Armstrong and Amin, *Automatica*
+//! range; |v_c| never exceeds the full scale (a bound of ours: an integral beyond the largest
+//! effort of the drive only delays its own unwinding). Does badly: with static friction above
+//! dynamic it hunts around the target forever, for every `Ki` (Armstrong and Amin, *Automatica*
 //! 32(5), 1996), with an amplitude that grows with their difference.
 
 use super::{Law, LawInput, Loop};

@@ -14,11 +14,11 @@
 //! certain value, V_roi". So the offset is held, and grows by one v_PD each `T_roi`, which is
 //! rounded to whole samples.
 //!
-//! Why this form: what PD still applies when it has come to rest is a measure of what is missing.
-//! Guarantees: no mean error at constant velocity; the offset is dropped as soon as the velocity
-//! error is large, so it does not wind up in a transient; |v_c| never exceeds the full scale.
-//! `V_roi = 0` switches the law off. Does badly: at rest it is a slow integrator, and hunts by a
-//! few counts.
+//! Why this form: the output of PD after the joint has come to rest is a measure of the missing
+//! effort. Guarantees: no mean error at constant velocity; the offset is dropped as soon as the
+//! velocity error is large, so it does not wind up in a transient; |v_c| never exceeds the full
+//! scale. `V_roi = 0` switches the law off. Does badly: at rest it is a slow integrator, and hunts
+//! by a few counts.
 
 use super::{Law, LawInput, Loop};
 use crate::units::error::HUGE;
@@ -79,7 +79,7 @@ impl Law for ResetOffsetIntegral {
     /// ```
     fn update(&self, state: &mut ResetOffsetIntegralState, input: &LawInput) -> f32 {
         if input.velocity_error.abs() < self.v_roi {
-            // Not only equal: the state may be that of a longer period.
+            // Not only equal: the state can be that of a longer period.
             if state.elapsed >= self.period {
                 state.v_c = saturate(state.v_c + input.v_pd, self.full_scale).0;
                 state.elapsed = 0;

@@ -8,7 +8,7 @@
 //! ```
 //!
 //! Why this form: a relay at the target (`alpha` to infinity) moves the joint for certain but
-//! bangs; the hyperbolic tangent gives the same effort beyond about `2 / alpha` and a finite slope,
+//! bangs; the hyperbolic tangent has the same effort beyond about `2 / alpha` and a finite slope,
 //! `v_ms alpha`, at zero. `alpha` = 100 /deg reaches 90 % of `v_ms` at 0.015 deg, six encoder
 //! counts of the thesis's robot.
 //!

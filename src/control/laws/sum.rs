@@ -1,4 +1,4 @@
-//! The sum of laws that a controller adds to its PD loop, or the one that takes its place.
+//! The sum of laws that a controller adds to its PD loop, or the one law that replaces PD.
 
 use heapless::Vec;
 
@@ -9,16 +9,16 @@ use crate::control::signal::MAX_LAW_SIGNALS;
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Compensator {
     terms: Vec<PreparedLaw, MAX_TERMS>,
-    /// The law that is too large for a sum, if it is the one.
+    /// The law that is too large for a sum, if that law is configured.
     alone: Option<Alone>,
-    /// Whether the law takes the place of PD. It is looked up once: a tick only asks.
+    /// Whether the law replaces PD, stored so that a tick does not have to look it up.
     replaces_pd: bool,
     /// Whether a law publishes signals of its own.
     publishes: bool,
 }
 
 /// The states of a sum's laws from tick to tick. The law that is too large for a sum has a place of
-/// its own, once.
+/// its own.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CompensatorState {
     terms: [LawState; MAX_TERMS],
@@ -35,13 +35,13 @@ impl Default for CompensatorState {
 }
 
 impl CompensatorState {
-    /// Forgets what the laws remember, in place.
+    /// Resets the states of the laws, in place.
     pub(crate) fn forget(&mut self) {
         self.terms.fill(LawState::None);
         self.alone.forget();
     }
 
-    /// Called when a motion starts. Only the law that is too large for a sum gives up.
+    /// Called when a motion starts. Only the law that is too large for a sum can give up.
     pub(crate) fn begin_motion(&mut self) {
         self.alone.begin_motion();
     }
@@ -81,7 +81,7 @@ impl Compensator {
         state.alone.forget();
     }
 
-    /// Returns whether the law takes the place of PD.
+    /// Returns whether the law replaces PD.
     #[inline]
     pub const fn replaces_pd(&self) -> bool {
         self.replaces_pd
@@ -90,7 +90,7 @@ impl Compensator {
     /// Returns the sum's v_c for one tick, V.
     #[inline]
     pub fn update(&self, state: &mut CompensatorState, input: &LawInput) -> f32 {
-        // The question costs the sums nothing: their loop asks whether it is empty, anyway.
+        // This check costs the sums nothing: their loop checks whether it is empty, anyway.
         if self.terms.is_empty() {
             return self.alone.as_ref().map_or(0.0, |law| law.update(&mut state.alone, input));
         }
@@ -102,7 +102,7 @@ impl Compensator {
     }
 
     /// Returns whether the law has ended its attempts to reach the set point. Only the law that is
-    /// too large for a sum makes any.
+    /// too large for a sum makes attempts.
     #[inline]
     pub fn has_given_up(&self, state: &CompensatorState) -> bool {
         self.alone.as_ref().is_some_and(|law| law.has_given_up(&state.alone))

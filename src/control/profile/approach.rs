@@ -10,9 +10,9 @@
 //! ```
 //!
 //! Each `n` is the line through the speeds `n D` and `(n + 1) D`, from which `n` and `n + 1` whole
-//! steps `D` lead to rest. The least of them all is the polygon over these points. A speed on it
+//! steps `D` come to rest. The least of them all is the polygon over these points. A speed on it
 //! falls by exactly `D` with each step, and the last step is `d` itself. Only the lines whose
-//! speeds can be reached within one step need to be looked at, so that there is no root to take.
+//! speeds can be reached within one step need to be considered, so that no root has to be computed.
 //!
 //! Guarantees, for whole numbers `V`, `D` and `d` below 2^22 near the target: the speed is never
 //! above `V` nor changes by more than `D`. It lands exactly, from rest never beyond the target. Far
@@ -30,19 +30,20 @@ pub(super) struct Approach {
     per_change: f32,
 }
 
-/// What the lines are lowered by: 16 roundings of an `f32`, of which there are fewer than four.
+/// Factor that lowers the lines, by 16 roundings of an `f32`: their computation has fewer than
+/// four.
 const CAUTION: f32 = 1.0 - 1.0 / 1_048_576.0;
 
 impl Approach {
-    /// Makes the approach with the largest speed and its largest change, in whole units.
+    /// Prepares the approach for the largest speed and its largest change, in whole units.
     pub fn new(fastest: i32, change: i32) -> Self {
         let half = 0.5 * change as f32;
         Self { fastest, change, half, per_change: 1.0 / change as f32 }
     }
 
-    /// Returns the speed that is wanted towards a target that is `distance` ahead (behind, if
-    /// negative). Of the speeds that cannot be reached from the present one within a step, it is
-    /// one on the right side.
+    /// Returns the wanted speed towards a target that is `distance` ahead (behind, if negative). If
+    /// the present speed cannot reach it within a step, the result is inexact, but on the right
+    /// side.
     #[inline]
     pub fn wanted(&self, distance: f32, speed: i32) -> i32 {
         // All ones behind, and zero ahead: two's complement turns by it.
@@ -61,7 +62,7 @@ impl Approach {
         (wanted ^ behind) - behind
     }
 
-    /// Returns the next speed: what is wanted, as far as one step changes the present one.
+    /// Returns the next speed: the wanted one, as far as one step can change the present one.
     #[inline]
     pub const fn next(&self, wanted: i32, speed: i32) -> i32 {
         let (slowest, fastest) = (speed - self.change, speed + self.change);
@@ -69,7 +70,7 @@ impl Approach {
         if next < slowest { slowest } else { next }
     }
 
-    /// Returns the way to rest with steps of `D`, after the present speed.
+    /// Returns the distance to rest if each further step lowers the present speed by `D`.
     pub fn stopping_distance(&self, speed: i32) -> i64 {
         let change = self.change.max(1);
         let steps = i64::from(speed / change);
@@ -78,7 +79,7 @@ impl Approach {
     }
 }
 
-/// Returns the smaller one, by one comparison.
+/// Returns the smaller of two numbers, by one comparison.
 #[inline]
 fn least(a: f32, b: f32) -> f32 {
     if b < a { b } else { a }

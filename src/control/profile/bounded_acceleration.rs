@@ -1,5 +1,4 @@
-//! A reference that is followed with bounded acceleration and speed: the part that a law may use
-//! inside.
+//! A generator that follows a reference with bounded acceleration and speed, for use inside a law.
 //!
 //! With `d = r - p - r' h` and `D = a_m h`, a tick is
 //!
@@ -12,15 +11,16 @@
 //! ```
 //!
 //! The root is the speed from which steps of `D` come to rest within `|d|`: from there the speed
-//! falls by `D` in each tick. The units are the caller's. `p` and `r` count from an origin that is
-//! the caller's, too. Who moves it by the same whole number of counts for both, at a rest, loses
-//! nothing far from zero.
+//! falls by `D` in each tick. The caller chooses the units, and the origin from which `p` and `r`
+//! count. If the caller moves the origin by the same whole number of counts for both, at a rest, no
+//! precision is lost far from zero.
 //!
-//! Guarantees: it follows an `r` that moves no faster than `v_m`, and lands on it exactly. A speed
-//! never changes by more than `D` in a tick but by the landing. Does badly: it passes an `r` at
-//! rest by up to `a_m h^2 / 8` and comes back in the next tick; an `r` that jumps behind it while
-//! it moves by `D` makes it land backwards, with twice `a_m`. The jerk has no bound. So the moves
-//! of a drive have a generator of their own, [`Profile`](super::Profile), whose references rest.
+//! Guarantees: it follows an `r` that moves no faster than `v_m`, and lands on it exactly. The
+//! speed never changes by more than `D` in a tick, except in the landing. Does badly: it passes an
+//! `r` at rest by up to `a_m h^2 / 8` and comes back in the next tick; an `r` that jumps behind it
+//! while it moves by `D` makes it land backwards, with twice `a_m`. The jerk has no bound. So the
+//! moves of a drive have a generator of their own, [`Profile`](super::Profile), whose references
+//! rest.
 
 use crate::units::saturation::bounded;
 
@@ -33,12 +33,12 @@ pub struct BoundedAcceleration {
     acceleration: f32,
     /// D, the largest change of the speed in a tick.
     step: f32,
-    /// Distance and difference of speeds from which it lands.
+    /// Largest distance and largest difference of speeds at which it lands on the reference.
     lands_within: f32,
     lands_from: f32,
 }
 
-/// What is remembered from tick to tick: the reference as it is limited.
+/// State from tick to tick: the limited reference.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LimitedReference {
     /// Position p, from the caller's origin.
@@ -50,7 +50,7 @@ pub struct LimitedReference {
 }
 
 impl BoundedAcceleration {
-    /// Prepares the limits for ticks of `sample_time` (s). All three have to be above zero.
+    /// Prepares the limits for ticks of `sample_time` (s). All three must be above zero.
     pub fn new(velocity: f32, acceleration: f32, sample_time: f32) -> Self {
         Self {
             sample_time,

@@ -5,25 +5,25 @@ use crate::control::controller::ControllerConfig;
 use crate::units::error::HUGE;
 
 /// Damping ratio of the least damped loop that the derived acceleration is made for. The gains
-/// alone do not determine the joint's acceleration a volt, K: of a joint with K, the loop
-/// `s^2 + K Kd s + K Kp` has the damping ratio `zeta = Kd sqrt(K / Kp) / 2`. So `K = 4 zeta^2 Kp /
-/// Kd^2`, and one that was found for more damping can do more.
+/// alone do not determine K, the joint's acceleration for each volt. The loop `s^2 + K Kd s + K Kp`
+/// has the damping ratio `zeta = Kd sqrt(K / Kp) / 2`. So `K = 4 zeta^2 Kp / Kd^2`, and a loop with
+/// more damping can accelerate more.
 const DAMPING: f32 = 0.4;
 
-/// Share of the full scale that accelerates, at that damping. The rest is for friction and for what
-/// the loop corrects.
+/// Share of the full scale that accelerates, at that damping. The rest is for friction and for the
+/// corrections of the loop.
 const SHARE: f32 = 0.25;
 
-/// Share of the overspeed limit that a move uses: what a loop overshoots, and what a velocity of a
-/// few counts a tick is off, stays below the limit.
+/// Share of the overspeed limit that a move uses: the overshoot of a loop, and the error of a
+/// velocity of a few counts a tick, stay below the limit.
 const SPEED: f32 = 0.5;
 
-/// Without Kp or Kd nothing can be derived, nor of a Kd that looks ahead by less than a tick (Kd <
-/// Kp h). The speed is then no more than this, deg/s.
+/// Largest speed if nothing can be derived, deg/s: without Kp or Kd, or with a Kd that looks ahead
+/// by less than a tick (Kd < Kp h).
 const CRAWL: f32 = 10.0;
-/// That speed is reached in this time, s.
+/// Time in which that speed is reached, s.
 const CRAWL_TIME: f32 = 1.0;
-/// The acceleration is reached in this time, s.
+/// Time in which the acceleration is reached, and reversed, s.
 const CRAWL_JERK_TIME: f32 = 0.1;
 
 impl ProfileLimits {

@@ -5,9 +5,10 @@
 //! V = floor(v_m k 2^s),  D = floor(a_m k^2 2^s)    units of 2^-s counts per k ticks
 //! ```
 //!
-//! with `v_m` in counts per tick and `a_m` in counts per tick per tick. Floors, so that no limit is
-//! exceeded. The unit is as small as 32 bits allow: the sums of the averages have units of `2^-s /
-//! (N k^3)` counts, of which a count has no more than 2^30, and a tick's way neither.
+//! with `v_m` in counts per tick and `a_m` in counts per tick per tick. Both are rounded down, so
+//! that no limit is exceeded. The unit is as small as 32 bits allow: the unit of the averages' sums
+//! is `2^-s / (N k^3)` counts, and neither a count nor the travel of a tick has more than 2^30 of
+//! these units.
 
 use super::approach::Approach;
 use super::limits::ProfileLimits;
@@ -20,34 +21,34 @@ const MOST_ENTRIES: u32 = 6;
 /// two ticks.
 const FEWEST_TICKS: u32 = 1;
 const MOST_TICKS: u32 = 2;
-/// Most bits of a count's fraction in the set point, and of its way in a tick.
+/// Most bits of a count's fraction in the set point, and of the set point's travel in a tick.
 const MOST_BITS: u32 = 30;
 /// V and D stay below 2^22: sums of four of them are exact in an `f32`.
 const LARGEST: u32 = 22;
-/// The unit is never coarser: a target's fraction of a count is rounded to it.
+/// Fewest bits s of the unit of 2^-s counts, to which a target's fraction of a count is rounded.
 const FEWEST_BITS: u32 = 8;
-/// The least V and D: flooring takes no more than a fifth of them.
+/// The least V and D: rounding down reduces them by no more than a fifth.
 const LEAST: f32 = 4.0;
-/// A quotient of decimals that should be a power of two may come out a little above it.
+/// Factor on a quotient of decimals that should be a power of two, and can be a little above it.
 const ROUNDING: f32 = 1.0 - 1e-5;
 
 const VELOCITY: Key = key(ProfileLimits::ABOUT, "velocity");
 const ACCELERATION: Key = key(ProfileLimits::ABOUT, "acceleration");
 const JERK: Key = key(ProfileLimits::ABOUT, "jerk");
 
-/// The prepared units of a profile.
+/// Units of a profile, prepared for its ticks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Grid {
     pub approach: Approach,
     /// s, and the bits of the sums' unit.
     pub bits: u32,
     pub sums: u32,
-    /// The bits of a rest in that unit that an `f32` below one has.
+    /// Mask of the bits of a rest in the sums' unit that an `f32` below one can hold.
     pub shown: i32,
-    /// The logarithms of N and k.
+    /// The logarithms of N and k to base 2.
     pub entries: u32,
     pub ticks: u32,
-    /// k itself, with a sign as the phase has one.
+    /// k itself, signed since the phase is signed.
     pub period: i32,
     /// The largest speed that the sums have room for, units.
     pub largest: i32,
@@ -57,7 +58,7 @@ pub(super) struct Grid {
     pub acceleration_scale: f32,
 }
 
-/// The averages' lengths and the deg of a count, from which everything else follows.
+/// Lengths of the averages and scales of a count, from which all other units follow.
 #[derive(Clone, Copy)]
 struct Frame {
     entries: u32,
@@ -69,8 +70,8 @@ struct Frame {
 }
 
 impl Frame {
-    /// Returns the lengths for averages over at least `span`; of a length beyond the longest the
-    /// longest.
+    /// Returns the lengths for averages over at least `span` ticks, or the longest ones if `span`
+    /// is longer.
     fn new(span: f32, sample_time: f32, resolution: f32) -> Self {
         let most = MOST_ENTRIES + MOST_TICKS;
         let fits = |length: &u32| span * ROUNDING <= power(*length);
@@ -99,13 +100,14 @@ impl Frame {
         if sum < LARGEST { sum } else { LARGEST }
     }
 
-    /// Returns a velocity and an acceleration in counts per k ticks, and per that again.
+    /// Returns the largest velocity in counts per k ticks, and the largest acceleration in counts
+    /// per (k ticks)^2.
     fn in_counts(&self, limits: &ProfileLimits) -> [f32; 2] {
         let velocity = limits.velocity / self.velocity * power(self.ticks);
         [velocity, limits.acceleration / self.acceleration * power(2 * self.ticks)]
     }
 
-    /// Returns the most bits of the unit at which both stay below the largest.
+    /// Returns the most bits of the unit with which V and D do not exceed their largest values.
     fn bits(&self, limits: &ProfileLimits) -> u32 {
         let [velocity, acceleration] = self.in_counts(limits);
         let larger = if velocity > acceleration { velocity } else { acceleration };
@@ -132,7 +134,7 @@ impl ProfileLimits {
     /// (deg).
     ///
     /// # Errors
-    /// Names the limit, and its bounds beside the others.
+    /// Returns an error that names the limit, with its bounds for the present other limits.
     pub(crate) fn check(&self, sample_time: f32, resolution: f32) -> Result<(), InvalidValue> {
         Grid::new(self, sample_time, resolution).map(|_| ())
     }
@@ -142,7 +144,8 @@ impl Grid {
     /// Prepares the units for limits.
     ///
     /// # Errors
-    /// Names the limit that cannot be kept in whole units, and what it may be beside the others.
+    /// Returns an error that names the limit that cannot be kept in whole units, with its bounds
+    /// for the present other limits.
     pub fn new(
         limits: &ProfileLimits,
         sample_time: f32,
@@ -150,7 +153,7 @@ impl Grid {
     ) -> Result<Self, InvalidValue> {
         let span = span(limits, sample_time);
         let longest = power(MOST_ENTRIES + MOST_TICKS);
-        // What is no number is in no range.
+        // NaN is in no range.
         if !(0.0..=longest).contains(&(span * ROUNDING)) {
             let least = 2.0 * limits.acceleration / (longest * sample_time);
             return Err(InvalidValue {
@@ -193,7 +196,7 @@ impl Grid {
         let longest = power(MOST_ENTRIES + MOST_TICKS);
         let span = within(span(limits, sample_time), 0.0, longest);
         let frame = Frame::new(span, sample_time, resolution);
-        // A hair inside, so that no rounding leads out again.
+        // Slightly inside, so that no rounding exceeds a bound again.
         let [fastest, most] = frame.most().map(|most| most * ROUNDING);
         let at_most = ProfileLimits {
             velocity: within(limits.velocity, 0.0, fastest),
@@ -210,14 +213,14 @@ impl Grid {
         }
     }
 
-    /// Returns the time from the first average's begin to its end, ticks.
+    /// Returns the length T of the average, ticks.
     pub const fn span(&self) -> u32 {
         1 << (self.entries + self.ticks)
     }
 }
 
-/// Returns the ticks over which is averaged, so that the jerk holds: an acceleration that turns
-/// changes by twice the largest one in that time.
+/// Returns the shortest average that keeps the limit of the jerk, ticks: in that time, an
+/// acceleration that reverses changes by twice the largest one.
 fn span(limits: &ProfileLimits, sample_time: f32) -> f32 {
     2.0 * limits.acceleration / (limits.jerk * sample_time)
 }

@@ -9,27 +9,27 @@
 //! The first stage is the fastest approach with `v_m` and `a_m` (`approach.rs`). The second is a
 //! moving average over `T = N k` ticks (L. Biagiotti and C. Melchiorri, *FIR filters for online
 //! trajectory planning with time- and frequency-domain specifications*, Control Engineering
-//! Practice 20 (2012), 1385). An average keeps the limits of speed and acceleration, and reaches
-//! what it averages `T` later. The change of the acceleration in a tick is `(a(t) - a(t - T)) / T`.
-//! An approach may turn from `a_m` to `-a_m` at once, so the jerk is bounded by `2 a_m / T`: `T >=
-//! 2 a_m / j_m`.
+//! Practice 20 (2012), 1385). An average stays within the limits of speed and acceleration, and
+//! ends `T` after the first stage. In a tick the acceleration changes by `(a(t) - a(t - T)) / T`.
+//! An approach can turn from `a_m` to `-a_m` at once, so the jerk is bounded by `2 a_m / T`:
+//! `T >= 2 a_m / j_m`.
 //!
-//! The first stage runs every `k` ticks, and its speed is led from one value to the next in a
-//! straight line (an average over `k`). That is two ticks, of which one plans the next speed and
-//! one takes it, and four where `T` is more than the 128 ticks that the ring has room for so.
+//! The first stage runs every `k` ticks, and its speed goes from one value to the next in a
+//! straight line (an average over `k`). `k` is two ticks: one plans the next speed, and the other
+//! one sets it. If `T` is more than 128 ticks, the most that the ring can hold with `k` = 2, `k` is
+//! four.
 //!
-//! Everything that is summed is a whole number (`grid.rs`): nothing drifts, and rest is rest. The
-//! ring holds the changes of the speed, so that a speed that has always been the same is a ring of
-//! zeros.
+//! All sums are whole numbers (`grid.rs`): nothing drifts, and a set point at rest is exactly at
+//! rest. The ring holds the changes of the speed, so that a constant speed is a ring of zeros.
 //!
-//! Guarantees: velocity and acceleration keep their limits exactly, whatever the targets and
-//! whenever they change, from rest as in motion; the jerk keeps its own within 1e-5 of it (a length
-//! that is a power of two but for the rounding of decimals is taken as that power). It lands on the
-//! target's count and stays, and never passes a target that it can still stop at. A tick takes a
-//! bounded number of instructions, none of them in a loop. Does badly: `T` is a power of two of
-//! ticks, so that up to half of the jerk is not used. A fraction of a count is rounded to the grid,
-//! 2^-8 counts at the worst. `T` is 256 ticks at the most. What it does not know is friction: a
-//! joint trails.
+//! Guarantees: velocity and acceleration stay exactly within their limits, for every target and
+//! every change of it, at rest and in motion; the jerk stays within its limit to 1e-5 of it (a
+//! length that is a power of two but for the rounding of decimals is rounded to that power). The
+//! set point lands on the target's count and stays there, and never passes a target at which it can
+//! still stop. A tick needs a bounded number of instructions, none of them in a loop. Does badly:
+//! `T` is a power of two of ticks, so that up to half of the jerk is not used. A fraction of a
+//! count is rounded to the grid, 2^-8 counts at the worst. `T` is 256 ticks at the most. The
+//! profile does not consider friction: a joint trails it.
 
 mod approach;
 pub mod bounded_acceleration;
@@ -48,7 +48,7 @@ use grid::Grid;
 /// Entries of the ring.
 const RING: usize = 64;
 
-/// A profiled move: its limits, its target, and where it is.
+/// A profiled move: its limits, its target, and its present state.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Profile {
     grid: Grid,
@@ -56,16 +56,17 @@ pub struct Profile {
     units: f32,
     /// The target: counts, and the rest in units of the first stage.
     target: Place,
-    /// Where the first stage is.
+    /// Position of the first stage.
     place: Place,
-    /// Speed of the first stage, units per k ticks, and the one that it is to have next.
+    /// Present speed of the first stage and its planned next speed, units per k ticks.
     speed: i32,
     wanted: i32,
-    /// Ticks since the first stage ran. If it is negative, the set point still waits for as many.
+    /// Ticks since the first stage ran. Negative: the remaining ticks for which the set point
+    /// waits.
     phase: i32,
-    /// The places of the ring that have not been filled.
+    /// Number of entries of the ring that have not been filled.
     empty: u32,
-    /// Where the next change goes to.
+    /// Index of the ring's entry for the next change.
     next: u32,
     /// Change of the acceleration, acceleration and velocity of the set point, units of the sums.
     jerk: i32,
@@ -74,7 +75,7 @@ pub struct Profile {
     /// The set point: counts, and the rest in units of the sums.
     counts: i32,
     rest: i32,
-    /// Changes of the speed.
+    /// Changes of the first stage's speed, units per k ticks.
     ring: [i32; RING],
 }
 
@@ -90,7 +91,8 @@ impl Profile {
     /// `resolution` (deg).
     ///
     /// # Errors
-    /// Names the limit that cannot be kept at that sample time and resolution.
+    /// Returns an error that names the limit that cannot be kept at that sample time and
+    /// resolution.
     ///
     /// ```
     /// use stiction::units::position::Position;
@@ -130,7 +132,7 @@ impl Profile {
         Ok(profile)
     }
 
-    /// Gives the move another target, from where it is and with the speed that it has.
+    /// Sets another target. The move goes on from its present position and speed.
     pub fn aim(&mut self, target: Position) {
         let rest = (target.fraction * self.units) as i32;
         self.target = Place { counts: target.counts, rest };
@@ -143,13 +145,13 @@ impl Profile {
         Position { counts: self.target.counts, fraction }
     }
 
-    /// Puts the set point somewhere, with the velocity (deg/s) that it has had for some time. The
-    /// target stays.
+    /// Sets the set point to a position and to a velocity (deg/s), as if that velocity had been
+    /// constant until now. The target stays.
     pub fn start_at(&mut self, position: Position, velocity: f32) {
         let Grid { bits, sums, entries, ticks, largest, velocity_scale, .. } = self.grid;
         let (span, k) = (i64::from(self.grid.span()), 1i64 << ticks);
         self.restart();
-        // A speed beyond the limit is taken as far as the sums have room.
+        // A speed beyond the limit is kept as far as the sums have room.
         let sum = velocity / velocity_scale;
         let speed = (sum / (1 << (entries + 2 * ticks)) as f32) as i32;
         self.speed = speed.max(-largest).min(largest);
@@ -165,7 +167,7 @@ impl Profile {
         self.plan();
     }
 
-    /// Restarts a move from rest at zero, to the target that it has.
+    /// Restarts the move from rest at zero, to its present target.
     pub fn restart(&mut self) {
         (self.phase, self.empty) = (0, 1 << self.grid.entries);
         (self.next, self.speed) = (0, 0);
@@ -174,8 +176,8 @@ impl Profile {
         self.plan();
     }
 
-    /// Lets a set point that rests wait for `ticks` ticks before it sets out. One that moves does
-    /// not wait: that would lead it on at the speed that it has.
+    /// Delays the start of a set point at rest by `ticks` ticks. A moving set point is not delayed:
+    /// it would go on at its present speed meanwhile.
     pub fn wait(&mut self, ticks: u32) {
         if self.speed == 0 && self.velocity == 0 {
             // A soft start is 10^5 ticks at the most.
@@ -183,21 +185,22 @@ impl Profile {
         }
     }
 
-    /// Lets the move come to rest as fast as the limits allow, on the first whole count.
+    /// Stops the move as fast as the limits allow, on the first whole count.
     pub fn stop(&mut self) {
-        // One that has arrived stays, also within a count.
+        // A set point that has arrived stays, also between two counts.
         if self.speed != 0 || self.place != self.target {
             self.target = Place { counts: self.stops_at(), rest: 0 };
         }
         self.plan();
     }
 
-    /// Returns the count on which the set point comes to rest if it brakes from now on within the
-    /// limits: the first whole one that they allow.
+    /// Returns the count on which the set point comes to rest if it brakes from now on: the first
+    /// whole count that the limits allow.
     ///
-    /// Wherever the target is, no set point to come is beyond both. The first stage brakes in every
-    /// step if the target is too near to stop at, and then turns back from here. If it can stop at
-    /// the target, it does not pass it. The averages are never beyond what they average.
+    /// Wherever the target is, no later set point is beyond both the target and this count. If the
+    /// target is too near to stop at, the first stage brakes in every step, and then turns back
+    /// from this count. If the first stage can stop at the target, it does not pass it. The
+    /// averages are never beyond the values that they average.
     pub fn stops_at(&self) -> i32 {
         let bits = self.grid.bits;
         let way = self.grid.approach.stopping_distance(self.speed);
@@ -206,10 +209,10 @@ impl Profile {
         Place::beyond(self.place.counts, rest, bits).counts
     }
 
-    /// Returns whether the set point still moves, or will.
+    /// Returns whether the set point still moves, or will move.
     pub fn is_moving(&self) -> bool {
-        // One that turns may have neither velocity nor acceleration for a tick, while the first
-        // stage rests on the target already.
+        // A set point that turns can have neither velocity nor acceleration for a tick, while the
+        // first stage rests on the target already.
         let Place { counts, rest } = self.place;
         let has_arrived =
             (self.counts, self.rest) == (counts, rest << (self.grid.sums - self.grid.bits));
@@ -248,7 +251,7 @@ impl Profile {
         }
     }
 
-    /// Looks at the target, and finds the speed that the first stage is to have.
+    /// Plans the next speed of the first stage, from its distance to the target.
     #[inline]
     fn plan(&mut self) {
         let ahead = self.target.counts.wrapping_sub(self.place.counts) as f32;
@@ -268,7 +271,7 @@ impl Profile {
         self.place.rest = rest & ((1 << self.grid.bits) - 1);
         let mut left = 0;
         if let Some(entry) = self.ring.get_mut(self.next as usize) {
-            // What an earlier move has left there is none of this one.
+            // The entry of an earlier move does not count in this one.
             left = if self.empty == 0 { *entry } else { 0 };
             *entry = change;
         }

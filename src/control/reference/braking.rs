@@ -1,4 +1,4 @@
-//! A reference that slows a joint down: from the place and the velocity that it has, to rest.
+//! A reference that slows a joint down, from its present position and velocity to rest.
 //!
 //! ```text
 //! theta_d(t) = p + v t - sgn(v) a t^2 / 2     t <= |v| / a; then it rests there
@@ -10,11 +10,11 @@ use crate::units::position::Position;
 /// A reference that slows down at a constant rate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Braking {
-    /// Where it begins.
+    /// Position at the start.
     pub from: Position,
-    /// Its velocity there, deg/s.
+    /// Velocity at the start, deg/s.
     pub velocity: f32,
-    /// The rate at which it slows down, deg/s^2; above zero.
+    /// Deceleration, deg/s^2; above zero.
     pub deceleration: f32,
     /// Time of a tick, s.
     pub tick: f32,
@@ -23,7 +23,7 @@ pub struct Braking {
 }
 
 impl Braking {
-    /// Returns the set point `tick` ticks after the begin.
+    /// Returns the set point `tick` ticks after the start.
     ///
     /// ```
     /// use stiction::control::reference::Braking;

@@ -1,7 +1,7 @@
-//! The reference generators, which say where the joint should be at a tick.
+//! The reference generators: they compute the set point of the joint at a tick.
 //!
-//! Each generator gives position, velocity and acceleration. Time is a number of ticks since the
-//! motion began. The position is counts and a fraction, never rounded.
+//! Each generator returns position, velocity and acceleration. Time is the number of ticks since
+//! the motion began. The position is in counts and a fraction of a count, never rounded to a count.
 
 mod braking;
 mod sine;
@@ -17,7 +17,7 @@ pub use trajectory::{Corner, MAX_CORNERS, Trajectory};
 
 use crate::units::position::Position;
 
-/// The set point: what the joint should do at one tick.
+/// The set point: position, velocity and acceleration that the joint should have at one tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[repr(C)]
 pub struct Setpoint {

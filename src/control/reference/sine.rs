@@ -1,4 +1,4 @@
-//! The sine reference: it sets out from rest, to and fro.
+//! The sine reference: a motion to and fro that starts from rest.
 //!
 //! ```text
 //! theta_d(t)   = p + a (1 - cos w t) = p + 2 a s^2,   s = sin(w t / 2),  c = cos(w t / 2)
@@ -10,7 +10,7 @@
 //!
 //! Phases are integers that wrap (direct digital synthesis: J. Tierney, C. M. Rader and B. Gold, *A
 //! digital frequency synthesizer*, IEEE Trans. Audio Electroacoustics 19 (1971), 48). So the sine
-//! is as exact after a year as in its first period. Its frequency is low by 1.2e-7 of itself and
+//! is as exact after a year as in its first period. Its frequency is low by 1.2e-7 of its value and
 //! `1 / (2^32 h)` at most, 2.3e-7 Hz at 1 kHz.
 //!
 //! Why this form: `cos` leaves the position at rest, where the joint is; `sin` would jump to its
@@ -30,11 +30,11 @@ use crate::units::error::{HUGE, InvalidValue, above, between};
 use crate::units::position::Position;
 use crate::units::value::Key;
 
-/// The numbers of the values `amplitude_deg` and `frequency_hz`.
+/// Keys of the configured values `amplitude_deg` and `frequency_hz`.
 pub(crate) const AMPLITUDE: Key = Key(0x060A);
 pub(crate) const FREQUENCY: Key = Key(0x060B);
 
-/// Largest amplitude, counts: the way of twice as much is a quarter of what counts can say.
+/// Largest amplitude, counts: the travel, twice the amplitude, is a quarter of the range of counts.
 const MOST: f32 = 536_870_912.0;
 
 /// Largest frequency in periods a tick: two set points to a side.
@@ -60,9 +60,9 @@ impl Sine {
     /// of `resolution` (deg).
     ///
     /// # Errors
-    /// Names the amplitude unless it is within 2^29 counts, and the frequency unless it is above
-    /// zero and a quarter of the sample rate at most.
-    // Once in the flash: it is called to check and to prepare.
+    /// Returns an error that names the amplitude unless it is within 2^29 counts, and one that
+    /// names the frequency unless it is above zero and a quarter of the sample rate at most.
+    // Compiled once, to save flash: it is called to check and to prepare.
     #[cfg_attr(target_os = "none", inline(never))]
     pub fn new(
         from: Position,
@@ -99,7 +99,7 @@ impl Sine {
     /// let speed = |tick| (10.0 * sine.at(tick).velocity).round();
     /// assert_eq!([0, 2, 4, 6, 8].map(speed), [0.0, 157.0, 0.0, -157.0, 0.0]);
     /// ```
-    // Other references do not pay for it.
+    // Not inlined, so that other references do not pay for it.
     #[inline(never)]
     pub fn at(&self, tick: u32) -> Setpoint {
         let half = tick.wrapping_mul(self.step) >> 1;
@@ -112,7 +112,7 @@ impl Sine {
         }
     }
 
-    /// Returns where it turns.
+    /// Returns the two positions at which the motion turns.
     pub(crate) fn turns(&self) -> [Position; 2] {
         [self.from, self.from.displaced(self.travel)]
     }
@@ -123,7 +123,7 @@ const QUARTER: u32 = 1 << 30;
 
 /// Returns the sine of a phase in 2^-32 of a period: its Taylor series up to `x^11` within a
 /// quarter of a period, of which the rest is below `(pi/2)^13 / 13! = 5.7e-8`.
-// Once in the flash, for sine and cosine.
+// Compiled once for sine and cosine, to save flash.
 #[cfg_attr(target_os = "none", inline(never))]
 fn sine(phase: u32) -> f32 {
     let mut phase = phase as i32;

@@ -2,7 +2,7 @@
 //!
 //! `theta_d(t) = from` before the tick of the step and `to` from that tick on. Velocity and
 //! acceleration are zero throughout, so that nothing of the jump's impulse reaches the D term. The
-//! thesis does not say what its controller took for the derivative of a step; this is our reading.
+//! thesis does not state which derivative of a step its controller used; this is our reading.
 
 use super::Setpoint;
 use crate::units::position::Position;

@@ -31,10 +31,10 @@ use crate::units::value::Key;
 /// The largest number of corners.
 pub const MAX_CORNERS: usize = 16;
 
-/// The number of the value `half_blend_s`.
+/// Key of the configured value `half_blend_s`.
 pub(crate) const HALF_BLEND: Key = Key(0x0603);
-/// The number of the first corner's time. It is the first of four numbers of that corner, of which
-/// three are used; those of the next corner follow.
+/// Key of the first corner's time. Each corner has four keys, of which three are used; the time's
+/// key is the first of them. The keys of the next corner follow.
 pub(crate) const CORNER_TIMES: Key = Key(0x0700);
 
 /// A corner of a trajectory, in which two straight lines would meet.
@@ -47,13 +47,13 @@ pub struct Corner {
     pub position: Position,
 }
 
-/// A corner with what the blend around it and the line after it need.
+/// A corner, with the prepared values of the blend around it and of the line after it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Blend {
     corner: Corner,
     /// The first tick of the blend.
     from: u32,
-    /// Rate of the line that leads away from the corner.
+    /// Rate of the line after the corner.
     rate: Rate,
     /// Rate before the corner, counts per tick.
     rate_before: f32,
@@ -78,9 +78,9 @@ impl Trajectory {
     /// for a loop with `sample_time` (s) and an encoder of `resolution` (deg).
     ///
     /// # Errors
-    /// Names `corner_times_s` unless there are 1 to [`MAX_CORNERS`] corners that follow each other
-    /// by two half blends or more, the first of them no earlier than half a blend. Names
-    /// `half_blend_s` unless it is at least half a tick.
+    /// Returns an error that names `corner_times_s` unless there are 1 to [`MAX_CORNERS`] corners
+    /// that follow each other by two half blends or more, the first of them no earlier than half a
+    /// blend. Returns one that names `half_blend_s` unless it is at least half a tick.
     pub fn new(
         corners: &[Corner],
         half_blend_s: f32,
@@ -96,7 +96,7 @@ impl Trajectory {
     /// Validates a motion as [`new`](Self::new) does, without preparing it.
     ///
     /// # Errors
-    /// Names the same values as [`new`](Self::new).
+    /// Returns the same errors as [`new`](Self::new).
     pub fn validate(
         corners: &[Corner],
         half_blend_s: f32,
@@ -128,12 +128,12 @@ impl Trajectory {
         Ok(())
     }
 
-    /// A trajectory without corners, which [`set`](Self::set) gives it.
+    /// A trajectory without corners; [`set`](Self::set) adds them.
     pub(crate) const EMPTY: Self =
         Self { blends: Vec::new(), half_blend: 0.0, velocity_scale: 0.0, acceleration_scale: 0.0 };
 
-    /// Prepares a motion that has been validated in the place of an empty one, so that half a
-    /// kilobyte is not copied.
+    /// Prepares a validated motion in place, in an empty trajectory, so that half a kilobyte is not
+    /// copied.
     pub(crate) fn set(
         &mut self,
         corners: &[Corner],
@@ -181,7 +181,7 @@ impl Trajectory {
     /// assert_eq!(trajectory.at(10).position.ahead_of(0), 50.0);
     /// assert_eq!(trajectory.at(99).position.ahead_of(100), 0.0);
     /// ```
-    // In each of its places: a call would cost the tick a dozen instructions.
+    // Inlined in each of its places: a call would cost the tick a dozen instructions.
     #[inline(always)]
     pub fn at(&self, tick: u32) -> Setpoint {
         let Some(first) = self.blends.first() else { return Setpoint::default() };
@@ -190,7 +190,8 @@ impl Trajectory {
         let begun = self.blends.iter().take_while(|blend| blend.from <= tick).last();
         let Some(blend) = begun else { return Setpoint::at_rest(first.corner.position) };
         let since = match tick.checked_sub(blend.corner.tick) {
-            // Years after the last corner, this still is after it.
+            // The tick is limited: years after the last corner, the result is still after that
+            // corner.
             Some(after) => after.min(i32::MAX.unsigned_abs()) as i32,
             None => -((blend.corner.tick - tick).min(i32::MAX.unsigned_abs()) as i32),
         };

@@ -1,18 +1,17 @@
-//! The session of a link: who may say what, and what is answered.
+//! The session of a link: which requests a client may send, and how the device answers them.
 //!
 //! A session begins with a hello, and the device chooses its number. A request that is not of the
 //! session may only read, stop and take over: bytes of an earlier session change nothing. While the
 //! motor is driven for a link, the session has an owner, and no other hello begins one. A client
 //! that takes over stops the motor and ends the session. Each request is answered once, with its
-//! own number. A request that comes twice is not done twice: its answer is sent again. A request
-//! that was overtaken by a later one is refused. Stop is obeyed at all times. One answer takes
-//! long, that to [`Request::ReadIdentification`]; who asks for something else before it comes, gets
-//! none.
+//! own number. A repeated request is not executed again: its answer is sent again. A request that
+//! was overtaken by a later one is refused. Stop is obeyed at all times. Only the answer to
+//! [`Request::ReadIdentification`] needs long to compute; another request before it cancels it.
 //!
 //! Answers and samples wait in a ring of bytes until the wire takes them. Samples leave room for
-//! answers. What finds no room is dropped and counted, and the numbers of the samples show the gap.
-//! The owner of a session chooses how long the ring is: a host takes [`WAITING`], a board what its
-//! RAM allows.
+//! answers. A frame that finds no room is dropped and counted, and the numbers of the samples show
+//! the gap. The program that creates a session chooses the length of the ring: a host uses
+//! [`WAITING`], a board what its RAM allows.
 
 mod owner;
 mod requests;
@@ -28,42 +27,44 @@ use crate::identification::Search;
 use crate::parameters::{Parameters, ROOM};
 use crate::servo::{Output, Servo};
 
-/// Length of the ring of bytes that wait for the wire, unless the owner of a session says
-/// otherwise.
+/// Default length of the ring for bytes that wait for the wire, bytes.
 pub const WAITING: usize = 2048;
 
-/// How often the same request is a sign of life: a client says it three times, with two answers
-/// lost, before it gives up.
+/// Number of repetitions of a request that count as signs of life: a client sends it three times,
+/// with two answers lost, before it gives up.
 const REPEATS: u8 = 2;
 
-/// A machine: what a session acts on. A board locks its servo for as short as it can; a host has it
-/// at hand.
+/// The machine on which a session acts. A board locks its servo for as short as possible; a host
+/// accesses it directly.
 pub trait Machine {
-    /// Lets something act on the servo.
+    /// Runs a function on the servo, and returns its result.
     fn servo<R>(&mut self, act: impl FnOnce(&mut Servo) -> R) -> R;
 
     /// Returns the figures of the machine's timers and converters.
     fn hardware(&self) -> Hardware;
 
-    /// Keeps parameters across a reset. The output is off.
+    /// Saves parameters, which then survive a reset. The output is off.
     ///
-    /// Returns how often parameters have been saved.
+    /// Returns the number of saves so far.
     ///
     /// # Errors
-    /// Says whether the flash failed, or the watchdog that has to wait for it.
+    /// Returns an error if the flash fails, if the watchdog does not accept the timeout for the
+    /// save, or if the supply is too low.
     fn save(&mut self, parameters: &Parameters) -> Result<u32, RequestRefusal>;
 
-    /// Prepares timers and watchdog for other parameters that are about to be in use: their sample
-    /// time, PWM and dead time. The output is off, and stays so.
+    /// Prepares timers and watchdog for new parameters before these are in use: their sample time,
+    /// PWM and dead time. The output is off, and stays so.
     ///
     /// # Errors
-    /// Says that the watchdog cannot follow. All is as it was before then.
+    /// Returns an error if the watchdog cannot follow. Nothing has changed then.
     fn reconfigure(&mut self, parameters: &Parameters) -> Result<(), RequestRefusal>;
 
-    /// Turns the part's brown-out reset on, for good, from the next reset on. The output is off.
+    /// Turns the microcontroller's brown-out reset on permanently, from the next reset on. The
+    /// output is off.
     ///
     /// # Errors
-    /// Says that there is none, that it may not be touched, or that the flash failed.
+    /// Returns an error if there is no brown-out reset, if its option bytes must not be changed, or
+    /// if the flash fails.
     fn set_brown_out(&mut self) -> Result<(), RequestRefusal> {
         Err(RequestRefusal::NoOptionBytes)
     }
@@ -76,29 +77,30 @@ pub struct Session<const RING: usize = WAITING> {
     deframer: Deframer,
     /// The parameters in use, if there are any.
     parameters: Option<Parameters>,
-    /// Whether those are not the saved ones.
+    /// Whether the parameters in use were changed and not saved since.
     unsaved: bool,
-    /// How often the last request has come again.
+    /// Number of repetitions of the last request that counted as signs of life.
     repeats: u8,
     /// Whether a slot of the saved parameters is damaged.
     is_damaged: bool,
-    /// How often parameters have been saved, and how often they still may be.
+    /// Number of saves of parameters so far, and the budget for more.
     saves: u32,
     save_budget: SaveBudget,
-    /// Whether the part's brown-out reset is on.
+    /// Whether the microcontroller's brown-out reset is on.
     has_brown_out: bool,
-    /// Whether the part's crystal is in use and could not be measured.
+    /// Whether the microcontroller runs from a crystal that it could not measure.
     crystal_not_measured: bool,
     wire: WireErrors,
     /// The number in the hello that began the session; none before a hello.
     greeted: Option<u32>,
-    /// The number of the session, and of the last one before its end.
+    /// Number of the session; after its end, the number of the last one.
     session: u32,
     /// The number of the last request that was answered, and the answer.
     last: Option<(u16, Frame)>,
-    /// The number of a request for what an identification has found, and the search for its answer.
+    /// Number of a pending request for the result of an identification, and the search for its
+    /// answer.
     search: Option<(u16, Search)>,
-    /// The record that the client is transferring, as far as its bytes have come.
+    /// The record that the client is transferring, as far as it has been received.
     incoming: [u8; ROOM],
     subscription: Subscription,
     outbox: Outbox<RING>,
@@ -129,7 +131,7 @@ impl<const RING: usize> Session<RING> {
         }
     }
 
-    /// Takes the saved parameters as those in use.
+    /// Sets the parameters in use to the saved ones.
     pub fn use_saved(&mut self, parameters: &Parameters) {
         self.parameters = Some(parameters.clone());
         self.unsaved = false;
@@ -155,12 +157,12 @@ impl<const RING: usize> Session<RING> {
         self.is_damaged = is_damaged;
     }
 
-    /// Sets how often parameters have been saved.
+    /// Sets the number of saves of parameters so far.
     pub const fn report_saves(&mut self, saves: u32) {
         self.saves = saves;
     }
 
-    /// Takes bytes from the wire, and does what they say.
+    /// Decodes bytes from the wire, and executes the requests in them.
     #[inline(never)]
     pub fn receive(&mut self, bytes: &[u8], machine: &mut impl Machine) {
         for &byte in bytes {
@@ -170,8 +172,8 @@ impl<const RING: usize> Session<RING> {
         }
     }
 
-    /// Goes on with an answer that takes long, and returns whether there is more of it to do.
-    /// Between two pieces the tasks beside the link have their turn.
+    /// Computes one piece of a long answer, and returns whether pieces remain. Between two pieces
+    /// the other tasks run.
     #[inline(never)]
     pub fn work(&mut self, machine: &mut impl Machine) -> bool {
         let Some((number, search)) = &mut self.search else { return false };
@@ -182,8 +184,8 @@ impl<const RING: usize> Session<RING> {
         false
     }
 
-    /// Reads a request. It is a function of its own, so that the stack that it needs is free again
-    /// for what the request asks for.
+    /// Decodes a request. It is a separate function, so that its stack is free again when the
+    /// request is executed.
     #[inline(never)]
     fn request(message: &[u8]) -> Option<IncomingRequest> {
         decode_request(message)
@@ -197,12 +199,12 @@ impl<const RING: usize> Session<RING> {
         self.outbox.put(frame.as_ref(), FOR_ANSWERS);
     }
 
-    /// Hands bytes to the wire, and returns how many.
+    /// Copies waiting bytes to `bytes`, for the wire, and returns their number.
     pub fn transmit(&mut self, bytes: &mut [u8]) -> usize {
         self.outbox.take(bytes)
     }
 
-    /// Returns the number of the session, as the client that began it gets it.
+    /// Returns the number of the session, which the device reports to the client that began it.
     pub const fn number(&self) -> u32 {
         self.session
     }
@@ -212,10 +214,10 @@ impl<const RING: usize> Session<RING> {
         self.parameters.as_ref()
     }
 
-    /// Does a request, or answers again one that comes twice.
+    /// Executes a request, or sends the answer to a repeated one again.
     ///
-    /// What follows is cut into functions that are not inlined, so that their frames follow each
-    /// other on the stack and do not add up: a board has little of it.
+    /// The steps are functions that are not inlined, so that their frames follow each other on the
+    /// stack and do not add up: a board has little stack.
     #[inline(never)]
     fn take(&mut self, request: IncomingRequest, machine: &mut impl Machine) {
         let IncomingRequest { session, number, content: request } = request;
@@ -235,8 +237,8 @@ impl<const RING: usize> Session<RING> {
         let is_overtaken = searched.or(last).is_some_and(overtaken);
         match (&request, last) {
             (Some(Request::Stop), last) => {
-                // One that comes twice is one stop: a second one would end the first at once. The
-                // number may also be that of another request, and then it is a stop.
+                // A repeated stop is one stop: a second one would end the first at once. The number
+                // may also be that of another request, and then it is a new stop.
                 let is_repeated = last == Some(number);
                 machine.servo(|servo| {
                     if !(is_repeated && servo.is_stopping()) {
@@ -251,7 +253,8 @@ impl<const RING: usize> Session<RING> {
             }
             _ if is_new => {}
             (_, Some(last)) if last == number => {
-                // A client that repeats itself lives; a wire that does so for ever is none.
+                // A client that repeats a request is alive; a wire that repeats it forever is no
+                // client.
                 if self.repeats < REPEATS {
                     self.repeats += 1;
                     machine.servo(Servo::heard);
@@ -265,7 +268,7 @@ impl<const RING: usize> Session<RING> {
             _ if searched == Some(number) => return,
             _ => {}
         }
-        // Another request cancels it.
+        // Another request cancels the search.
         self.search = None;
         let content = match request {
             None => Reply::Refused(RequestRefusal::Unknown),
@@ -277,7 +280,8 @@ impl<const RING: usize> Session<RING> {
                 return;
             }
             Some(request) => {
-                // It is new, in order, and of this session: there is a client, and it lives.
+                // The request is new, in order, and of this session: there is a client, and it is
+                // alive.
                 self.repeats = 0;
                 machine.servo(Servo::heard);
                 self.act(request, machine).unwrap_or_else(Reply::Refused)
@@ -286,8 +290,8 @@ impl<const RING: usize> Session<RING> {
         self.answer(number, content, true);
     }
 
-    /// Answers a request. If it is the last request there was, the answer is kept, for a request
-    /// that comes twice.
+    /// Sends the answer to a request. If the request is the latest one, the answer is kept, in case
+    /// that request is repeated.
     #[inline(never)]
     fn answer(&mut self, number: u16, content: Reply, is_last: bool) {
         let answer = encode(&Message::Reply(NumberedMessage { number, content }));
@@ -298,8 +302,9 @@ impl<const RING: usize> Session<RING> {
     }
 }
 
-/// Goes on with the search in what an identification has found, and returns the answer at its end.
-/// The servo is locked for a copy alone: a piece takes longer than a tick may wait.
+/// Runs one piece of the search in the findings of an identification, and returns the answer at its
+/// end. The servo is locked only for a copy of the findings: a piece lasts longer than a tick can
+/// wait.
 #[inline(never)]
 fn go_on(search: &mut Search, machine: &mut impl Machine) -> Option<Reply> {
     let Some(found) = machine.servo(|servo| servo.identified().copied()) else {

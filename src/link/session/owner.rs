@@ -1,4 +1,4 @@
-//! The owner of a link: who begins a session, and what a client without one may do.
+//! The owner of a link: when a hello begins a session, and what a client without a session may do.
 //!
 //! While the motor is driven for a link, its session has an owner, and no other hello begins one.
 //! Another client reads, stops, or takes over: that stops the motor and ends the session.
@@ -14,8 +14,8 @@ use crate::parameters::ROOM;
 use crate::servo::Servo;
 
 impl<const RING: usize> Session<RING> {
-    /// Begins a session. Its number follows from the hello, the time and the last number: bytes
-    /// that come again later are of none.
+    /// Begins a session. Its number depends on the hello, the time and the last number, so that
+    /// bytes that are received again later belong to no session.
     pub(super) fn greet(
         &mut self,
         protocol: u16,
@@ -34,9 +34,9 @@ impl<const RING: usize> Session<RING> {
         Reply::Hello(Identity { protocol: PROTOCOL, kind: self.kind, version })
     }
 
-    /// Stops, and ends the session.
+    /// Stops the joint, and ends the session.
     pub(super) fn end(&mut self, machine: &mut impl Machine) -> Reply {
-        // One that comes twice is one stop.
+        // A repeated request is one stop.
         machine.servo(|servo| {
             if !servo.is_stopping() {
                 servo.come_to_rest();
@@ -47,8 +47,8 @@ impl<const RING: usize> Session<RING> {
         Reply::Done
     }
 
-    /// Answers a request that is not of the session. Of those that change anything, a stop is
-    /// obeyed, and so is a client that takes over. It is no sign of life.
+    /// Answers a request that is not of the session. Of the requests that change anything, only a
+    /// stop and a takeover are executed. None of them is a sign of life.
     #[inline(never)]
     pub(super) fn of_no_session(
         &mut self,
@@ -80,8 +80,8 @@ impl<const RING: usize> Session<RING> {
 }
 
 /// Returns the number of the session after `last` that a hello begins at a tick. Its bits are mixed
-/// by a multiplication with an odd constant (2^32 over the golden ratio) and a shift. It is odd, so
-/// that it is none of no session.
+/// by a multiplication with an odd constant (2^32 over the golden ratio) and a shift. The number is
+/// odd, so that it differs from `NO_SESSION`.
 const fn following(last: u32, hello: u32, clock: u32) -> u32 {
     let mixed = (last ^ hello.rotate_left(13) ^ clock.rotate_left(7)).wrapping_mul(0x9E37_79B9);
     let number = (mixed ^ (mixed >> 15)) | 1;

@@ -1,4 +1,4 @@
-//! What the requests of a session do to the machine, and their answers.
+//! The execution of a session's requests on the machine, and their answers.
 
 use super::super::CHUNK;
 use super::super::reply::{Reply, RequestRefusal, StateCode, Status};
@@ -16,7 +16,7 @@ use crate::parameters::{Parameters, ROOM};
 use crate::servo::{self, ControlLoop, Servo};
 
 impl<const RING: usize> Session<RING> {
-    /// Does a request that is of the session, or that only reads.
+    /// Executes a request that is of the session, or that only reads.
     #[inline(never)]
     pub(super) fn act(
         &mut self,
@@ -113,7 +113,7 @@ impl<const RING: usize> Session<RING> {
         self.install(parameters, machine)
     }
 
-    /// Installs all of the parameters or none: what is validated here is what is installed.
+    /// Installs all of the parameters or none: exactly the validated ones.
     #[inline(never)]
     fn install(
         &mut self,
@@ -125,8 +125,8 @@ impl<const RING: usize> Session<RING> {
         let announced = self.law_signals();
         self.parameters = Some(parameters);
         if self.law_signals() != announced {
-            // A place may be another signal's now. A client that wants it asks what it is, and
-            // subscribes anew.
+            // A place may belong to another signal now. The client has to read the signals and
+            // subscribe anew.
             self.subscription = Subscription::NONE;
         }
         Ok(())
@@ -153,7 +153,7 @@ impl<const RING: usize> Session<RING> {
     fn save(&mut self, machine: &mut impl Machine) -> Result<(), RequestRefusal> {
         let parameters = self.parameters.as_ref().ok_or(RequestRefusal::NoParameters)?;
         machine.servo(keep_off)?;
-        // What is saved already costs no erase.
+        // Parameters that are saved already cost no erase.
         if self.unsaved || self.is_damaged {
             let clock = machine.servo(|servo| servo.clock());
             self.save_budget.take(clock, parameters.controller.sample_time)?;
@@ -260,15 +260,15 @@ fn refuse_if_armed(servo: &Servo) -> Result<(), servo::Refusal> {
     }
 }
 
-/// Turns autostart off, for what takes longer than a tick with the output off: the servo must not
-/// arm itself meanwhile. An armed servo refuses.
+/// Turns autostart off, for an action of more than a tick with the output off: the servo must not
+/// arm automatically meanwhile. An armed servo refuses.
 fn keep_off(servo: &mut Servo) -> Result<(), servo::Refusal> {
     refuse_if_armed(servo)?;
     servo.stop();
     Ok(())
 }
 
-/// Returns what bridge, timers and watchdog are set up with: sample time, PWM, dead time, blanking.
+/// Returns the settings of bridge, timers and watchdog: sample time, PWM, dead time, blanking.
 const fn timing(parameters: &Parameters) -> (f32, &DriveConfig, f32, f32) {
     let Parameters { controller, device, .. } = parameters;
     (controller.sample_time, &controller.drive, device.dead_time, device.fault_blanking)

@@ -7,33 +7,35 @@
 //! n <= 2.5 A + 2                         counts in a time T, if a time T later there are none
 //! ```
 //!
-//! Time is cut into pieces of T = 20 ms, or a tick if that is longer. Trips when a piece has had
-//! more counts than that, one way, and the second piece after it has had one count at most. The
-//! piece between them is that of the stop, which may come at any time of it. `u` is the least
-//! effort of all three.
+//! Time is divided into pieces of T = 20 ms, or of a tick if that is longer. The monitor trips when
+//! a piece has had more counts than the bound, one way, and the second piece after it has had one
+//! count at most. The stop lies in the piece between them, at any time. `u` is the least effort of
+//! all three.
 //!
 //! The bound, with `a` for `A`: a joint that makes a count or less (less than two, rounded) in the
 //! last piece begins it with no more than `sqrt(4 a)`; it begins the piece before with `a` more;
 //! and in the first piece, `a` faster still at its begin, it makes `1.5 a + sqrt(4 a)`. That is at
-//! most `2.5 a + 1`, since `2 sqrt(a) <= a + 1`, and rounding adds a count. Viscous friction is not
-//! in it. Where the joint's own time constant is 0.1 s or more, it takes off less than half in two
-//! pieces, which is for the factor of two in the derived `stop_gain`.
+//! most `2.5 a + 1`, since `2 sqrt(a) <= a + 1`, and rounding adds a count. The bound leaves
+//! viscous friction out. If the joint's own time constant is 0.1 s or more, viscous friction
+//! reduces the speed by less than half in two pieces; the factor of two in the derived `stop_gain`
+//! covers that.
 //!
-//! This sees a dead encoder whatever the effort is, also one between the levels of friction, which
-//! [`super::stall_impulse`] does not add up. Does badly: a joint that creeps may stop at once, and
-//! so does not trip this. How slow that is, is in tests/evidence/reliability.md.
+//! This monitor detects an encoder that dies in motion at any effort, even between the levels of
+//! friction, which [`super::stall_impulse`] does not add up. Does badly: a joint that creeps may
+//! stop at once, and so does not trip this monitor. tests/evidence/reliability.md has the speeds of
+//! such joints.
 
 use super::limits::{Limits, Units};
 
-/// A piece of time, s.
+/// Length of a piece of time, s.
 const PIECE: f32 = 0.02;
 
-/// Counts that are lost in two pieces against their limit.
+/// Monitor of counts that stop within two pieces of time.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct AbruptStop {
     /// Ticks of a piece.
     ticks: i32,
-    /// Codes beyond any friction, F.
+    /// Effort beyond any friction, F, codes.
     friction: i32,
     /// Counts per code, 2.5 g T^2.
     counts: f32,
@@ -46,10 +48,11 @@ struct Piece {
     least: i32,
 }
 
-/// The last pieces.
+/// The last three pieces.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct AbruptStopState {
-    /// Where the joint was going when it last made two counts in a piece.
+    /// Whether the joint moved in the negative direction when it last made two counts or more in a
+    /// piece.
     backwards: bool,
     /// Ticks of the present piece; below zero it has not begun yet.
     ticks: i32,
@@ -59,8 +62,8 @@ pub(super) struct AbruptStopState {
 }
 
 impl AbruptStopState {
-    /// Expects a stop of the joint: no piece begins for 2^31 ticks, two days at 10 kHz, or until
-    /// the state is made anew. A flag would cost every tick.
+    /// Suspends the monitor for an expected stop of the joint: no piece begins for 2^31 ticks, two
+    /// days at 10 kHz, or until the state is reset. A flag would cost time in every tick.
     pub const fn expect(&mut self) {
         self.ticks = i32::MIN;
     }
@@ -81,7 +84,8 @@ impl AbruptStop {
         Self { ticks, friction: (limits.stall_effort / units.code) as i32, counts }
     }
 
-    /// Takes the travel of this tick (counts) and the code that was applied meanwhile.
+    /// Updates the state with the travel of this tick (counts) and the code that was applied
+    /// meanwhile. Returns whether the monitor trips.
     #[inline]
     pub fn check(&self, state: &mut AbruptStopState, code: i32, travel: i32) -> bool {
         let with = if state.backwards { code.saturating_neg() } else { code };

@@ -5,7 +5,7 @@
 
 use super::limits::{Limits, Units};
 
-/// Travel in one tick against its limit.
+/// Monitor of the travel in one tick.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct EncoderJump {
     most: u32,

@@ -1,4 +1,4 @@
-//! Effort that may move the joint and shows no count: the encoder has to prove itself.
+//! Effort that may move the joint but shows no count: a probe tests whether the encoder works.
 //!
 //! ```text
 //! silent += (|effort| - B_l) h       while |effort| > B_l and no count comes; up to B_h - B_l
@@ -10,29 +10,29 @@
 //! ```
 //!
 //! B_l is `breakaway_min_v`, B_h `breakaway_v`, F `stall_v`, g `progress_gain`. Between B_l and B_h
-//! a joint may rest for ever, and an encoder that is dead shows the same. The probe raises the
-//! effort beyond B_h in its own direction, so it never lets a load go. An effort under which the
-//! joint rested while its encoder was alive needs no second proof at that place, 64 counts to each
-//! side.
+//! a joint may rest forever, and a dead encoder looks the same. The probe raises the effort beyond
+//! B_h in the direction of the effort, so it never drops a load. If a probe has shown that the
+//! joint rests under an effort while the encoder works, that effort needs no second probe within 64
+//! counts of the place.
 //!
-//! No probe begins while the error is at most `probe_error_deg`, or while the loop is open. A law
-//! whose effort turns ends the probe; what was silent stays.
+//! No probe begins while the error is at most `probe_error_deg`, or while the loop is open. If the
+//! effort of the law changes its sign, the probe ends; the sum `silent` stays.
 //!
-//! Guarantees: where B_l is the lowest breakaway effort of the joint or less, no effort drives a
-//! joint with a silent encoder for longer than the times above, in all.
+//! Guarantees: if B_l is at most the lowest breakaway effort of the joint, no effort drives a joint
+//! with a silent encoder for longer than the times above in total.
 //!
-//! Does badly: each probe moves a joint that rests by a few counts towards where its effort pushes.
-//! A joint that is blocked fails the probe. Within `probe_error_deg` a silent encoder stays unseen:
-//! gains that ask for more than B_l there drive the joint without an end. So does noise of two
-//! counts, which is a proof.
+//! Does badly: each probe moves a resting joint by a few counts in the direction of its effort. A
+//! blocked joint fails the probe. Within `probe_error_deg` a silent encoder is not detected: gains
+//! that require more than B_l there drive the joint without an end. Noise of two counts passes as a
+//! proof, with the same result.
 
 use super::limits::{Limits, Units};
 
-/// Time for which the lowest breakaway effort may be exceeded by itself, s: that of the impulse of
-/// a stall.
+/// Time without a count at twice the lowest breakaway effort after which a probe begins, s: that of
+/// the impulse of a stall.
 const IMPULSE_TIME: f32 = 0.5;
 
-/// Longest time without a count, s.
+/// Longest time without a count before a probe begins, s.
 const LONGEST: f32 = 2.0;
 
 /// Time in which the effort of a probe rises, s: slow enough that a joint that breaks away on the
@@ -42,50 +42,55 @@ const RISE: f32 = 0.4;
 /// Counts in the direction of the effort that are a proof.
 const PROOF: i32 = 2;
 
-/// Shortest and longest time that a probe is held, s. A transmission winds up for a tenth of a
-/// second.
+/// Shortest and longest time for which a probe is held, s. A transmission takes a tenth of a second
+/// to wind up.
 const HELD: [f32; 2] = [0.1, 1.0];
 
 /// Longest time for which a probe takes up play, s.
 const LONGEST_PLAY: f32 = 10.0;
 
-/// Distance from the place of a proof up to which it counts, counts.
+/// Distance from the place of a proof within which the proof is valid, counts.
 const NEAR: u32 = 64;
 
 /// The probe of the encoder and its limits, in codes and ticks.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct EncoderProbe {
     lowest: u32,
-    /// The largest excess over it that is added.
+    /// Largest excess over `lowest` that a tick adds to the sum, codes.
     most: u32,
-    /// The effort of a probe, and what it rises by in a tick.
+    /// Full effort of a probe, codes.
     full: i32,
+    /// Rise of the effort of a probe in a tick, codes.
     step: i32,
-    /// The effort from which a probe counts as held: rounding and a supply that sags take some.
+    /// Effort beyond which a probe counts as held, codes. It is less than that of the probe, since
+    /// rounding and a sagging supply reduce the effort.
     held_from: u32,
     held: u32,
-    /// Codes times ticks.
+    /// Largest sum without a probe, codes times ticks.
     impulse: u32,
     longest: u32,
-    /// Counts.
+    /// Error up to which no probe begins, counts.
     error: u32,
 }
 
-/// The effort without counts so far, and the probe.
+/// Sum of the effort without counts, and the running probe.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct EncoderProbeState {
-    /// Codes times ticks, and ticks.
+    /// Sum of the effort without counts, codes times ticks.
     silent: u32,
+    /// Ticks that have added to the sum.
     ticks: u32,
-    /// Where the encoder last showed that it lives, counts.
+    /// Position from which the counts of a proof are measured, counts.
     anchor: i32,
-    /// The least code of the next tick, with its sign; zero: no probe runs.
+    /// Least code of the next tick, with its sign; zero if no probe runs.
     probe: i32,
-    /// The code with which the probe began, and the ticks for which it has been held.
+    /// Code with which the probe began.
     begun: i32,
+    /// Ticks for which the probe has been held.
     held: u32,
-    /// The code under which the joint rests at a place, with its sign; zero: none is known.
+    /// Code under which the joint rested before the last proof, with its sign; zero if unknown.
     rested: i32,
+    /// Position of that proof, counts.
     place: i32,
 }
 
@@ -115,7 +120,8 @@ impl EncoderProbe {
         }
     }
 
-    /// Takes the position (counts), armed or not. Returns whether it shows that the encoder lives.
+    /// Updates the state with the position (counts), armed or not. Returns whether the position
+    /// shows that the encoder works.
     #[inline]
     pub const fn see(&self, state: &mut EncoderProbeState, position: i32) -> bool {
         if position.wrapping_sub(state.anchor).unsigned_abs() < PROOF.unsigned_abs() {
@@ -128,8 +134,8 @@ impl EncoderProbe {
         true
     }
 
-    /// Takes the code that is about to be applied, the position (counts) and the error (counts;
-    /// zero if the loop is open). Returns whether a probe has ended without a proof.
+    /// Updates the state with the code that is about to be applied, the position (counts) and the
+    /// error (counts; zero if the loop is open). Returns whether a probe has ended without a proof.
     #[inline]
     pub fn check(
         &self,
@@ -157,7 +163,7 @@ impl EncoderProbe {
         false
     }
 
-    /// Goes on with a probe.
+    /// Runs a tick of a probe. Returns whether the probe has ended without a proof.
     #[cold]
     #[inline(never)]
     fn go_on(&self, state: &mut EncoderProbeState, code: i32, position: i32) -> bool {
@@ -211,12 +217,13 @@ impl EncoderProbeState {
         position.wrapping_sub(self.anchor).wrapping_mul(self.probe.signum())
     }
 
-    /// Returns the state that arming begins with: no probe runs, and what was silent stays.
+    /// Returns the state at arming: no probe runs, and the sum without counts stays.
     pub const fn armed(self) -> Self {
         Self { probe: 0, begun: 0, held: 0, rested: 0, ..self }
     }
 
-    /// Returns the same effort where it has `ratio` times as many codes and ticks.
+    /// Returns the state in other units, in which the same sum has `ratio` times as many codes
+    /// times ticks. No probe runs.
     pub fn scaled(self, ratio: f32) -> Self {
         Self { silent: (self.silent as f32 * ratio) as u32, ..self.armed() }
     }

@@ -1,8 +1,8 @@
 //! The joint does not follow its set point, or runs away from it.
 //!
-//! The error may be as large as the limit. A set point that jumps makes room, which is the part of
-//! the error that the joint still has to travel because of the jump. So a step of any size passes,
-//! one that is just as large as the limit, too, and a joint that runs the other way does not.
+//! The error may be as large as the limit. A jump of the set point adds room: the part of the error
+//! that the joint still has to travel because of the jump. So a step of any size passes, even one
+//! just as large as the limit, and a joint that runs the other way trips.
 //!
 //! ```text
 //! jump  = set point - set point before - velocity h       beyond half of the limit; less is none
@@ -10,43 +10,44 @@
 //! room  = what of it lies between zero and the error      the joint has travelled the rest
 //! ```
 //!
-//! Trips when |error - room| exceeds the limit. Room only shrinks between two jumps, so a joint
-//! that turns back on its way may go back by the limit. Whatever jumps are made, in whichever
-//! direction, the joint never is farther than the limit outside of the positions that it was sent
-//! to, and from which it was sent.
+//! Trips when |error - room| exceeds the limit. Between two jumps the room only shrinks, so a joint
+//! that turns back on its way may go back by the limit. Whatever the jumps and their directions,
+//! the joint is never farther than the limit outside the positions from which and to which it was
+//! sent.
 //!
-//! What the set point travels at its own velocity is no jump. However fast a trajectory is, its
-//! error has the limit and no more.
+//! Travel of the set point at its own velocity is no jump. However fast a trajectory is, its error
+//! is bounded by the limit alone.
 //!
-//! A trajectory may begin no farther from the joint than the limit, and than the error that asks
-//! for the full scale. The second one holds also where the limit is off: a trajectory is no jump,
-//! whatever the monitors are.
+//! A trajectory must begin no farther from the joint than the limit, and no farther than the error
+//! at which the law reaches the full scale. The second bound holds even if the limit is off: a
+//! trajectory must not begin with a jump, whatever the monitors are.
 //!
-//! Does badly: a joint that never sets out on a step does not trip this; [`super::stall`] is for
-//! that. A joint that creeps to and fro between two set points in turn does not trip it either.
+//! Does badly: a joint that never starts to move on a step does not trip this monitor;
+//! [`super::stall`] is for that. A joint that creeps to and fro between two set points in turn does
+//! not trip it either.
 
 use super::limits::{Limits, Units};
 
-/// Error against its limit.
+/// Monitor of the following error.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct FollowingError {
     most: u32,
-    /// The farthest begin of a trajectory, counts.
+    /// Largest distance from the joint at which a trajectory may begin, counts.
     farthest: u32,
     /// Counts that one deg/s makes in a tick.
     counts_per_speed: f32,
 }
 
-/// What is allowed at present.
+/// Set point of the last tick, and present room.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct FollowingState {
     setpoint: i32,
-    /// Counts of the error that jumps have made, with the error's sign and never beyond it.
+    /// Part of the error that jumps have made, counts, with the error's sign and never beyond it.
     room: i32,
 }
 
 impl FollowingError {
-    /// Makes the monitor; `saturating` is the error that asks for the full scale, deg.
+    /// Makes the monitor; `saturating` is the error at which the law reaches the full scale, deg.
     pub fn new(limits: &Limits, saturating: f32, units: &Units) -> Self {
         let most = Units::threshold(limits.following_error, units.count);
         Self {
@@ -56,13 +57,13 @@ impl FollowingError {
         }
     }
 
-    /// Returns whether a set point that is so far from the joint (counts) is a jump.
+    /// Returns whether a set point at this distance from the joint (counts) is a jump.
     pub const fn is_jump(&self, distance: i32) -> bool {
         distance.unsigned_abs() > self.farthest
     }
 
-    /// Takes set point (counts), its velocity (deg/s) and the position (counts) of a tick; returns
-    /// the error (counts) if it is too large.
+    /// Checks the set point (counts), its velocity (deg/s) and the position (counts) of a tick.
+    /// Returns the error (counts) if it is too large.
     #[inline]
     pub fn check(
         &self,
@@ -86,8 +87,8 @@ impl FollowingError {
 mod tests {
     use super::*;
 
-    /// The largest error before a trip, or at the end, in counts; the limit is 50 of them. A count
-    /// is 1 deg, and a tick 1 s.
+    /// Returns the error that trips, if one does, and the largest error before it, counts. The
+    /// limit is 50 counts; a count is 1 deg, and a tick 1 s.
     fn followed(motion: impl Iterator<Item = (i32, f32, i32)>) -> (Option<i32>, i32) {
         let limits = Limits { following_error: 50.0, ..Limits::OFF };
         let units = Units { count: 1.0, code: 1.0, tick: 1.0, supply: 0.0 };
@@ -127,7 +128,8 @@ mod tests {
         }
     }
 
-    /// Squares between 400 and 0 counts, ten ticks each, and a joint at `position` in each tick.
+    /// Returns the error that trips under a square wave between 400 and 0 counts, ten ticks each,
+    /// with the joint at `position` in each tick.
     fn squares(position: impl Fn(i32) -> i32) -> Option<i32> {
         let square = |k: i32| if (k / 10) % 2 == 0 { 400 } else { 0 };
         followed((0..1000).map(|k| (square(k), 0.0, position(k)))).0

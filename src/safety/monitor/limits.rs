@@ -6,36 +6,37 @@ use crate::control::encoder::CounterBits;
 use crate::units::error::HUGE;
 use crate::units::value::{Key, Table, key, table};
 
-/// The largest error where Kp is zero and says nothing of it: a turn, deg.
+/// A turn, deg: the limit of the following error if Kp is zero.
 const TURN: f32 = 360.0;
 
-/// Where Kd is zero, the overspeed is the following error in this time, s: that of Kd = 0.15 s Kp,
-/// the thesis's ratio.
+/// If Kd is zero, the limit of the speed is that of the following error divided by this time, s. It
+/// equals that of Kd = 0.15 s Kp, the thesis's ratio.
 const UNDAMPED: f32 = 0.06;
 
-/// How much faster than the overspeed a tick of a swing may be that the law has to end: where its
-/// mean is within that limit, the fastest ticks of simulated ones were up to five times as fast. A
-/// swing whose period divides the time of the mean has no other limit of its speed.
+/// Largest speed in a tick, in overspeed limits, if the law ends swings itself. In simulated swings
+/// whose mean speed was within the limit, the fastest ticks were up to five times as fast. If the
+/// period of a swing divides the averaging time, nothing else limits its speed.
 const SWING: f32 = 6.0;
 
-/// The impulse without a count is the breakaway effort for this time, s.
+/// Time at the breakaway effort that makes the derived limit of the impulse without a count, s.
 const IMPULSE_TIME: f32 = 0.5;
 
-/// Part of a friction of a file from which an effort may start the joint: the friction of a joint
-/// changes with temperature and wear, and data sheets err.
+/// Part of the file's friction from which an effort may already start the joint: the friction of a
+/// joint changes with temperature and wear, and data sheets err.
 pub const CERTAIN: f32 = 0.5;
 
-/// How many times less gain than the largest of a stable loop the weakest joint has. A quarter of
-/// its travel is required, so a joint of an unknown gain trips with less than a 256th of that gain:
-/// in a loop of 1 kHz that regresses over 5 ms, at a bandwidth of its damping below 0.4 Hz.
+/// Ratio of the largest gain of a stable loop to the gain of the weakest joint. A quarter of the
+/// weakest joint's travel is required, so a joint of unknown gain trips with less than a 256th of
+/// the largest gain. In a loop of 1 kHz that regresses over 5 ms, this is a bandwidth of the
+/// damping below 0.4 Hz.
 const SLOWEST_LOOP: f32 = 64.0;
 
 /// Part of the converter's full scale up to which a supply is distinguished from a higher one: the
 /// last four of 4096 readings are left out.
 const MEASURED: f32 = 1.0 - 4.0 / 4096.0;
 
-/// Part of the counter's half range up to which a travel in one tick is a jump: beyond the half
-/// range it is read as travel the other way.
+/// Largest derived limit of the travel in one tick, as a part of the counter's half range: travel
+/// beyond the half range is read as travel the other way.
 const COUNTED: f32 = 0.9;
 
 /// The longest time of a monitor, s: its ticks and their sums stay far within 32 bits.
@@ -142,7 +143,7 @@ const SUPPLY_MAX: Key = key(Limits::ABOUT, "supply_max");
 const ENCODER_JUMP: Key = key(Limits::ABOUT, "encoder_jump");
 
 impl Limits {
-    /// No monitor at all, for tests of what is around them.
+    /// All monitors off, for tests of the code around them.
     pub const OFF: Self = Self {
         encoder_jump: 0.0,
         stall_effort: 0.0,
@@ -170,9 +171,10 @@ impl Limits {
         play: 0.0,
     };
 
-    /// What can be derived from the loop itself, for machines that say nothing of it; the sentence
-    /// of each limit says how and why. `breakaway` is the effort that starts the joint (V), or zero
-    /// if it is not known. A law may say more about its speed and its error than PD's gains do.
+    /// Derives the limits from the loop itself, for machines that do not set them; the doc of each
+    /// limit has the rule and the reason. `breakaway` is the effort that starts the joint (V), or
+    /// zero if it is unknown. A law may define its own limits of speed and error in place of those
+    /// of PD's gains.
     pub fn derived(controller: &ControllerConfig, device: &DeviceConfig, breakaway: f32) -> Self {
         let around = controller.around();
         let (full_scale, count, sample_time) =
@@ -222,11 +224,12 @@ impl Limits {
         }
     }
 
-    /// Returns the same limits for a joint of a known gain (deg/s^2 per V); zero is unknown.
+    /// Returns the same limits for a joint of a known gain (deg/s^2 per V); zero: the gain is
+    /// unknown.
     ///
-    /// The joint may be half as light or four times as heavy as its file says. It is no faster than
-    /// `sqrt(2 gain V 360 deg)` after a turn under the largest effort `V`, without any friction: a
-    /// higher limit of the speed would never trip there.
+    /// The joint may have from half to four times the inertia of its file. After a turn under the
+    /// largest effort `V`, without any friction, its speed is `sqrt(2 gain V 360 deg)` at most: a
+    /// higher limit of the speed would never trip within a turn.
     #[must_use]
     pub fn of_gain(self, gain: f32, controller: &ControllerConfig) -> Self {
         if gain > 0.0 {
@@ -271,8 +274,8 @@ impl Limits {
         }
     }
 
-    /// Returns the time whose swings are left to the law, s; zero if it leaves all of them to the
-    /// monitors. A regression over a longer time levels them out by itself.
+    /// Returns the averaging time of the speed if the law ends swings itself, s; zero if the
+    /// monitors judge all swings. A regression over at least this time averages the swings already.
     pub(super) fn swing_time(controller: &ControllerConfig) -> f32 {
         let around = controller.around();
         let window = controller.velocity_window.saturating_sub(1) as f32 * around.sample_time;
@@ -281,8 +284,9 @@ impl Limits {
         if time > window { time } else { 0.0 }
     }
 
-    /// Returns the error that asks for the full scale, deg: beyond it more error gives no more
-    /// effort. A law may say more about it than Kp does; without both it is a turn.
+    /// Returns the error at which the law reaches the full scale, deg: beyond it, more error causes
+    /// no more effort. A law may define its own value in place of that of Kp; without both it is a
+    /// turn.
     pub(super) fn saturating_error(controller: &ControllerConfig) -> f32 {
         let around = controller.around();
         let of_pd = match controller.pd.kp {
@@ -294,34 +298,34 @@ impl Limits {
     }
 }
 
-/// What turns a user's units into those of a tick.
+/// Conversion factors from a user's units to those of a tick.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Units {
-    /// Deg of a count.
+    /// Angle of a count, deg.
     pub count: f32,
-    /// V of a code.
+    /// Effort of a code, V.
     pub code: f32,
-    /// S of a tick.
+    /// Time of a tick, s.
     pub tick: f32,
-    /// V of the converter's unit; zero if the supply is not measured.
+    /// Supply voltage of a unit of the converter, V; zero if the supply is not measured.
     pub supply: f32,
 }
 
 impl Units {
-    /// Whole units in a positive amount, never none: a threshold that is on stays on.
+    /// Returns a positive amount in whole units, at least one: a threshold that is on stays on.
     #[inline(never)]
     pub fn whole(amount: f32, unit: f32) -> u32 {
         (libm::roundf(amount / unit) as u32).max(1)
     }
 
-    /// A threshold in whole units that is never reached if it is zero.
+    /// Returns a threshold in whole units. A threshold of zero is off: the result is never reached.
     #[inline(never)]
     pub fn threshold(amount: f32, unit: f32) -> u32 {
         if amount > 0.0 && unit > 0.0 { Self::whole(amount, unit) } else { u32::MAX }
     }
 
-    /// The nearest whole codes of an effort (V). A tick uses it: `libm::roundf` takes four times as
-    /// many instructions, and differs only where f32 rounds a sum with a half up.
+    /// Returns the whole code nearest to an effort (V). A tick calls it: `libm::roundf` takes four
+    /// times as many instructions, and differs only where f32 rounds a sum with a half up.
     #[inline]
     pub fn codes(&self, effort: f32) -> i32 {
         let codes = effort / self.code;

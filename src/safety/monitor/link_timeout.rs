@@ -1,17 +1,17 @@
 //! The link that armed or moved the servo has fallen silent: a cable pulled, a host that hangs.
 //!
-//! On as soon as a link has armed, or has moved what had armed by itself, until the servo is
-//! stopped. A sign of life is a new request of its session ([`crate::link`]).
+//! On from the moment when a link arms the servo, or moves a servo that armed automatically, until
+//! the servo is stopped. A sign of life is a new request of its session ([`crate::link`]).
 
 use super::limits::{Limits, Units};
 
-/// Silence against its limit.
+/// Monitor of the link's silence.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LinkTimeout {
     ticks: u32,
 }
 
-/// How long nothing was heard.
+/// Time of the link's silence, and whether it is watched.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct LinkState {
     watched: bool,
@@ -31,17 +31,17 @@ impl LinkTimeout {
 }
 
 impl LinkState {
-    /// From now on silence trips, or no longer.
+    /// Returns a state without silence so far. Silence trips if `watched`.
     pub const fn watch(watched: bool) -> Self {
         Self { watched, silent: 0 }
     }
 
-    /// Whether silence trips.
+    /// Returns whether silence trips.
     pub const fn is_watched(self) -> bool {
         self.watched
     }
 
-    /// A sign of life.
+    /// Restarts the time of silence, after a sign of life.
     pub const fn heard(&mut self) {
         self.silent = 0;
     }

@@ -1,12 +1,12 @@
-//! Monitors: what turns the bridge off, in the tick in which it is seen.
+//! The monitors, which turn the bridge off in the tick in which they detect a fault.
 //!
-//! Each is one module: what it looks at, how soon, and what it does badly. [`Limits`] are their
-//! thresholds in a user's units; the monitors are made of them once, in counts, codes and ticks, so
-//! that a tick compares integers. The first one in this order is reported: a jump of the
-//! encoder is a following error, too.
+//! Each monitor is one module, whose doc states what it checks, how soon it trips and what it does
+//! badly. [`Limits`] are the thresholds in a user's units; the monitors are made from them once, in
+//! counts, codes and ticks, so that a tick compares integers. If several monitors trip in a tick,
+//! the first one checked is reported: a jump of the encoder is a following error, too.
 //!
-//! Faults that are not seen in a tick (clock, watchdog, panic, overrun, break input) come from the
-//! board, and [`Fault::NonFinite`] from the controller.
+//! Faults that are not detected in a tick (clock, watchdog, panic, overrun, break input) come from
+//! the board, and [`Fault::NonFinite`] from the controller.
 
 mod abrupt_stop;
 mod encoder_jump;
@@ -61,14 +61,14 @@ use thermal::{Thermal, ThermalState};
 use twist::{Twist, TwistState};
 use wind_up::WindUp;
 
-/// A joint that has stood still for this long is at rest, s.
+/// Time at standstill after which the joint is at rest, s.
 const REST: f32 = 0.05;
 
-/// All monitors of a joint, ready to be used.
+/// All monitors of a joint, prepared for its loop.
 #[derive(Clone, Debug)]
 pub(crate) struct Monitors {
     units: Units,
-    /// Angle of a count of what the effort acts on, deg.
+    /// Angle of a count of the motor's own encoder, deg; without one, that of the joint's encoder.
     #[cfg(feature = "two-encoders")]
     driven_count: f32,
     #[cfg(feature = "two-encoders")]
@@ -94,11 +94,11 @@ pub(crate) struct Monitors {
     wind_up: WindUp,
 }
 
-/// What they remember. The heat stays from one arming to the next, and so does the impulse without
-/// a count.
+/// The states of the monitors. The heat stays from one arming to the next, and so does the impulse
+/// without a count.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct MonitorState {
-    /// What was applied since the last tick.
+    /// Code applied since the last tick.
     code: i32,
     overspeed: OverspeedState,
     reversal: ReversalState,
@@ -113,7 +113,7 @@ pub(crate) struct MonitorState {
     abrupt: AbruptStopState,
     progress: ProgressState,
     oscillation: OscillationState,
-    /// The range that holds since arming.
+    /// Range of positions since arming.
     range: PositionLimits,
     supply: SupplyState,
     thermal: ThermalState,
@@ -122,7 +122,7 @@ pub(crate) struct MonitorState {
     warning: bool,
 }
 
-/// What the encoder says of a tick, armed or not.
+/// Readings of the encoder in a tick, armed or not.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Seen {
     /// Travel since the last tick, counts.
@@ -131,12 +131,13 @@ pub(crate) struct Seen {
     pub position: i32,
     /// Ticks without motion.
     pub standstill: u32,
-    /// The motor, if the joint's encoder is on the load and the motor has another one.
+    /// Readings of the motor's encoder, if the joint's encoder is on the load and the motor has
+    /// another one.
     #[cfg(feature = "two-encoders")]
     pub motor: Option<SeenMotor>,
 }
 
-/// What the encoder of the motor says of a tick.
+/// Readings of the motor's encoder in a tick.
 #[cfg(feature = "two-encoders")]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct SeenMotor {
@@ -158,7 +159,8 @@ impl Seen {
         false
     }
 
-    /// Returns what the effort acts on: the motor, where it has an encoder of its own.
+    /// Returns the readings of the side on which the effort acts: those of the motor, if it has its
+    /// own encoder.
     #[inline]
     pub const fn driven(&self) -> Self {
         #[cfg(feature = "two-encoders")]
@@ -177,7 +179,7 @@ pub(crate) struct Trip {
 }
 
 impl Monitors {
-    /// The monitors of a loop; all of it has been validated.
+    /// Makes the monitors of a loop from validated parameters.
     pub fn new(
         limits: &Limits,
         controller: &ControllerConfig,
@@ -211,7 +213,7 @@ impl Monitors {
             stall: Stall::new(limits, &driven),
             impulse: StallImpulse::new(limits, &driven),
             net: NetTravel::new(limits, &driven),
-            // With an encoder of its own, the motor counts in its play.
+            // A motor with its own encoder counts while it crosses the play.
             play: Play::new(limits, &driven).filter(|_| controller.motor.count().is_none()),
             probe: EncoderProbe::new(limits, &units),
             abrupt: AbruptStop::new(limits, &driven),
@@ -225,13 +227,13 @@ impl Monitors {
         }
     }
 
-    /// Whether the joint is at rest.
+    /// Returns whether the joint is at rest.
     pub const fn is_at_rest(&self, seen: &Seen) -> bool {
         seen.standstill >= self.rest && seen.driven().standstill >= self.rest
     }
 
-    /// The range of a joint whose zero is at `zero` (counts since power-on). Without a known zero
-    /// there is none.
+    /// Returns the range of a joint whose zero is at `zero` (counts since power-on). Without a
+    /// known zero there is no range.
     pub fn range(&self, zero: Option<i32>) -> PositionLimits {
         zero.map_or(PositionLimits::NONE, |zero| self.position.with_zero(zero))
     }
@@ -241,7 +243,7 @@ impl Monitors {
         self.position != PositionLimits::NONE
     }
 
-    /// The fault that arming would run into at once.
+    /// Returns the fault that would trip at once after arming.
     pub fn forbids_arming(
         &self,
         state: &MonitorState,
@@ -269,12 +271,12 @@ impl Monitors {
         self.probe.effort(&state.probe, position)
     }
 
-    /// Returns whether a set point that is so far from the joint (counts) is a jump.
+    /// Returns whether a set point at this distance from the joint (counts) is a jump.
     pub const fn is_jump(&self, distance: i32) -> bool {
         self.following.is_jump(distance)
     }
 
-    /// The state that arming begins with.
+    /// Returns the state at arming.
     pub fn armed(
         &self,
         before: &MonitorState,
@@ -293,8 +295,8 @@ impl Monitors {
         }
     }
 
-    /// The state after other parameters were taken: the winding stays warm, whatever the code of a
-    /// volt.
+    /// Returns the state after a change of parameters, in the new units: the winding stays warm.
+    /// `before` and `monitors` are those of the old parameters.
     pub fn taken_over(&self, before: &MonitorState, monitors: &Self) -> MonitorState {
         let ratio = monitors.units.code / self.units.code;
         let thermal = before.thermal.scaled(ratio);
@@ -303,13 +305,13 @@ impl Monitors {
         MonitorState { thermal, impulse, probe, ..MonitorState::default() }
     }
 
-    /// The state of a motor that is as warm as an effort (V) makes it that lasts.
+    /// Returns the state of a motor that a steady effort (V) has warmed.
     pub fn warm(&self, effort: f32) -> MonitorState {
         let thermal = ThermalState::of_effort(effort / self.units.code);
         MonitorState { thermal, ..MonitorState::default() }
     }
 
-    /// A tick without output.
+    /// Updates the state in a tick without output.
     pub fn idle(&self, state: &mut MonitorState, seen: &Seen) {
         self.thermal.cool(&mut state.thermal);
         let driven = seen.driven();
@@ -320,8 +322,8 @@ impl Monitors {
         state.warning = false;
     }
 
-    /// A tick of the driver's wake-up, without output: what forbids arming still may come, and the
-    /// link may fall silent.
+    /// Checks a tick of the driver's wake-up, without output. Trips on a condition that forbids
+    /// arming, or on a silent link.
     pub fn waking(&self, state: &mut MonitorState, seen: &Seen, supply: u16) -> Option<Trip> {
         self.idle(state, seen);
         if let Some(fault) = self.forbids_arming(state, state.range, seen, supply) {
@@ -331,7 +333,7 @@ impl Monitors {
         Some(Trip { fault: Fault::LinkTimeout, value: ticks as f32 * self.units.tick })
     }
 
-    /// One tick with output: `tick` has the code that is about to be applied.
+    /// Checks a tick with output. `tick` has the effort that is about to be applied.
     #[inline]
     pub fn check(
         &self,
@@ -340,7 +342,8 @@ impl Monitors {
         tick: &Tick,
         supply: u16,
     ) -> Option<Trip> {
-        // In codes at the nominal supply: a duty that is scaled by the supply is no other effort.
+        // In codes at the nominal supply: scaling the duty by the supply does not change the
+        // effort.
         let code = self.units.codes(tick.v_applied);
         let before = core::mem::replace(&mut state.code, code);
         let deg = |counts: i32| counts as f32 * self.units.count;
@@ -423,34 +426,36 @@ impl MonitorState {
         self.probe.runs()
     }
 
-    /// The range of positions that holds.
+    /// Returns the range of positions since arming.
     pub const fn range(&self) -> PositionLimits {
         self.range
     }
 
-    /// The output is off: there is no warning and no link to watch. What else the monitors remember
-    /// stays until [`Monitors::armed`], since the tick that latches a fault is the longest of all.
+    /// Ends the warning and the watch over the link, when the output goes off. The rest of the
+    /// state stays until [`Monitors::armed`], since the tick that latches a fault is the longest of
+    /// all.
     pub const fn rest(&mut self) {
         self.warning = false;
         self.link = LinkState::watch(false);
     }
 
-    /// A link has taken over: its silence is a fault from now on.
+    /// Starts the watch over the link: its silence is a fault from now on.
     pub const fn listen(&mut self) {
         self.link = LinkState::watch(true);
     }
 
-    /// The silence of the link is no fault any more.
+    /// Ends the watch over the link: its silence is no longer a fault.
     pub const fn ignore_link(&mut self) {
         self.link = LinkState::watch(false);
     }
 
-    /// The direction of the encoder is not known yet, and shall not trip: a jog finds it.
+    /// Turns the monitor of a reversal off, because the direction of the encoder is not known yet:
+    /// a jog finds it.
     pub const fn suppose_direction(&mut self) {
         self.reversal.suppose();
     }
 
-    /// Whether a stop of the joint is expected, and shall not trip: a homing finds it.
+    /// Turns the monitor of an abrupt stop off if a homing expects a stop, else on.
     pub fn expect_stop(&mut self, is_expected: bool) {
         self.abrupt = AbruptStopState::default();
         if is_expected {
@@ -458,27 +463,27 @@ impl MonitorState {
         }
     }
 
-    /// Whether the silence of a link is watched.
+    /// Returns whether the silence of a link is watched.
     pub const fn is_watched(&self) -> bool {
         self.link.is_watched()
     }
 
-    /// The link gave a sign of life.
+    /// Restarts the time of the link's silence, after a sign of life.
     pub const fn heard(&mut self) {
         self.link.heard();
     }
 
-    /// The compensator holds effort at standstill.
+    /// Returns whether the compensator holds effort at standstill.
     pub const fn warning(&self) -> bool {
         self.warning
     }
 
-    /// The joint swings to and fro.
+    /// Returns whether the joint swings to and fro.
     pub const fn oscillates(&self, monitors: &Monitors) -> bool {
         monitors.oscillation.is_reported(&self.oscillation)
     }
 
-    /// An effort that would heat the motor as much as it is, V.
+    /// Returns the heat of the motor, as the steady effort that would cause it, V.
     pub fn effort(&self, monitors: &Monitors) -> f32 {
         self.thermal.effort() * monitors.units.code
     }

@@ -10,20 +10,21 @@
 //! a line that picks up noise and counts while the loop holds its set point drives the joint the
 //! other way.
 //!
-//! [`super::stall_impulse`] takes two counts anywhere for a living encoder, and a loop that works
-//! against false counts has them all the time. Here only what remains of them counts. The time is
-//! longer than that in which [`super::stall_impulse`] trips, so a joint that rests under too much
-//! effort trips no sooner than without this monitor. More than 64 counts against the effort are a
-//! joint that is braked.
+//! [`super::stall_impulse`] accepts any two counts as a sign of a working encoder, and a loop that
+//! works against false counts has them all the time. This monitor judges only the net travel that
+//! remains of them. Its period is longer than the time in which [`super::stall_impulse`] trips, so
+//! a joint that rests under too much effort trips no sooner than without this monitor. If the net
+//! travel against the effort is more than 64 counts, the joint is being braked, and the monitor
+//! does not trip.
 //!
 //! Guarantees: an encoder that counts while the joint creeps under more than B on average is
 //! detected at the end of a period whose two means agree within four counts.
 //!
-//! Does badly: a joint that creeps needs its slip friction and its viscous friction, and that may
-//! be less than B. Up to (B - F) / b no effort contradicts the counts, F being the slip friction
-//! and b the viscous one: 1 deg/s on the thesis's joint. Only a second encoder sees that. A loop
-//! that hunts by many counts has means that differ by chance, and needs several periods. A moving
-//! set point is net travel. A hub that slips looks like a joint with more inertia.
+//! Does badly: a creeping joint needs an effort of its slip friction F plus its viscous friction b
+//! times the speed, which may be less than B. Up to a speed of (B - F) / b, 1 deg/s on the thesis's
+//! joint, no effort contradicts the counts. Only a second encoder detects that. A loop that hunts
+//! by many counts has means that differ by chance, and needs several periods. A moving set point is
+//! net travel. A hub that slips looks like a joint with more inertia.
 
 use super::limits::{Limits, Units};
 
@@ -31,30 +32,30 @@ use super::limits::{Limits, Units};
 /// excess of whole codes takes up to a quarter longer.
 const PERIOD: f32 = 5.0;
 
-/// Net travel that is due, as a difference of the means, counts: half of the two counts that show a
-/// living encoder, since a joint that creeps evenly makes twice the difference.
+/// Net travel that is due, as a difference of the means, counts. A joint that creeps evenly travels
+/// twice this difference in a period.
 const DUE: f32 = 4.0;
 
-/// Net travel against the effort from which a joint is braked, counts.
+/// Net travel against the effort from which a joint counts as braked, counts.
 const BRAKED: f32 = 64.0;
 
-/// Mean effort and net travel against their limits.
+/// Monitor of the mean effort and the net travel.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct NetTravel {
     /// Ticks of half a period.
     half: u32,
-    /// Codes times ticks.
+    /// Largest sum of the effort in a period, codes times ticks.
     most: u32,
 }
 
-/// The period so far.
+/// State of the present period.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct NetTravelState {
     /// Ticks of this half.
     ticks: u32,
-    /// Codes times ticks.
+    /// Sum of the effort, codes times ticks.
     sum: i32,
-    /// Where the period began, counts.
+    /// Position at the start of the period, counts.
     start: i32,
     /// Travel since then, added up over the ticks of this half, counts.
     travels: f32,
@@ -72,7 +73,8 @@ impl NetTravel {
         Self { half, most: if is_on { code.saturating_mul(2 * half) } else { u32::MAX } }
     }
 
-    /// Takes the code that is about to be applied, and the position (counts).
+    /// Updates the state with the code that is about to be applied and the position (counts).
+    /// Returns whether the monitor trips.
     #[inline]
     pub fn check(&self, state: &mut NetTravelState, code: i32, position: i32) -> bool {
         state.sum = state.sum.saturating_add(code);
@@ -81,7 +83,7 @@ impl NetTravel {
         state.ticks >= self.half && self.end_half(state, position)
     }
 
-    /// Ends a half; the second one is judged, and the next period begins.
+    /// Ends a half of the period. After the second half, judges the period and begins the next one.
     #[cold]
     #[inline(never)]
     fn end_half(&self, state: &mut NetTravelState, position: i32) -> bool {

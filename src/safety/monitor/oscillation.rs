@@ -19,16 +19,16 @@
 
 use super::limits::{Limits, Units};
 
-/// Travel back that is a swing, and way of the set point that ends a series, counts.
+/// Travel back that makes a swing, and travel of the set point that ends a series, counts.
 const SWING: u32 = 16;
 
 /// Longest time between two swings of a series, s.
 const LONGEST: f32 = 1.0;
 
-/// Time of a series that is reported, s.
+/// Length of a series beyond which it is reported as a warning, s.
 const REPORTED: f32 = 3.0;
 
-/// A series of swings against its limit.
+/// Monitor of a series of swings.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Oscillation {
     longest: u32,
@@ -36,19 +36,22 @@ pub(super) struct Oscillation {
     limit: u32,
 }
 
-/// Swings of the present series, as far as they have been counted.
+/// State of the present swing and of its series.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct OscillationState {
-    /// Farthest place of the present swing, counts since power-on; its direction; zero: none yet.
+    /// Farthest place of the present swing, counts since power-on.
     farthest: i32,
+    /// Direction of the present swing; zero before the first one.
     direction: i32,
     /// Sign of the effort in the swing before.
     effort: i32,
-    /// Ticks since the last swing, and ticks of the series up to it.
+    /// Ticks since the last swing.
     since: u32,
+    /// Length of the series up to the last swing, ticks.
     lasted: u32,
-    /// The set point, and its way since the last swing, counts.
+    /// Set point of the last tick, counts.
     setpoint: i32,
+    /// Travel of the set point since the last swing, counts.
     way: u32,
 }
 
@@ -61,8 +64,9 @@ impl Oscillation {
         }
     }
 
-    /// Takes the position (counts since power-on), the set point (counts), and the code that was
-    /// applied in the last tick. Returns the length of the series, ticks, if it is too long.
+    /// Updates the state with the position (counts since power-on), the set point (counts), and the
+    /// code that was applied in the last tick. Returns the length of the series, ticks, if it is
+    /// too long.
     #[inline]
     pub fn check(
         &self,

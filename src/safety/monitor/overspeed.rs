@@ -1,8 +1,8 @@
 //! Speed beyond what the loop was made for: an overhauling load, or a loop that runs away.
 //!
-//! The speed is the regression's of each tick. A law that watches over its own swings says for how
-//! long it does so ([`Law::swing_time`](crate::control::laws::Law::swing_time)). Where the window
-//! of the regression is shorter than that, the speed is the mean of the last time T:
+//! The speed of each tick is that of the regression. A law that ends its own swings defines a time
+//! T in which the joint may swing ([`Law::swing_time`](crate::control::laws::Law::swing_time)). If
+//! the window of the regression is shorter than T, the speed is the mean over the last T:
 //!
 //! ```text
 //! v = (n_1 + n_2) count / T       n_1, n_2: travel in the last two pieces of T / 2, counts
@@ -11,18 +11,18 @@
 //! A motor that swings against its elastic gear goes to and fro within T, and a joint that runs
 //! away does not. So the mean distinguishes them, and the peak of the speed does not.
 //!
-//! Detected in the tick in which the regression says so: for a jump in speed, within its window.
-//! By the mean: at most 1.5 T later, and earlier the faster the joint is.
+//! By the regression, a jump in speed is detected within the regression's window. By the mean, it
+//! is detected at most 1.5 T later, and earlier the faster the joint is.
 
 use super::limits::{Limits, Units};
 
-/// Measured speed against its limit.
+/// Monitor of the measured speed.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Overspeed {
     fastest: f32,
-    /// Ticks of half the time of a mean; zero: there is none.
+    /// Ticks of half the averaging time; zero: no mean is used.
     ticks: u32,
-    /// Mean speed of a count in both pieces, deg/s.
+    /// Mean speed for each count in both pieces, deg/s.
     per_count: f32,
 }
 
@@ -35,8 +35,8 @@ pub(super) struct OverspeedState {
 }
 
 impl Overspeed {
-    /// Makes the monitor of a regression over `window` positions, under a law that leaves swings of
-    /// `swing_time` (s) to itself.
+    /// Makes the monitor for a regression over `window` positions. `swing_time` is the averaging
+    /// time if the law ends swings itself, s; otherwise zero.
     pub fn new(limits: &Limits, window: u32, swing_time: f32, units: &Units) -> Self {
         let fastest = if limits.overspeed > 0.0 { limits.overspeed } else { f32::INFINITY };
         let regressed = window.saturating_sub(1) as f32 * units.tick;
@@ -46,8 +46,8 @@ impl Overspeed {
         Self { fastest, ticks, per_count }
     }
 
-    /// Takes the speed of the regression (deg/s) and the travel of this tick (counts); returns the
-    /// speed (deg/s) if it is too large.
+    /// Updates the state with the speed of the regression (deg/s) and the travel of this tick
+    /// (counts). Returns the speed (deg/s) if it is too large.
     #[inline]
     pub fn check(&self, state: &mut OverspeedState, velocity: f32, travel: i32) -> Option<f32> {
         if self.ticks == 0 {

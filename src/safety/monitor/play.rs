@@ -6,19 +6,18 @@
 //! taken up:  x has reached p in the direction of u
 //! ```
 //!
-//! `x` and `v` are those of the whole joint in the play: `g` is its gain (four times
+//! `x` and `v` are position and speed of the whole joint in the play: `g` is its gain (four times
 //! `progress_gain`), `B` its friction (`breakaway_v`), `u` the effort and `p` is `play_deg`. The
-//! motor alone is lighter and has a part of that friction, so it is ahead of `x`. Two counts from
-//! where the encoder last showed that it lives begin anew at `x = 0`. Until the play is taken up,
-//! an effort without a count is no stall: neither [`super::stall`] nor [`super::stall_impulse`]
-//! adds it up.
+//! motor alone is lighter and has a part of that friction, so it is ahead of `x`. Two counts of
+//! travel restart the model at `x = 0`. Until the play is taken up, an effort without a count is no
+//! stall: neither [`super::stall`] nor [`super::stall_impulse`] adds it up.
 //!
-//! Guarantees: a motor that is free in its play, lighter than the joint of the file by what the
-//! file errs, and without a load, has gone `p` before either of them adds up.
+//! Guarantees: before either of them adds up, a motor that is free in its play has travelled `p`,
+//! if it has no load and is lighter than the joint of the file by at least the file's error.
 //!
-//! Does badly: with a silent encoder the joint crosses the play and goes on until the stall: on
-//! the thesis's joint 14.5 deg with a play of 1 deg, at full effort, against 2.3 deg without.
-//! [`super::abrupt_stop`] is off, for the halves of a joint collide in the play: an encoder that
+//! Does badly: with a silent encoder the joint crosses the play and goes on until the stall: on the
+//! thesis's joint 14.5 deg with a play of 1 deg, at full effort, against 2.3 deg without.
+//! [`super::abrupt_stop`] is off, since the halves of a joint collide in the play: an encoder that
 //! dies in motion is detected by its effort alone. A joint that hunts within its play takes it up
 //! in neither direction.
 
@@ -27,30 +26,30 @@ use super::limits::{Limits, Units};
 /// The gain of the file's joint, as a multiple of that of the weakest joint.
 const OF_WEAKEST: f32 = 4.0;
 
-/// The play and the joint in it.
+/// Model of the joint in its play.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Play {
-    /// Counts.
+    /// Width of the play, p, counts.
     width: f32,
-    /// Codes.
+    /// Friction of the joint, B, codes.
     friction: f32,
-    /// Counts per tick and tick, of a code.
+    /// Acceleration for each code, counts per tick and tick.
     gain: f32,
 }
 
-/// Where the joint is in the play.
+/// State of the model.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct PlayState {
-    /// Counts.
+    /// Position in the play, x, counts.
     at: f32,
-    /// Counts per tick.
+    /// Speed in the play, v, counts per tick.
     speed: f32,
-    /// Where the encoder last showed that it lives, counts.
+    /// Position of the encoder at the last restart of the model, counts.
     anchor: i32,
 }
 
 impl Play {
-    /// Makes it; without a play there is none.
+    /// Makes the model; none without a play or a gain.
     pub fn new(limits: &Limits, units: &Units) -> Option<Self> {
         let gain =
             OF_WEAKEST * limits.progress_gain * units.code * units.tick * units.tick / units.count;
@@ -61,9 +60,9 @@ impl Play {
         })
     }
 
-    /// Takes the code that is about to be applied, and the position (counts). Returns whether the
-    /// play is taken up in the direction of the effort.
-    // Out of line: a joint without play does not pay for it.
+    /// Updates the state with the code that is about to be applied and the position (counts).
+    /// Returns whether the play is taken up in the direction of the effort.
+    // Out of line: it costs nothing for a joint without play.
     #[cold]
     #[inline(never)]
     pub fn is_taken_up(&self, state: &mut PlayState, code: i32, position: i32) -> bool {

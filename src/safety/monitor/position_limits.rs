@@ -1,12 +1,13 @@
 //! The range of positions, counted from the [reference](crate::servo) of the joint.
 //!
-//! Arming anew shifts the zero of the controller, not this one: otherwise a joint could be walked
-//! out of its range in steps. A joint whose position is unknown has no range, and only jogs and
-//! homes. Does badly: the range is only as good as the reference, which no sensor confirms.
+//! Arming anew shifts the zero of the controller, not that of the range: otherwise, repeated arming
+//! could move a joint out of its range in steps. While the position is unknown, no range applies,
+//! and only jogs and homings drive the joint. Does badly: the range is only as good as the
+//! reference, which no sensor confirms.
 
 use super::limits::{Limits, Units};
 
-/// Position against its range.
+/// Range of positions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct PositionLimits {
     lowest: i32,
@@ -22,7 +23,7 @@ impl Default for PositionLimits {
 }
 
 impl PositionLimits {
-    /// Every position is within the range.
+    /// Range without limits: every position is within it.
     pub const NONE: Self = Self { lowest: i32::MIN, highest: i32::MAX, zero: 0 };
 
     pub(super) fn new(limits: &Limits, units: &Units) -> Self {
@@ -43,7 +44,7 @@ impl PositionLimits {
         Self { lowest, highest, zero }
     }
 
-    /// Returns a position (counts since power-on) as one of the range.
+    /// Returns a position (counts since power-on) in counts from the zero of the range.
     pub const fn counted(&self, position: i32) -> i32 {
         position.wrapping_sub(self.zero)
     }

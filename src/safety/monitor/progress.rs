@@ -18,13 +18,15 @@
 //! - `path` exceeds 32 counts and twice the play, and `made` is less than half of it: the counts
 //!   go to and fro.
 //!
-//! A joint that still moves against a new effort starts with one and a half times its speed
-//! against it, and has no more than that while it brakes, so that braking is in none of the sums.
+//! If the joint still moves against a new effort, `v` starts at one and a half times the joint's
+//! speed against the effort, and is no more than that while the joint brakes. So braking is in none
+//! of the sums.
 //!
-//! [`super::stall`] and [`super::stall_impulse`] take counts anywhere for a living encoder. An
-//! open line picks up noise, and its counts go to and fro. This monitor requires counts that go
-//! where the effort pushes, as far as it pushes. With an encoder on either side of a gear it looks
-//! at the motor, which the gear holds within its twist of the load: `play_deg` is that twist there.
+//! [`super::stall`] and [`super::stall_impulse`] accept counts in any direction as a sign of a
+//! working encoder. An open line picks up noise, and its counts go to and fro. This monitor
+//! requires counts in the direction of the effort, and as many as the effort causes. With an
+//! encoder on either side of a gear, it uses that of the motor, which the gear holds within its
+//! twist of the load: `play_deg` is then that twist.
 //!
 //! Guarantees: under an effort above F, an encoder whose error stays within n counts is detected
 //! before the weakest joint has moved the larger of 64 and 4 n counts, plus one tick, if it starts
@@ -60,16 +62,16 @@ const TIME: f32 = 0.2;
 /// friction is at its least.
 const AGAINST: f32 = 1.5;
 
-/// Due travel against its limit.
+/// Monitor of the travel that is due under an effort.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Progress {
-    /// Codes within any friction.
+    /// Effort up to which nothing is judged, F, codes.
     friction: i32,
-    /// Counts per tick and tick, of a code.
+    /// Acceleration of the weakest joint for each code, counts per tick and tick.
     gain: f32,
-    /// What is left of the due speed after a tick.
+    /// Share of the due speed that is left after a tick.
     decay: f32,
-    /// Counts per tick, of a deg/s.
+    /// Counts per tick for each deg/s.
     per_speed: f32,
     /// Due travel that is judged, counts: [`LEAST`] beyond the play.
     due: f32,
@@ -77,18 +79,19 @@ pub(super) struct Progress {
     path: i32,
 }
 
-/// What has been due, and what was made, since the effort rose.
+/// Sums of the travel due and of the travel made.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct ProgressState {
-    /// Sign of the effort; zero: it was within the friction.
+    /// Sign of the effort; zero if the effort was within the friction.
     sign: i32,
     ticks: u32,
-    /// Counts per tick.
+    /// Due speed, v, counts per tick.
     speed: f32,
-    /// Counts.
+    /// Due travel, counts.
     due: f32,
+    /// Travel in the direction of the effort, counts.
     made: i32,
-    /// Counts, without their signs.
+    /// Travel without its sign, counts.
     path: i32,
 }
 
@@ -107,8 +110,8 @@ impl Progress {
         }
     }
 
-    /// Takes the code that was applied in the last tick, the travel in it (counts), and the
-    /// measured speed (deg/s).
+    /// Updates the sums with the code that was applied in the last tick, the travel in it (counts),
+    /// and the measured speed (deg/s). Returns whether the monitor trips.
     #[inline]
     pub fn check(&self, state: &mut ProgressState, code: i32, travel: i32, velocity: f32) -> bool {
         // Neither a code nor the travel of a tick has the size of 2^31.
@@ -143,8 +146,8 @@ impl Progress {
         is_due && state.ticks >= LEAST_TICKS && self.judge(state)
     }
 
-    /// Judges what was made. What a joint has made that passes is no credit for an encoder that
-    /// breaks now.
+    /// Judges the travel made, and returns whether the monitor trips. The sums restart after a
+    /// joint has passed, so that earlier travel is no credit for an encoder that breaks now.
     #[cold]
     #[inline(never)]
     fn judge(&self, state: &mut ProgressState) -> bool {

@@ -1,21 +1,22 @@
 //! Encoder or motor wired the wrong way around: the first move after arming goes against the
 //! effort.
 //!
-//! A joint that was at rest (arming requires it) goes where it is pushed. While the effort has one
-//! sign and is at least the breakaway effort, the travel with it is summed up. The limit of counts
-//! with the effort proves the wiring until the next arming; as many against it trip. A joint that
-//! is still coasting from an effort the other way does not count until it has stopped.
+//! A joint that was at rest (arming requires it) moves in the direction of the effort. While the
+//! effort has one sign and is at least the breakaway effort, the travel in its direction is summed
+//! up. A sum of `reversal_deg` with the effort proves the wiring until the next arming; as much
+//! against the effort trips. Travel does not count while the joint still coasts from an effort the
+//! other way.
 //!
-//! The sum ends where the effort falls below the breakaway effort or changes its sign. What the
-//! last one that was not zero came to with the effort is then set off against the next one: a move
+//! The sum ends when the effort falls below the breakaway effort or changes its sign. If the last
+//! sum that was not zero went with the effort, its counts are set off against the next sum: a move
 //! of a few counts is braked before it proves the wiring, and noise of a count ends the coasting
-//! too early, so that the braking looks like a wrong wire. The push before that is forgotten: were
-//! the counts of all pushes set off, a wire that is swapped later would be seen after all of them.
+//! too early, so that the braking looks like a wrong wire. Only the last push is set off. If the
+//! counts of all pushes were, a wire swapped later would be detected only after all of them.
 //!
-//! A joint may move already when the effort rises beyond the breakaway effort: a load has driven
-//! it, or the spring of its gear. An effort beyond any friction slows such a joint down, while a
-//! reversed one gains speed against it. So travel against the effort counts by what it is more
-//! than the joint made in a tick before:
+//! A joint may already move when the effort rises beyond the breakaway effort, driven by a load or
+//! by the spring of its gear. An effort beyond any friction slows such a joint down, while a joint
+//! with a wrong wire gains speed against the effort. So of the travel against the effort in a tick,
+//! only the part counts that exceeds the travel per tick before:
 //!
 //! ```text
 //! with += d                    d: travel of a tick with the effort
@@ -24,39 +25,41 @@
 //!                              they differ in sign
 //! ```
 //!
-//! From rest `d_0` is zero, and each count against the effort counts: the jitter of an encoder goes
-//! to and fro, and a glitch has one tick.
+//! From rest `d_0` is zero, and each count against the effort counts. The jitter of an encoder goes
+//! to and fro, and a glitch lasts one tick, so neither makes a `d_0`.
 //!
-//! Does badly: a wire that is swapped after a push is seen later by the counts of that push, fewer
-//! than `reversal_deg` has. Once proven, a connector that is turned while the joint moves is left
-//! to following error and overspeed. A load that still gains speed against the breakaway effort in
-//! the first move looks like a wrong wire. A joint that was already moving when the effort rose has
-//! to gain `reversal_deg` over that speed before a wrong wire is seen.
+//! Does badly: a wire that is swapped after a push is detected later, by the counts of that push,
+//! which are fewer than `reversal_deg`. After the proof, a connector that is turned while the joint
+//! moves is left to the monitors of following error and overspeed. A load that still gains speed
+//! against the breakaway effort in the first move looks like a wrong wire. A joint that was already
+//! moving when the effort rose has to gain `reversal_deg` over that speed before a wrong wire is
+//! detected.
 
 use super::limits::{Limits, Units};
 
-/// Travel against the effort and its limit.
+/// Monitor of the travel against the effort.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Reversal {
     code: i32,
     counts: i32,
 }
 
-/// Where the first move has led so far.
+/// State of the first move after arming.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct ReversalState {
     proven: bool,
-    /// Sign of the last effort beyond the threshold; zero: there was none yet.
+    /// Sign of the last effort at or beyond the threshold; zero if there was none yet.
     sign: i8,
-    /// Direction in which the joint still moves because of the effort before that.
+    /// Direction in which the joint still coasts from the effort before that; zero if it does not.
     coasts: i32,
+    /// Sum of the travel with the effort, counts.
     with: i32,
-    /// What the last sum that was not zero came to with the effort, counts; zero if it went
-    /// against it.
+    /// The last sum that was not zero, counts; zero if that sum was negative.
     pushed: i32,
-    /// Travel in the last tick below the threshold, and what both of the last two have made,
-    /// counts.
+    /// Travel in the last tick below the threshold, counts.
     last: i32,
+    /// Smaller travel of the last two ticks below the threshold, counts; zero if they differ in
+    /// sign: d_0.
     before: i32,
 }
 
@@ -69,8 +72,8 @@ impl Reversal {
         }
     }
 
-    /// Takes the travel of this tick and the code that was applied meanwhile; returns the travel
-    /// against it if that is too much.
+    /// Updates the state with the travel of this tick (counts) and the code that was applied
+    /// meanwhile. Returns the sum (counts, negative) if it is too large against the effort.
     #[inline]
     pub fn check(&self, state: &mut ReversalState, code: i32, travel: i32) -> Option<i32> {
         if state.proven {
@@ -111,7 +114,7 @@ impl Reversal {
 }
 
 impl ReversalState {
-    /// Ends the sum, and keeps what it came to with the effort.
+    /// Ends the sum. Unless it is zero, keeps it as `pushed`, or zero if it is negative.
     fn end_sum(&mut self) {
         if self.with != 0 {
             self.pushed = self.with.max(0);
@@ -119,7 +122,7 @@ impl ReversalState {
         self.with = 0;
     }
 
-    /// Takes the wiring for proven, until the next arming.
+    /// Treats the wiring as proven until the next arming.
     pub const fn suppose(&mut self) {
         self.proven = true;
     }

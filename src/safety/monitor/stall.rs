@@ -1,23 +1,23 @@
 //! Effort beyond any friction, and the encoder does not count.
 //!
-//! Trips when the effort has had one sign and at least the size of the threshold, and the joint has
-//! stood still ([`super::Standstill`]), both for the stated time. PD rests with effort applied for
-//! ever, so the threshold lies above the breakaway effort: by default twice that. A blocked joint,
-//! a cut encoder wire (one or both), a motor that is not connected and a bridge that does not drive
-//! look alike from here.
+//! Trips when, for the configured time, the effort has had one sign and at least the size of the
+//! threshold, and the joint has stood still ([`super::Standstill`]). Under PD a joint may rest
+//! forever with effort applied, so the threshold lies above the breakaway effort: by default twice
+//! that. This monitor cannot distinguish a blocked joint, a cut encoder wire (one or both), a motor
+//! that is not connected and a bridge that does not drive.
 //!
 //! Does badly: a cut wire under less effort than the threshold looks like rest.
 
 use super::limits::{Limits, Units};
 
-/// Effort without motion against its limits.
+/// Monitor of effort without motion.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Stall {
     code: i32,
     ticks: u32,
 }
 
-/// For how long the effort has been beyond the threshold, and its sign.
+/// Ticks for which the effort has been beyond the threshold, and its sign.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct StallState {
     positive: bool,

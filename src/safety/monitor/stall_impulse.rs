@@ -9,38 +9,42 @@
 //! Trips when the impulse exceeds its limit: an inverse-time characteristic with a shortest and a
 //! longest time. By default the limit is the breakaway effort for half a second. So twice the
 //! breakaway trips after 0.5 s, the least effort beyond it after 4 s, and five times or more after
-//! 0.125 s. So from 3.5 times the breakaway on this comes before the default of [`super::stall`],
-//! which looks at effort of more than twice the breakaway that does not pause: who lengthens that
-//! time has to raise this limit, too. Pulses are for this one alone, since a pulse of the full
-//! scale moves a light joint far.
+//! 0.125 s. With the defaults, from 3.5 times the breakaway on, this monitor trips before
+//! [`super::stall`], which judges effort of more than twice the breakaway without pauses. To
+//! lengthen `stall_s`, raise this limit as well. Only this monitor judges pulses: a pulse of the
+//! full scale moves a light joint far.
 //!
 //! The impulse is added up across pauses, pulses, changes of sign and arming. Only counts clear it,
-//! and not every count: one wire that is cut lets the other flicker between two neighbouring
-//! counts. The encoder lives if the joint is two counts from where it was when it lived last. It
-//! also lives if it counts with an effort whose sign has turned since then: so does a joint that
-//! hunts across the edge of a count (DNPF at its set point). But that is only for efforts of less
-//! than twice the breakaway since then. More in one tick moves a joint by a count or more, and one
-//! that gets it and stays within the same two counts does not hunt: a law that pulses (`robust`)
-//! brakes after each pulse, the sign turns, and the flicker of the other wire would clear what the
-//! pulses add up. A trip starts it anew. Effort within the breakaway is never added, so that a law
-//! may hold a joint at rest for ever.
+//! and not every count: if one wire is cut, the other may flicker between two neighbouring counts.
+//! Two things show that the encoder lives:
 //!
-//! This sees a dead encoder under SRNF, which asks for the breakaway effort and little more. Does
-//! badly: a joint that moves needs less effort than the breakaway to keep moving. An encoder that
-//! dies while the joint creeps, under an effort between the two levels of friction, is not seen;
-//! [`super::abrupt_stop`] sees one that dies at more speed.
+//! - The joint is two counts from the place where the encoder last showed that it lives.
+//! - The encoder counts in the direction of an effort whose sign has turned since then, and no
+//!   effort since then was twice the breakaway or more. This happens while a joint hunts across the
+//!   edge of a count (DNPF at its set point). A larger effort in one tick moves a joint by a count
+//!   or more: a joint that stays within the same two counts under it does not hunt. A law that
+//!   pulses (`robust`) brakes after each pulse and so turns the sign: without this condition, the
+//!   flicker of the other wire would clear the sum of the pulses.
+//!
+//! A trip restarts the sum. Effort within the breakaway is never added, so that a law may hold a
+//! joint at rest forever.
+//!
+//! This monitor detects a dead encoder under SRNF, which applies little more than the breakaway
+//! effort. Does badly: a joint that moves needs less effort than the breakaway to keep moving. An
+//! encoder that dies while the joint creeps, under an effort between the two levels of friction, is
+//! not detected; [`super::abrupt_stop`] detects one that dies at more speed.
 //!
 //! There is no margin on `breakaway_v`. A joint with more friction than that, which rests under an
-//! effort beyond it, trips: from here a live encoder that has nothing to count and a dead one look
-//! the same, and a margin would leave the dead one unseen for ever. Half of the time for an effort
-//! that grows was tried, since an integral that grows will break the joint away. The friction that
-//! the integrals of the thesis bear stayed where it was, up to a fifth above the file's (an
-//! integral on target does not grow), and a dead encoder led almost twice as far.
-//! tests/evidence/reliability.md has the friction that each law bears.
+//! effort beyond it, trips: to this monitor a live encoder without motion and a dead one look the
+//! same, and with a margin the dead one would never be detected. Counting only half of the time
+//! while the effort grows was tried, since an integral that grows will break the joint away. The
+//! friction that the integrals of the thesis tolerate stayed the same, up to a fifth above the
+//! file's (an integral on target does not grow), and with a dead encoder the joint went almost
+//! twice as far. tests/evidence/reliability.md has the friction that each law tolerates.
 
 use super::limits::{Limits, Units};
 
-/// The least excess is so small a part of the breakaway effort.
+/// Ratio of the breakaway effort to the least excess.
 const LEAST: u32 = 8;
 
 /// Largest excess, as a multiple of the breakaway effort. A transmission that winds up behind
@@ -48,26 +52,27 @@ const LEAST: u32 = 8;
 /// load.
 const MOST: u32 = 4;
 
-/// Impulse without a count against its limit.
+/// Monitor of the impulse without a count.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct StallImpulse {
     /// The largest code that is within the breakaway.
     breakaway: u32,
-    /// Codes times ticks.
+    /// Largest impulse, codes times ticks.
     most: u32,
 }
 
-/// Codes times ticks beyond the breakaway since the last count.
+/// Impulse since the encoder last showed that it lives.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct StallImpulseState {
+    /// Impulse, codes times ticks.
     sum: u32,
-    /// Where the joint was when the encoder last showed that it lives, counts.
+    /// Position of the joint when the encoder last showed that it lives, counts.
     anchor: i32,
-    /// Sign of the last effort beyond the breakaway; zero: there was none yet.
+    /// Sign of the last effort beyond the breakaway; zero if there was none yet.
     sign: i8,
-    /// The sign has turned since then.
+    /// Whether the sign has turned since the encoder last showed that it lives.
     turned: bool,
-    /// There was twice the breakaway since then, or more.
+    /// Whether an effort since then was twice the breakaway or more.
     strong: bool,
 }
 
@@ -83,7 +88,7 @@ impl StallImpulse {
         Self { breakaway: (limits.breakaway_effort / units.code) as u32, most }
     }
 
-    /// Takes the position of the joint (counts), armed or not.
+    /// Updates the state with the position of the joint (counts), armed or not.
     #[inline]
     pub const fn see(&self, state: &mut StallImpulseState, position: i32) {
         if position.wrapping_sub(state.anchor).unsigned_abs() > 1 {
@@ -91,8 +96,8 @@ impl StallImpulse {
         }
     }
 
-    /// Takes the code that is about to be applied, the position (counts) and what it has travelled
-    /// since the last tick.
+    /// Updates the state with the code that is about to be applied, the position (counts) and the
+    /// travel since the last tick (counts). Returns whether the monitor trips.
     #[inline]
     pub fn check(
         &self,
@@ -126,12 +131,13 @@ impl StallImpulse {
 }
 
 impl StallImpulseState {
-    /// Begins anew where the encoder has shown that it lives.
+    /// Returns a cleared state, at a position where the encoder has shown that it lives.
     const fn lives(anchor: i32, sign: i8) -> Self {
         Self { sum: 0, anchor, sign, turned: false, strong: false }
     }
 
-    /// Returns the same impulse where it has `ratio` times as many codes and ticks.
+    /// Returns the same impulse in other units, in which it has `ratio` times as many codes times
+    /// ticks.
     pub fn scaled(self, ratio: f32) -> Self {
         Self { sum: (self.sum as f32 * ratio) as u32, ..self }
     }

@@ -1,10 +1,10 @@
-//! How long the joint has stood still.
+//! The time for which the joint has stood still.
 //!
-//! It stands still while its position stays within two counts of where it was: an encoder on an
-//! edge, or one with a wire cut, flickers by one. Slow creep is no standstill, however slow,
-//! because it leaves the band in the end; for how long it may look like one is up to those who ask.
+//! The joint stands still while its position stays within two counts of an earlier one: an encoder
+//! on an edge, or one with a wire cut, flickers by one. Creep, however slow, is no standstill,
+//! because it leaves the band in the end; the caller decides how long a standstill has to last.
 
-/// Half the band, counts.
+/// Half the width of the band, counts.
 const BAND: u32 = 2;
 
 /// A position and how long the joint has been near it.
@@ -15,8 +15,8 @@ pub struct Standstill {
 }
 
 impl Standstill {
-    /// Takes the position of a tick (counts), and returns for how many ticks the joint has stood
-    /// still.
+    /// Updates the state with the position of a tick (counts). Returns the number of ticks for
+    /// which the joint has stood still.
     ///
     /// ```
     /// let mut standstill = stiction::safety::monitor::Standstill::default();
@@ -32,7 +32,7 @@ impl Standstill {
         self.ticks
     }
 
-    /// For how many ticks, as of the last one.
+    /// Returns the number of ticks for which the joint has stood still, as of the last tick.
     pub const fn ticks(&self) -> u32 {
         self.ticks
     }

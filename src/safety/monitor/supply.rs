@@ -1,22 +1,22 @@
 //! The supply of the bridge, too low (a cable, a fuse, a battery) or too high (a braking motor, a
 //! wrong adapter).
 //!
-//! Three readings in a row trip it: the dip of a single one is that of a commutation.
+//! Three readings in a row trip the monitor: a single low reading may be the dip of a commutation.
 
 use super::limits::{Limits, Units};
 use crate::safety::fault::Fault;
 
-/// Readings in a row.
+/// Number of readings in a row that trip.
 const READINGS: u8 = 3;
 
-/// Readings of the converter against their range.
+/// Monitor of the converter's readings.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Supply {
     lowest: u16,
     highest: u16,
 }
 
-/// How many readings in a row were out of the range.
+/// Number of readings in a row outside the range.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct SupplyState {
     out: u8,
@@ -34,7 +34,7 @@ impl Supply {
         }
     }
 
-    /// Returns the fault of a reading out of the range, if it is out.
+    /// Returns the fault of a reading, if the reading is outside the range.
     #[inline]
     pub const fn is_out(&self, reading: u16) -> Option<Fault> {
         if reading < self.lowest {

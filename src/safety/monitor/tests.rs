@@ -1,5 +1,5 @@
-//! Each monitor on both sides of its threshold. A count is 1 deg, a code 1 V and a tick 1 s, so
-//! that a threshold is the number that it is written with.
+//! Tests of each monitor on both sides of its threshold. A count is 1 deg, a code 1 V and a tick 1
+//! s, so that a threshold in counts, codes or ticks equals its value in the limits.
 
 use super::*;
 use crate::units::value::Table;

@@ -6,18 +6,18 @@
 //! heat += ((R i)^2 - heat) h / tau           trips when heat > continuous^2
 //! ```
 //!
-//! `continuous` is R times the current that the motor bears forever. An effort `V` at standstill
-//! trips from cold after `tau ln(1 / (1 - (continuous / V)^2))`; its sign does not matter. The
-//! winding cools while the bridge is off. It stays warm when the servo is armed again, when
-//! parameters change, and across a reset ([`Boot`](crate::servo::Boot)).
+//! `continuous` is R times the current that the motor tolerates forever. An effort `V` at
+//! standstill trips from cold after `tau ln(1 / (1 - (continuous / V)^2))`; its sign does not
+//! matter. The winding cools while the bridge is off. It stays warm when the servo is armed again,
+//! when parameters change, and across a reset ([`Boot`](crate::servo::Boot)).
 //!
-//! Does badly: it measures nothing. It knows neither the room nor the housing, and an inductance
-//! makes the current less than this. An encoder that counts a motion that is none takes a back-EMF
-//! off that there is not. Without power the heat is forgotten.
+//! Does badly: it measures nothing. It models neither the room nor the housing, and an inductance
+//! makes the current less than modelled. If the encoder counts a motion that does not exist, the
+//! model subtracts a back-EMF that does not exist. Without power the heat is forgotten.
 
 use super::limits::{Limits, Units};
 
-/// Heat against its limit.
+/// Monitor of the winding's heat.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Thermal {
     most: f32,
@@ -26,7 +26,7 @@ pub(super) struct Thermal {
     back_emf: f32,
 }
 
-/// Filtered square of the code.
+/// Heat: the filtered square of the current, in codes squared.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct ThermalState {
     heat: f32,
@@ -60,17 +60,17 @@ impl Thermal {
 }
 
 impl ThermalState {
-    /// The same heat where an effort has `ratio` times as many codes.
+    /// Returns the same heat in other units, in which an effort has `ratio` times as many codes.
     pub fn scaled(self, ratio: f32) -> Self {
         Self { heat: self.heat * ratio * ratio }
     }
 
-    /// Returns the heat of an effort that lasted, in codes.
+    /// Returns the heat of a steady effort that is given in codes.
     pub const fn of_effort(codes: f32) -> Self {
         Self { heat: codes * codes }
     }
 
-    /// The effort that would make this heat if it lasted, in codes.
+    /// Returns the steady effort that would cause this heat, codes.
     pub fn effort(&self) -> f32 {
         libm::sqrtf(self.heat)
     }

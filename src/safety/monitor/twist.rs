@@ -1,4 +1,5 @@
-//! The twist between two encoders: what a dead encoder or a broken coupling shows.
+//! The twist between the encoders of motor and load, which reveals a dead encoder or a broken
+//! coupling.
 //!
 //! With the motor at `y` and the load at `l`, both since arming, in deg of the joint:
 //!
@@ -9,17 +10,18 @@
 //!           |y - l| > w_dyn,  and the load silent for 20 ms, or both moved opposite ways
 //! ```
 //!
-//! The load's friction holds a twist of its slack and of what the breakaway effort winds up of the
-//! gear. `w_max` is twice that, since a joint can be armed wound up one way and wind up the other
-//! way. In motion a healthy load can lag more, but then it goes the way of its motor; or its motor
-//! draws back while it still slides. A load that is blocked or held is wound up further by a larger
-//! effort. Both stay within `w_dyn`, what the full effort can wind up.
+//! At rest, the load's friction holds a twist of the gear's slack and of its wind-up under the
+//! breakaway effort. `w_max` is twice that, since a joint can be armed wound up one way and wind up
+//! the other way. In motion a healthy load can lag more, but then it goes the way of its motor; or
+//! its motor draws back while it still slides. A load that is blocked or held is wound up further
+//! by a larger effort. Both stay within `w_dyn`, the twist that the full effort can wind up.
 //!
 //! Guarantees: with a right `w_max`, a joint that is moved by hand, by its load or by its motor
-//! does not trip. Does badly: while nothing moves, nothing is seen. Noise of a count is no silence:
-//! a dead encoder whose wires pick up noise is left to the other monitors. A `w_max` that is too
-//! small for the gear trips falsely: a prototype did with the stiffness configured twice too high,
-//! and never with half of it. A wrong ratio adds to the twist with the way of the joint.
+//! does not trip. Does badly: while nothing moves, nothing is detected. Noise of a count is no
+//! silence: a dead encoder whose wires pick up noise is left to the other monitors. A `w_max` that
+//! is too small for the gear trips falsely: a prototype did with the stiffness configured twice too
+//! high, and never with half of it. With a wrong ratio, the computed twist grows with the travel of
+//! the joint.
 
 use super::Seen;
 use super::limits::{Limits, Units};
@@ -28,11 +30,11 @@ use crate::control::motor_encoder::MotorEncoder;
 /// Time without a count after which an encoder is silent, s.
 const SILENT_S: f32 = 0.02;
 
-/// Least ticks of that: a slow loop has few.
+/// Fewest ticks without a count after which an encoder is silent, for a slow loop.
 const LEAST_TICKS: u32 = 3;
 
-/// Distance from where both were armed at which that place moves on, counts: up to there the twist
-/// is within half a count.
+/// Travel since arming beyond which the positions at arming are moved along, counts: up to there
+/// the computed twist is within half a count.
 const FARTHEST: u32 = 1 << 22;
 
 /// Ticks in a row that trip.
@@ -45,19 +47,20 @@ pub(super) struct Twist {
     counts: [f32; 2],
     /// w_max and w_dyn, deg.
     most: [f32; 2],
-    /// Ticks of silence.
+    /// Ticks without a count after which an encoder is silent.
     silent: u32,
     /// Effort that moves any healthy load, codes.
     breakaway: i32,
 }
 
-/// Where both sides were armed, and the ticks so far.
+/// Positions at arming, and numbers of ticks.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct TwistState {
     /// Positions of motor and load at arming, counts since power-on; none before the first tick.
     armed_at: Option<[i32; 2]>,
     /// Ticks since the effort was beyond the breakaway.
     calm: u16,
+    /// Ticks in a row beyond the largest twist.
     ticks: u8,
 }
 

@@ -5,7 +5,7 @@
 
 use super::limits::{Limits, Units};
 
-/// Effort of the compensator at standstill against its limit.
+/// Monitor of the compensator's effort at standstill.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct WindUp {
     v_c: f32,

@@ -7,9 +7,9 @@
 //! V != 0:  F_f = F_d sgn(V)                         (slipping)
 //! ```
 //!
-//! Thesis eq. 1, whose third row prints `F_s sgn(V)`: at the velocity where it is used V has no
-//! sign worth the name, and the friction opposes the applied force. Units are those of the
-//! mechanism (volts for the robot axis).
+//! Thesis eq. 1, whose third row prints `F_s sgn(V)`: at the velocity of this row, the sign of V is
+//! meaningless, and the friction opposes the applied force. Units are those of the mechanism (volts
+//! for the robot axis).
 
 /// The two levels of stick-slip friction.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,7 +21,7 @@ pub struct Coulomb {
 }
 
 impl Coulomb {
-    /// Both levels raised by `amount`.
+    /// Returns both levels raised by `amount`.
     pub fn raised(self, amount: f64) -> Self {
         Self { stick: self.stick + amount, slip: self.slip + amount }
     }
@@ -41,14 +41,14 @@ impl super::SetValued for Coulomb {
 /// 3.3.8.2.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct AddedFriction {
-    /// Added to both levels.
+    /// Friction that is added to both levels.
     pub amount: f64,
-    /// When, as `[from, to)` in seconds; `None` is always.
+    /// Windows of time `[from, to)` in which it is added, s; `None`: always.
     pub during_s: Option<Vec<[f64; 2]>>,
 }
 
 impl AddedFriction {
-    /// The amount at a time.
+    /// Returns the added friction at a time (s).
     #[inline]
     pub fn at(&self, time_s: f64) -> f64 {
         let on = match &self.during_s {
@@ -58,7 +58,7 @@ impl AddedFriction {
         if on { self.amount } else { 0.0 }
     }
 
-    /// The first change after `from_s` and before `to_s`.
+    /// Returns the time of the first change after `from_s` and before `to_s`, s.
     #[inline]
     pub fn next_change(&self, from_s: f64, to_s: f64) -> Option<f64> {
         let windows = self.during_s.as_ref()?;

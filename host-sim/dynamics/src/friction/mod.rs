@@ -13,7 +13,7 @@ pub trait SetValued {
     /// Largest friction at rest F_s.
     fn stick(&self) -> f64;
 
-    /// Friction in motion at a `speed` >= 0, its limit from above at zero included. Not above
-    /// [`Self::stick`] there.
+    /// Friction in motion at a `speed` >= 0. At zero it is the limit from above, and not above
+    /// [`Self::stick`].
     fn slip(&self, speed: f64) -> f64;
 }

@@ -25,7 +25,7 @@ use crate::mechanism::{Mechanism, Terms, TwoLinkArm};
 use crate::refused::{InvalidModel, shown};
 use crate::solver::modes::{BodyMode, accelerations, decide};
 
-/// A geared arm as plain data. Arrays are of joints, from the base on.
+/// Description of a geared arm. Arrays have one entry per joint, from the base on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ArmDescription {
     /// Weights at the ends of the links, kg.
@@ -43,7 +43,7 @@ pub struct ArmDescription {
 }
 
 impl ArmDescription {
-    /// The largest torques of gravity, N m.
+    /// Returns the largest torque of gravity on each joint, N m.
     pub fn gravity(&self) -> [f64; 2] {
         let ([m1, m2], [l1, l2]) = (self.mass, self.length);
         let outer = m2 * l2;
@@ -103,7 +103,7 @@ impl ArmDescription {
     }
 }
 
-/// The arm.
+/// Geared arm with two links.
 #[derive(Clone, Debug)]
 pub struct GearedArm {
     links: TwoLinkArm,
@@ -122,7 +122,7 @@ type State = [f64; 4];
 /// Largest number of steps and switches in a sample; the rest of the sample is skipped.
 const MOST_STEPS: usize = 10 * MOST_SWITCHES;
 
-/// The friction of a joint where it is.
+/// Friction of a joint at a position (rad).
 struct Here<'a>(&'a Surface, f64);
 
 impl SetValued for Here<'_> {
@@ -138,15 +138,15 @@ impl SetValued for Here<'_> {
 }
 
 impl GearedArm {
-    /// Returns the arm without what the motion of one joint does to the other: no kick-back, no
-    /// centrifugal and no Coriolis force. Inertia and gravity still depend on the pose. It is there
-    /// to be compared with.
+    /// Returns the arm without coupling between the motions of its joints: no kick-back, no
+    /// centrifugal and no Coriolis force. Inertia and gravity still depend on the pose. This arm is
+    /// for comparison.
     #[must_use]
     pub fn without_coupling(self) -> Self {
         Self { is_coupled: false, ..self }
     }
 
-    /// Moves the arm on for a time (s) under efforts (N m, at the joints) that the amplifiers hold.
+    /// Moves the arm for a time (s) under held efforts (N m, at the joints).
     #[inline]
     pub fn hold(&mut self, efforts: [f64; 2], duration_s: f64) {
         let is_same = efforts == self.links.torque;
@@ -168,24 +168,24 @@ impl GearedArm {
         self.unfollowed_s += left_s;
     }
 
-    /// Time (s) that was not followed, as [`super::Joint::unfollowed_s`].
+    /// Returns the time (s) that was skipped, as [`super::Joint::unfollowed_s`].
     pub const fn unfollowed_s(&self) -> f64 {
         self.unfollowed_s
     }
 
-    /// A joint, 0 or 1.
+    /// Returns angle and speed of a joint, 0 or 1.
     #[inline]
     pub const fn turn(&self, joint: usize) -> Turn {
         Turn { position: self.state[2 * joint], velocity: self.state[2 * joint + 1] }
     }
 
-    /// Whether both joints are at rest.
+    /// Returns whether both joints are at rest.
     #[inline]
     pub fn is_stuck(&self) -> bool {
         self.mode == [0; 2]
     }
 
-    /// Whether a joint is at rest.
+    /// Returns whether a joint is at rest.
     #[inline]
     pub const fn is_joint_stuck(&self, joint: usize) -> bool {
         self.mode[joint] == 0
@@ -204,7 +204,7 @@ impl GearedArm {
         terms
     }
 
-    /// Accelerations and frictions.
+    /// Returns the accelerations and the frictions of both joints.
     #[inline]
     fn instant(&self, state: &State) -> ([f64; 2], [f64; 2]) {
         let friction = [0, 1].map(|i| Here(&self.surfaces[i], state[2 * i]));
@@ -217,8 +217,8 @@ impl GearedArm {
         [state[1], a, state[3], b]
     }
 
-    /// What stays above zero while a joint is in its mode: its speed, or what its friction could
-    /// hold beyond what it holds.
+    /// Returns a value that is positive while a joint stays in its mode: in motion its speed, at
+    /// rest its stick level minus its friction.
     #[inline]
     fn left(&self, joint: usize, state: &State) -> f64 {
         let (position, velocity) = (state[2 * joint], state[2 * joint + 1]);
@@ -229,7 +229,7 @@ impl GearedArm {
         }
     }
 
-    /// One step, up to the first switch in it at most. Gives its length.
+    /// Makes one step that ends at its first switch at the latest. Returns its length, s.
     fn step(&mut self, longest_s: f64) -> f64 {
         let first = self.rate(&self.state);
         let mut h = self.pace.step_s.min(longest_s);
@@ -249,7 +249,8 @@ impl GearedArm {
             } else {
                 [first, step.rate].map(|rate| sense * rate[2 * joint + 1])
             };
-            // What has just broken away is at its limit but for rounding: it does not fall back.
+            // A joint that has just broken away is at its limit except for rounding: it does not
+            // halt.
             let begin_slope =
                 if sense != 0.0 && begin == 0.0 { slopes[0].max(0.0) } else { slopes[0] };
             if let Some(part) = first_fall([begin, begin_slope], [end, slopes[1]], h)
@@ -276,8 +277,8 @@ impl GearedArm {
         attempt(|_, state| self.rate(state), &self.state, first, h)
     }
 
-    /// The time at which what is left of a joint's mode falls to zero, within a step of `h` in
-    /// which it is seen to do so near `near_s`; none if it does not.
+    /// Returns the time near `near_s` (s) at which the value `left` of a joint falls to zero within
+    /// a step of `h` (s); `None` if it does not.
     fn locate(&self, first: &State, joint: usize, [near_s, h]: [f64; 2]) -> Option<f64> {
         let left = |time_s: f64| self.left(joint, &self.attempt(first, time_s).end);
         let allowed = LOCATED
@@ -296,7 +297,7 @@ impl GearedArm {
                 return None;
             }
         }
-        // Regula falsi in the manner of Illinois: it keeps its bracket.
+        // Illinois variant of the regula falsi: it keeps its bracket.
         let mut from = [0.0, left(0.0).max(allowed)];
         for _ in 0..60 {
             if until[1].abs() <= allowed {
@@ -315,7 +316,7 @@ impl GearedArm {
         Some(until[0])
     }
 
-    /// A joint has halted or reached its limit.
+    /// Handles a joint that has halted or reached its stick level.
     fn switch(&mut self, joint: usize, rate: &State) {
         let mut breaking: BodyMode<2> = [0; 2];
         if self.mode[joint] == 0 {
@@ -324,7 +325,7 @@ impl GearedArm {
         } else {
             self.state[2 * joint + 1] = 0.0;
         }
-        // The other one may halt at the same instant.
+        // The other joint can halt at the same instant.
         let other = 1 - joint;
         let ahead = f64::from(self.mode[other]);
         let [v, a] = [self.state[2 * other + 1], rate[2 * other + 1]];
@@ -334,12 +335,12 @@ impl GearedArm {
         self.decide(breaking);
     }
 
-    /// Decides who sticks, of those at rest.
+    /// Decides which of the joints at rest stick.
     fn decide(&mut self, breaking: BodyMode<2>) {
         let friction = [0, 1].map(|i| Here(&self.surfaces[i], self.state[2 * i]));
         let v = [self.state[1], self.state[3]];
         let terms = self.terms(&self.state);
-        // Only rounding can keep a joint that reached its limit from being decided: then it stays.
+        // Only rounding can leave a joint that reached its limit without a mode: it may stick then.
         if let Some(mode) = decide(&terms, &friction, &v, &breaking)
             .or_else(|| decide(&terms, &friction, &v, &[0; 2]))
         {

@@ -10,13 +10,14 @@ use crate::refused::{InvalidModel, shown};
 /// `F = coulomb + (stick - coulomb) exp(-(v/stribeck_velocity)^2) + viscous v`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StribeckCurve {
-    /// F_c, the level of slow sliding, N m.
+    /// Level of slow sliding F_c, N m.
     pub coulomb: f64,
-    /// F_s, the level at which the joint breaks away, N m; not below `coulomb`.
+    /// Level at which the joint breaks away F_s, N m; not below `coulomb`.
     pub stick: f64,
-    /// v_s, rad/s; at zero the level falls to `coulomb` as soon as the joint moves.
+    /// Stribeck velocity v_s, rad/s; at zero the level falls to `coulomb` as soon as the joint
+    /// moves.
     pub stribeck_velocity: f64,
-    /// B, N m s/rad.
+    /// Viscous coefficient B, N m s/rad.
     pub viscous: f64,
 }
 
@@ -36,7 +37,7 @@ pub struct Ripple {
 /// `1 + growth (1 - exp(-t/time_s))`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dwell {
-    /// The part by which the level has grown after a long rest.
+    /// Relative growth of the level after a long rest.
     pub growth: f64,
     /// Time constant of the growth, s.
     pub time_s: f64,
@@ -47,7 +48,7 @@ pub struct Dwell {
 /// multiplied by `exp(-levels_per_k T)`, the viscous coefficient by `exp(-viscous_per_k T)`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Thermal {
-    /// Temperature at the start, K above the surroundings; negative for a gear from the cold.
+    /// Temperature at the start, K above the surroundings; negative for a gear colder than them.
     pub start_k: f64,
     /// Thermal resistance to the surroundings, K/W.
     pub heating_k_per_w: f64,
@@ -81,15 +82,15 @@ impl From<StribeckCurve> for SetValuedFriction {
 /// The bristle of a LuGre model.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bristle {
-    /// sigma0, N m/rad.
+    /// Stiffness sigma0, N m/rad.
     pub stiffness: f64,
-    /// sigma1, N m s/rad.
+    /// Damping sigma1, N m s/rad.
     pub damping: f64,
 }
 
 impl Bristle {
-    /// A bristle that breaks away at a deflection (rad), with the damping
-    /// `1.4 sqrt(sigma0 J)` of an inertia.
+    /// Creates a bristle that breaks away at a deflection (rad) under the friction `stick` (N m),
+    /// with the damping `1.4 sqrt(sigma0 J)` for the inertia J (kg m^2).
     pub fn breaking_at(deflection: f64, stick: f64, inertia: f64) -> Self {
         let stiffness = stick / deflection;
         Self { stiffness, damping: 1.4 * (stiffness * inertia).sqrt() }
@@ -101,16 +102,16 @@ impl Bristle {
 pub struct Body {
     /// Inertia at the joint, kg m^2.
     pub inertia: f64,
-    /// Its friction.
+    /// Friction on the body.
     pub friction: SetValuedFriction,
 }
 
 /// The shaft of a flexible joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShaftDescription {
-    /// k, N m/rad.
+    /// Stiffness k, N m/rad.
     pub stiffness: f64,
-    /// c, N m s/rad.
+    /// Damping c, N m s/rad.
     pub damping: f64,
     /// Whole width of the dead zone between motor and load, rad; it is centred at the start.
     pub backlash: f64,
@@ -121,11 +122,11 @@ pub struct ShaftDescription {
 pub enum Train {
     /// One inertia with set-valued friction.
     Rigid(Body),
-    /// One inertia with LuGre friction, that slides on the same curve.
+    /// One inertia with LuGre friction.
     LuGre {
-        /// J, kg m^2.
+        /// Inertia J, kg m^2.
         inertia: f64,
-        /// The curve of steady sliding.
+        /// Friction in steady sliding, over the speed.
         curve: StribeckCurve,
         /// The bristle.
         bristle: Bristle,
@@ -144,9 +145,9 @@ pub enum Train {
 /// A pendulum on the joint: the torque `-amplitude sin(angle + x)`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gravity {
-    /// G, N m.
+    /// Largest torque G, N m.
     pub amplitude: f64,
-    /// q_0, the angle to the vertical at position zero, rad.
+    /// Angle q_0 to the vertical at position zero, rad.
     pub angle: f64,
 }
 
@@ -160,14 +161,14 @@ pub struct LoadTorque {
 }
 
 impl LoadTorque {
-    /// The torque at a position, N m.
+    /// Returns the torque at a position (rad), N m.
     #[inline]
     pub fn at(&self, x: f64) -> f64 {
         let pendulum = |gravity: Gravity| gravity.amplitude * libm::sin(gravity.angle + x);
         self.constant - self.gravity.map_or(0.0, pendulum)
     }
 
-    /// How it changes with the position, N m/rad.
+    /// Returns the slope of the torque over the position, N m/rad.
     #[inline]
     pub fn slope(&self, x: f64) -> f64 {
         self.gravity.map_or(0.0, |gravity| -gravity.amplitude * libm::cos(gravity.angle + x))
@@ -201,7 +202,8 @@ impl Default for Stops {
 }
 
 impl Stops {
-    /// The range of the torque that leaves a body at rest which friction holds up to `stick`.
+    /// Returns the range of the torque (N m) within which a body stays at rest at a position (rad),
+    /// if friction holds it up to `stick` (N m).
     pub fn range(&self, x: f64, stick: f64) -> [f64; 2] {
         [
             if x <= self.lower { f64::NEG_INFINITY } else { -stick },
@@ -219,21 +221,21 @@ pub struct Description {
     pub load: LoadTorque,
     /// Time constant of the first-order lag of the effort, s; 0 for none.
     pub lag_s: f64,
-    /// Walls.
+    /// Hard stops.
     pub stops: Stops,
-    /// A push.
+    /// Push on the joint.
     pub push: Option<TorquePulse>,
     /// Start position, at rest, rad.
     pub start: f64,
-    /// How far the motor is ahead of the load at the start, rad: slack and twist of the shaft. Zero
-    /// is the middle of the slack.
+    /// Angle of the motor minus that of the load at the start, rad: slack and twist of the shaft.
+    /// At zero, the shaft is in the middle of the slack.
     pub twist: f64,
-    /// Angle of one count, rad. Errors of a solver are far below it.
+    /// Angle of one count, rad. The errors of the solvers are far below it.
     pub count: f64,
 }
 
 impl Description {
-    /// A joint without load, lag, walls or push that starts at zero.
+    /// Creates the description of a joint without load, lag, stops or push that starts at zero.
     pub fn of(train: Train, count: f64) -> Self {
         Self {
             train,
@@ -247,7 +249,7 @@ impl Description {
         }
     }
 
-    /// The same joint, whose position zero is at a position (rad) of this one, where it starts.
+    /// Returns the same joint with its zero moved to a position (rad), where it starts.
     #[must_use]
     pub fn begun_at(mut self, position: f64) -> Self {
         let turn = |friction: &mut SetValuedFriction| {

@@ -1,5 +1,5 @@
-//! The encoder of a joint: `count = floor(x/q + 1/2)`, of the motor or of the load, with noise of
-//! one count if it has any.
+//! Encoder of a joint, on the motor or on the load: `count = floor(x/q + 1/2)`; and noise of one
+//! count.
 
 use super::Joint;
 use super::random::SplitMix64;
@@ -14,17 +14,17 @@ pub enum DiscSide {
     Load,
 }
 
-/// An encoder.
+/// Encoder without noise.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct JointEncoder {
-    /// q, the angle of one count, rad.
+    /// Angle of one count q, rad.
     pub count: f64,
-    /// Where it sits.
+    /// Side of the gear on which the disc sits.
     pub side: DiscSide,
 }
 
 impl JointEncoder {
-    /// The position (rad) of the side that the encoder sits on.
+    /// Returns the position of the encoder's side of the gear, rad.
     #[inline]
     pub fn position(&self, joint: &impl Joint) -> f64 {
         match self.side {
@@ -33,13 +33,13 @@ impl JointEncoder {
         }
     }
 
-    /// The count at the joint's position.
+    /// Returns the count at the joint's position.
     #[inline]
     pub fn read(&self, joint: &impl Joint) -> i64 {
         self.count_at(self.position(joint))
     }
 
-    /// The count at a position (rad).
+    /// Returns the count at a position (rad).
     #[inline]
     pub fn count_at(&self, position: f64) -> i64 {
         let counts = position / self.count + 0.5;
@@ -56,12 +56,12 @@ pub struct CountNoise {
 }
 
 impl CountNoise {
-    /// A stream of its own for each seed.
+    /// Creates the random stream of a seed.
     pub const fn new(seed: u64) -> Self {
         Self { random: SplitMix64::new(seed) }
     }
 
-    /// The next -1, 0 or 1.
+    /// Returns the next -1, 0 or 1.
     #[inline]
     pub const fn next(&mut self) -> i64 {
         self.random.below(3) as i64 - 1

@@ -5,13 +5,13 @@
 //! ```
 //!
 //! with T of [`super::shaft`]. The shaft makes the torque continuous in positions and velocities,
-//! so that each body sticks or slips by itself. Between two switches the motion is smooth, and is
+//! so each body sticks or slips independently. Between two switches the motion is smooth, and is
 //! integrated as that of [`super::RigidJoint`]. Halts, breaks, the wall and the contacts of the
 //! backlash are located by Newton's method on the integrated motion.
 //!
-//! Guarantees: velocity exactly zero of what is stuck; switches in order, as far as cubics on the
-//! steps show them. Does badly: a stick level that grows at rest is taken as constant within a
-//! step, levels that drift with temperature as constant within a sample.
+//! Guarantees: the velocity of a stuck body is exactly zero; switches occur in order, as far as a
+//! cubic on each step shows them. Limits: a stick level that grows at rest is constant within a
+//! step, and levels that drift with temperature are constant within a sample.
 
 use super::description::{Body, Description, LoadTorque, ShaftDescription as ShaftData, Stops};
 use super::lag::Lag;
@@ -47,7 +47,7 @@ const MOTOR: usize = 0;
 const LOAD: usize = 1;
 
 impl FlexibleJoint {
-    /// At rest at the start, with the shaft as far twisted as described.
+    /// Creates the joint at rest at its start, with the described twist of the shaft.
     pub(super) fn new(
         description: &Description,
         [motor, load]: [&Body; 2],
@@ -76,19 +76,19 @@ impl FlexibleJoint {
         joint
     }
 
-    /// The torque of load and push at a position of the load.
+    /// Returns the torque of load and push at a position of the load, N m.
     #[inline]
     fn load_torque(&self, x: f64) -> f64 {
         self.torques.at(x) + self.push_now
     }
 
-    /// The torque that drives a body against its friction, now.
+    /// Returns the present torque that drives a body against its friction, N m.
     fn driving(&self, body: usize) -> f64 {
         let shaft = self.shaft.torque(&self.ends);
         if body == MOTOR { self.lag.now() - shaft } else { shaft + self.load_torque(self.ends[2]) }
     }
 
-    /// The range of the driving torque that leaves a body where it is.
+    /// Updates the range of the driving torque within which a body stays at rest.
     fn settle(&mut self, body: usize) {
         let x = self.ends[2 * body];
         let stick = self.bodies[body].surface.stick(x);
@@ -103,8 +103,8 @@ impl FlexibleJoint {
     /// max(0, |d| - F_l) <= |T| <= min(|d|, F_m)      T against d
     /// ```
     ///
-    /// with the load's torque d and the stick friction F_l of the load and F_m of the motor. None
-    /// if their friction does not hold the load; zero if that of the load alone does.
+    /// with the load's torque d and the stick friction F_l of the load and F_m of the motor. `None`
+    /// if both frictions do not hold the load; 0 if the load's friction alone holds it.
     fn torque_at_rest(&self) -> Option<f64> {
         let d = self.load_torque(self.ends[2]);
         let [motor, load] = &self.bodies;
@@ -117,7 +117,7 @@ impl FlexibleJoint {
         (least <= most).then(|| -d.signum() * 0.5 * (least + most))
     }
 
-    /// Rates of the ends at a stage, without what is left of the former effort.
+    /// Returns the rates of the ends at a stage of a step, without the rest of the former effort.
     #[inline]
     fn rate(&self, stage: usize, y: &Ends) -> Ends {
         let [motor, load] = &self.bodies;
@@ -140,7 +140,7 @@ impl FlexibleJoint {
         rates
     }
 
-    /// A step, lag included.
+    /// Computes a step of `h` (s), with the lag.
     #[inline]
     fn attempt(&mut self, first: &Ends, h: f64) -> StepAttempt<4> {
         self.lag.prepare(h);
@@ -157,7 +157,8 @@ impl FlexibleJoint {
     }
 
     /// Returns the switch functions, which are positive until the next switch, for ends with these
-    /// rates and this rest of the lag: two for the motor, two for the load, two for the contact.
+    /// rates: two for the motor, two for the load, two for the contact. `left` is the rest of the
+    /// former effort, N m.
     #[inline]
     fn watched(&self, ends: &Ends, rates: &Ends, left: f64) -> [SwitchFunction; 6] {
         let [motor, load] = &self.bodies;
@@ -193,7 +194,7 @@ impl FlexibleJoint {
             }
     }
 
-    /// Takes one step, at most up to its first switch. Returns its length, s.
+    /// Makes one step that ends at its first switch at the latest. Returns its length, s.
     fn step(&mut self, longest_s: f64, on: &mut impl FnMut(EventKind, f64)) -> f64 {
         let first = self.rate(0, &self.ends);
         let mut begin_rates = first;
@@ -255,7 +256,7 @@ impl FlexibleJoint {
         }
     }
 
-    /// A step whose error is allowed, no longer than `longest_s`.
+    /// Returns a step whose error is allowed, and its length of at most `longest_s`, s.
     #[inline]
     fn accepted(&mut self, first: &Ends, longest_s: f64) -> (StepAttempt<4>, f64) {
         let mut h = self.pace.step_s.min(longest_s);
@@ -268,7 +269,7 @@ impl FlexibleJoint {
         }
     }
 
-    /// Integrates up to a switch near a time; none if there is none.
+    /// Integrates up to a switch near the time `h`; `None` if there is no switch.
     fn locate(
         &mut self,
         first: &Ends,
@@ -313,7 +314,7 @@ impl FlexibleJoint {
         self.release(left_s, on);
     }
 
-    /// A body has come to a halt: it sticks, or goes the other way.
+    /// Handles the halt of a body: it sticks, or moves in the direction of the torque.
     fn halt(&mut self, body: usize, left_s: f64, on: &mut impl FnMut(EventKind, f64)) {
         self.ends[2 * body + 1] = 0.0;
         self.bodies[body].surface.halt();
@@ -349,7 +350,7 @@ impl FlexibleJoint {
         }
     }
 
-    /// Lets time pass with both at rest, up to the motor's break. Gives how long that was.
+    /// Advances the time with both bodies at rest, up to the motor's break. Returns that time, s.
     fn rest(&mut self, longest_s: f64, on: &mut impl FnMut(EventKind, f64)) -> f64 {
         let torque = self.shaft.torque(&self.ends);
         let range = self.bodies[MOTOR].range.map(|limit| limit + torque);
@@ -371,7 +372,7 @@ impl FlexibleJoint {
         time_s
     }
 
-    /// Lets time pass in which the push is constant.
+    /// Advances the joint over a time (s) in which the push is constant.
     fn stretch(&mut self, duration_s: f64, on: &mut impl FnMut(EventKind, f64)) {
         self.release(duration_s, on);
         let mut left_s = duration_s;
@@ -456,7 +457,7 @@ impl Joint for FlexibleJoint {
         if !self.is_stuck() {
             return;
         }
-        // The load's torque depends on where the load comes to lie, and less at each pass.
+        // The load's torque depends on the load's final position, and changes less in each pass.
         for _ in 0..WIND_UP_PASSES {
             let Some(torque) = self.torque_at_rest().filter(|torque| *torque != 0.0) else {
                 return;
@@ -473,6 +474,6 @@ impl Joint for FlexibleJoint {
     }
 }
 
-/// Passes of [`Joint::wind_up`]. The torque of a load changes by less than a tenth of the stiffness
-/// with its angle on any gear that carries it, so each pass gains a digit.
+/// Passes of [`Joint::wind_up`]. On any gear that can carry the load, the slope of the load's
+/// torque over its angle is less than a tenth of the stiffness, so each pass gains a digit.
 const WIND_UP_PASSES: usize = 8;

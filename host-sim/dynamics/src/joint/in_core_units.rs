@@ -1,5 +1,5 @@
-//! A joint in SI as the core's axis sees it, in degrees and volts. This is the one place of the
-//! mapping.
+//! Adapter from a joint in SI to the core's axis in degrees and volts. Only this file has the
+//! conversions.
 //!
 //! With the effort gain G (N m of the joint for each volt of effort: torque constant, amplifier
 //! and gear ratio in one):
@@ -16,32 +16,33 @@ use crate::friction;
 use crate::mechanism::RobotAxis;
 use crate::solver::{AxisSolver, Event};
 
-/// The mapping.
+/// Conversion from SI at the joint to the core's units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CoreUnits {
-    /// G, N m/V.
+    /// Effort gain G, N m/V.
     pub effort_gain: f64,
 }
 
 impl CoreUnits {
-    /// The effort (N m) of a voltage.
+    /// Returns the effort (N m) of a voltage (V).
     #[inline]
     pub fn effort(&self, volts: f64) -> f64 {
         volts * self.effort_gain
     }
 
-    /// The voltage of a friction or any other torque (N m).
+    /// Returns the voltage (V) of a friction or any other torque (N m).
     pub fn volts(&self, torque: f64) -> f64 {
         torque / self.effort_gain
     }
 
-    /// J_v of an inertia (kg m^2), V s^2/deg; and B_v of a viscous coefficient, V s/deg.
+    /// Returns J_v (V s^2/deg) of an inertia (kg m^2), or B_v (V s/deg) of a viscous coefficient
+    /// (N m s/rad).
     pub fn per_degree(&self, si: f64) -> f64 {
         si.to_radians() / self.effort_gain
     }
 
-    /// The axis that a rigid joint with this inertia and curve is to the core. Its friction levels
-    /// are those of the curve's ends.
+    /// Returns the core's axis of a rigid joint with this inertia and curve. Its friction levels
+    /// are the ends of the curve.
     pub fn axis(&self, inertia: f64, curve: &StribeckCurve) -> RobotAxis {
         RobotAxis {
             gain: 1.0 / self.per_degree(inertia),
@@ -55,8 +56,8 @@ impl CoreUnits {
     }
 }
 
-/// A joint as the solver of an axis, so that all that holds a `simulator::plant::Plant` can hold
-/// it. Position and velocity are those of the side that the encoder sits on.
+/// Joint in SI with the interface of an axis solver, for use in a `simulator::plant::Plant`.
+/// Position and velocity are those of the encoder's side of the gear.
 #[derive(Clone, Debug)]
 pub struct InCoreUnits<J> {
     /// The joint.
@@ -136,7 +137,7 @@ impl<J: Joint> AxisSolver for InCoreUnits<J> {
         self.joint.is_stuck()
     }
 
-    /// Zero: the evaluations of a joint are not counted.
+    /// Returns 0: the evaluations of a joint are not counted.
     fn derivative_evaluations(&self) -> u64 {
         0
     }

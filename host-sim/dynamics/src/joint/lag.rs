@@ -1,36 +1,37 @@
 //! A held effort behind a first-order lag: `tau u' = target - u`, in closed form.
 //!
-//! What is left of the former effort, `r exp(-t/tau)`, moves a free inertia J by
+//! The rest of the former effort, `r exp(-t/tau)`, moves a free inertia J by
 //!
 //! ```text
 //! velocity(t) = (r tau/J) (1 - E)    position(t) = (r tau/J) (t - tau (1 - E))    E = exp(-t/tau)
 //! ```
 //!
-//! A step that has these two in closed form need not follow the lag by its own polynomials.
+//! With these two in closed form, the polynomials of a step need not follow the lag.
 
 use super::runge_kutta::NODES;
 
-/// What is left is nothing below this part of the effort.
+/// Part of the effort below which the rest of the former effort counts as zero.
 const NOTHING: f64 = 1e-15;
 
-/// The effort and its lag.
+/// Effort behind its lag.
 #[derive(Clone, Debug)]
 pub struct Lag {
     tau: f64,
     target: f64,
     left: f64,
-    /// `1 - E` at the nodes of a step of this length, which is nearly always the last one's.
+    /// `1 - E` at the nodes of a step of the length `step_s`. Nearly all steps have the same
+    /// length.
     step_s: f64,
     risen: [f64; 7],
 }
 
 impl Lag {
-    /// No effort so far.
+    /// Creates a lag with a time constant (s), without effort.
     pub const fn new(tau: f64) -> Self {
         Self { tau, target: 0.0, left: 0.0, step_s: 0.0, risen: [0.0; 7] }
     }
 
-    /// Sets the effort to which it tends from now on.
+    /// Sets the target of the effort from now on.
     #[inline]
     pub fn set(&mut self, target: f64) {
         if self.tau > 0.0 {
@@ -39,25 +40,25 @@ impl Lag {
         self.target = target;
     }
 
-    /// The effort that it tends to.
+    /// Returns the target of the effort.
     #[inline]
     pub const fn target(&self) -> f64 {
         self.target
     }
 
-    /// What is left of the former one.
+    /// Returns the rest of the former effort: the present effort minus its target.
     #[inline]
     pub const fn left(&self) -> f64 {
         self.left
     }
 
-    /// The effort now.
+    /// Returns the present effort.
     #[inline]
     pub const fn now(&self) -> f64 {
         self.target + self.left
     }
 
-    /// The effort after a time (s).
+    /// Returns the effort after a time (s).
     pub fn after(&self, time_s: f64) -> f64 {
         if self.left == 0.0 {
             return self.target;
@@ -65,14 +66,14 @@ impl Lag {
         self.target + self.left * libm::exp(-time_s / self.tau)
     }
 
-    /// How fast the effort rises while so much of the former one is left.
+    /// Returns the rate of the effort if the rest of the former effort is `left`.
     #[inline]
     pub fn rate_of(&self, left: f64) -> f64 {
         if left == 0.0 { 0.0 } else { -left / self.tau }
     }
 
-    /// The time (s) after which the effort leaves a range that it is in, if it does so within a
-    /// time.
+    /// Returns the time (s) after which the effort leaves a range that it is in; `None` if it does
+    /// not leave it within a time (s).
     pub fn leaves(&self, range: [f64; 2], within_s: f64) -> Option<f64> {
         let rises = self.left < 0.0;
         let edge = if rises { range[1] } else { range[0] };
@@ -84,7 +85,7 @@ impl Lag {
         Some((self.tau * libm::log(self.left / (edge - self.target))).clamp(0.0, within_s))
     }
 
-    /// Makes ready for a step of this length.
+    /// Prepares a step of this length (s).
     #[inline]
     pub fn prepare(&mut self, step_s: f64) {
         if self.left != 0.0 && self.step_s != step_s {
@@ -93,8 +94,8 @@ impl Lag {
         }
     }
 
-    /// Velocity and way, times the inertia, of what is left, at a stage of the step that was made
-    /// ready.
+    /// Returns the velocity and the distance that the rest of the former effort causes, times the
+    /// inertia, at a stage of the prepared step.
     #[inline]
     pub fn impulse(&self, stage: usize) -> [f64; 2] {
         if self.left == 0.0 {
@@ -105,13 +106,13 @@ impl Lag {
         [impulse * risen, impulse * (NODES[stage] * self.step_s - self.tau * risen)]
     }
 
-    /// What will be left at the end of the step that was made ready.
+    /// Returns the rest of the former effort at the end of the prepared step.
     #[inline]
     pub fn left_at_end(&self) -> f64 {
         if self.left == 0.0 { 0.0 } else { self.left * (1.0 - self.risen[6]) }
     }
 
-    /// Lets the step that was made ready pass.
+    /// Advances the lag by the prepared step.
     #[inline]
     pub fn pass(&mut self) {
         self.left = self.left_at_end();

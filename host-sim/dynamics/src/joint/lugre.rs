@@ -56,7 +56,7 @@ const SLIPPING: f64 = 0.99;
 /// Largest number of steps in a sample; the rest of the sample is skipped.
 const MOST_STEPS: usize = 10_000;
 
-/// How often a lagging effort is looked at on a wall, s.
+/// Interval at which a lagging effort is checked while the joint rests on a wall, s.
 const WALL_S: f64 = 1e-5;
 
 /// Rodas3's gamma.
@@ -72,12 +72,12 @@ struct Linear {
     /// Derivative of v' in x, and minus the one in z.
     load: f64,
     spring: f64,
-    /// 1/(what is left for v after x and z are eliminated).
+    /// Inverse of the coefficient of v after x and z are eliminated.
     inverse: f64,
 }
 
 impl LuGreJoint {
-    /// At rest at the start, with the bristle relaxed.
+    /// Creates the joint at rest at its start, with the bristle relaxed.
     pub(super) fn new(
         description: &Description,
         inertia: f64,
@@ -104,10 +104,10 @@ impl LuGreJoint {
         }
     }
 
-    /// g and its derivative at a speed.
+    /// Returns the level g at a speed, N m, and its derivative.
     #[inline]
     fn level(&self, speed: f64) -> [f64; 2] {
-        // The rest of the curve beyond is below rounding.
+        // Beyond this many Stribeck velocities, the rest of the curve is below rounding.
         const OVER: f64 = 6.1;
         let StribeckCurve { coulomb, stick, stribeck_velocity, .. } = self.curve;
         let part = speed / stribeck_velocity;
@@ -120,7 +120,7 @@ impl LuGreJoint {
         }
     }
 
-    /// r and its derivative.
+    /// Returns r at a velocity, 1/s, and its derivative.
     #[inline]
     fn relaxation(&self, v: f64) -> [f64; 2] {
         let speed = v.abs();
@@ -130,7 +130,7 @@ impl LuGreJoint {
         [r, if v < 0.0 { -slope } else { slope }]
     }
 
-    /// Rates under an effort, with r already known.
+    /// Returns the rates of the state under an effort (N m), given r (1/s).
     #[inline]
     fn rates(&self, r: f64, effort: f64, &[x, v, z]: &State) -> State {
         let bend = v - r * z;
@@ -154,12 +154,13 @@ impl LuGreJoint {
         Linear { diagonal, by_velocity, by_bend, load, spring, inverse: 1.0 / left }
     }
 
-    /// A step of Rodas3 from rates `first`: its end and its error.
+    /// Computes a step of Rodas3 from the rates `first`. Returns the state at its end and the
+    /// error.
     #[inline]
     fn attempt(&self, first: &State, relaxation: [f64; 2], h: f64) -> (State, State) {
         let linear = self.linear(relaxation, h);
         let effort = self.lag.after(h);
-        // The derivative over time, which the lag makes.
+        // The derivative over time is that of the lagging effort.
         let by_time = h * self.lag.rate_of(self.lag.left()) / self.inertia;
         let per_h = 1.0 / h;
         let k1 = linear.solve(sum(first, &[], 0.5 * by_time));
@@ -174,7 +175,7 @@ impl LuGreJoint {
         (sum(&at, &[(1.0, &k4)], 0.0), k4)
     }
 
-    /// One step, of at most `longest_s`. Gives its length.
+    /// Makes one step of at most `longest_s`. Returns its length, s.
     fn step(&mut self, longest_s: f64) -> f64 {
         let relaxation = self.relaxation(self.state[1]);
         let first = self.rates(relaxation[0], self.lag.now(), &self.state);
@@ -207,13 +208,13 @@ impl LuGreJoint {
         h
     }
 
-    /// The torque on the joint without friction.
+    /// Returns the torque on the joint without friction, N m.
     #[inline]
     fn torque(&self) -> f64 {
         self.lag.now() + self.torques.at(self.state[0]) + self.push_now
     }
 
-    /// Whether the joint rests against a wall, on which the torque presses it.
+    /// Returns whether the joint rests against a wall and the torque presses it there.
     fn presses_on_wall(&self) -> bool {
         let [x, v, z] = self.state;
         let net = self.torque() - self.bristle.stiffness * z;
@@ -229,7 +230,7 @@ impl LuGreJoint {
         if self.lag.left() != 0.0 || v * v * self.inertia > stiffness * least * least {
             return;
         }
-        // Near the break it gives way more than its stiffness says.
+        // Near the break, the bristle is softer than its stiffness.
         let stick = self.curve.stick + self.brake;
         let firm = stiffness * (1.0 - (stiffness * z / stick).abs());
         if (self.torque() - stiffness * z).abs() <= least * firm || self.presses_on_wall() {
@@ -254,12 +255,12 @@ impl LuGreJoint {
         on(Event { time_s, kind });
     }
 
-    /// Lets time pass in which the push is constant.
+    /// Advances the joint over a time (s) in which the push is constant.
     fn stretch(&mut self, duration_s: f64) {
         let mut left_s = duration_s;
         for _ in 0..MOST_STEPS {
             if self.presses_on_wall() {
-                // With a lag the wall lets go at the end of a short step.
+                // With a lag, the joint leaves the wall at the end of a short step.
                 let step_s = if self.lag.left() == 0.0 { left_s } else { left_s.min(WALL_S) };
                 self.lag.prepare(step_s);
                 self.lag.pass();
@@ -285,7 +286,7 @@ impl Linear {
     }
 }
 
-/// `a` and weighted others, and something on the velocity.
+/// Returns `a` plus the weighted others, with `velocity` added to the velocity.
 #[inline]
 fn sum(a: &State, others: &[(f64, &State)], velocity: f64) -> State {
     let mut sum = [a[0], a[1] + velocity, a[2]];

@@ -53,9 +53,9 @@ use crate::solver::Event;
 /// Angle and speed of one end of a joint.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Turn {
-    /// rad.
+    /// Angle, rad.
     pub position: f64,
-    /// rad/s.
+    /// Speed, rad/s.
     pub velocity: f64,
 }
 
@@ -71,10 +71,10 @@ pub trait Joint {
         self.hold_and_report(effort, duration_s, &mut |_| {});
     }
 
-    /// The motor, behind the gear.
+    /// Returns angle and speed of the motor, behind the gear.
     fn motor(&self) -> Turn;
 
-    /// The load.
+    /// Returns angle and speed of the load.
     fn load(&self) -> Turn;
 
     /// Returns whether the whole joint is at rest, and stays so while nothing changes.
@@ -84,31 +84,31 @@ pub trait Joint {
     /// valid simulation; otherwise do not use the motion.
     fn unfollowed_s(&self) -> f64;
 
-    /// Adds friction (N m) to both levels of the motor: a hand, a brake. It stays until it is set
-    /// anew.
+    /// Sets the friction (N m) that a brake or a hand adds to both levels of the motor, until the
+    /// next call.
     fn set_brake(&mut self, torque: f64);
 
-    /// Puts the whole joint somewhere, by hand.
+    /// Sets angle and speed of the whole joint, as if it was moved by hand.
     fn put(&mut self, turn: Turn);
 
     /// Winds up a joint at rest until its gear carries the load: the load lies on a flank of the
-    /// slack. The end that the encoder sees stays. Does nothing to a joint of one body, and to one
-    /// whose friction cannot hold the load.
+    /// slack. The end with the encoder does not move. Does nothing to a joint of one body, or if
+    /// the friction cannot hold the load.
     fn wind_up(&mut self, _seen: DiscSide) {}
 }
 
-/// Any of the joints, without a table of functions in the inner loop.
+/// Any of the joints, without dynamic dispatch in the inner loop.
 #[derive(Clone, Debug)]
 pub enum AnyJoint {
     /// One inertia, set-valued friction.
     Rigid(RigidJoint),
-    /// One inertia, a bristle.
+    /// One inertia, LuGre friction.
     LuGre(LuGreJoint),
     /// Two inertias and a shaft.
     Flexible(Box<FlexibleJoint>),
 }
 
-/// Does the same with whichever joint it is.
+/// Calls the same method of any of the joints.
 macro_rules! each {
     ($joint:expr, $inner:ident => $does:expr) => {
         match $joint {

@@ -1,4 +1,4 @@
-//! The joint of a run: the axis of a machine's file in closed form, or any other in its place.
+//! Joint of a run: the axis of a machine's file in closed form, or another joint in its place.
 
 use super::{AnyJoint, CoreUnits, Description, DiscSide, InCoreUnits};
 use crate::friction::Coulomb;
@@ -6,15 +6,15 @@ use crate::mechanism::RobotAxis;
 use crate::refused::InvalidModel;
 use crate::solver::{AxisSolver, Event, ExactAxis};
 
-/// A joint that takes the place of the axis that a machine's file describes. The rest of the file
-/// stays: encoder, drive, loop, controllers.
+/// Joint that replaces the axis of a machine's file. Encoder, drive, loop and controllers are still
+/// those of the file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Substitute {
     /// The joint, in SI.
     pub joint: Description,
-    /// The mapping of its efforts.
+    /// Conversion of its efforts.
     pub units: CoreUnits,
-    /// Where the encoder sits.
+    /// Side of the gear with the encoder.
     pub side: DiscSide,
 }
 
@@ -23,15 +23,15 @@ pub struct Substitute {
 pub enum RunJoint {
     /// The axis of the file.
     Axis(ExactAxis),
-    /// Another one.
+    /// Joint that replaces the axis.
     Substitute(Box<InCoreUnits<AnyJoint>>),
 }
 
 impl RunJoint {
-    /// The joint of a run, at rest: the axis of the file or what takes its place.
+    /// Creates the joint of a run, at rest: the axis of the file, or the joint that replaces it.
     ///
     /// # Errors
-    /// Names a value that no joint can have.
+    /// Returns an error that names the invalid value.
     pub fn at_rest(
         axis: &RobotAxis,
         sample_time_s: f64,
@@ -44,7 +44,7 @@ impl RunJoint {
         Ok(Self::Substitute(Box::new(joint)))
     }
 
-    /// Puts the joint somewhere (deg, deg/s), by hand.
+    /// Sets position (deg) and velocity (deg/s), as if the joint was moved by hand.
     pub fn put(&mut self, position_deg: f64, velocity_deg_per_s: f64) {
         match self {
             Self::Axis(axis) => {
@@ -55,7 +55,7 @@ impl RunJoint {
     }
 }
 
-/// Does the same with either.
+/// Calls the same method of either joint.
 macro_rules! either {
     ($joint:expr, $inner:ident => $does:expr) => {
         match $joint {

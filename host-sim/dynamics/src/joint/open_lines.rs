@@ -1,8 +1,8 @@
 //! An encoder with open lines that pick up noise, and the decoder behind them.
 //!
 //! The level of one open line is random at each edge of the other, and once in each reading. With
-//! both open, the decoder is anywhere within a few counts of where it was. Blind to lines that are
-//! open for a part of the time, and to edges that are too fast for a decoder.
+//! both open, the counter is at a random place within a few counts of its start. Limits: lines that
+//! are open for a part of the time, and edges that are too fast for a decoder, are not simulated.
 
 use super::random::SplitMix64;
 
@@ -11,11 +11,11 @@ use super::random::SplitMix64;
 pub enum OpenLines {
     /// One of A and B.
     One,
-    /// Both: the counter is within this number of counts of where it was.
+    /// Both: the counter is within this number of counts of its start.
     Both(u16),
 }
 
-/// A decoder in quadrature whose lines are open from its start on.
+/// Quadrature decoder whose lines are open from its start on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct OpenLineDecoder {
     open: OpenLines,
@@ -56,12 +56,12 @@ impl OpenLineDecoder {
         self.counts - before
     }
 
-    /// Returns the level of the sound line at a position.
+    /// Returns the level of the intact line at a position (counts).
     const fn sound(disc: i64) -> bool {
         (disc + 1).rem_euclid(4) >= 2
     }
 
-    /// Gives the open line a random level. `sound` is that of the other one.
+    /// Sets the open line to a random level. `sound` is the level of the intact line.
     const fn flicker(&mut self, sound: bool) {
         let level = self.random.below(2) == 1;
         if level != self.level {

@@ -2,9 +2,9 @@
 //!
 //! The identified ones are of BAM (Duclusaud, Passault and others, "Extended Friction Models for
 //! the Physics Simulation of Servo Actuators", arXiv 2410.08650); the numbers are those of its
-//! repository Rhoban/bam, `bam/params`. Each is the actuator alone, at its output: what it carries
-//! comes on top of it. Where a fit knows no level at rest of its own, F_s is F_c, and a joint that
-//! is to stick and slip needs one from elsewhere ([`with_stick`]).
+//! repository Rhoban/bam, `bam/params`. Each is the actuator alone, at its output, without a load.
+//! If a fit has no separate level at rest, F_s is F_c: such a joint does not stick and slip unless
+//! [`with_stick`] sets another level.
 
 use super::description::{Body, StribeckCurve};
 
@@ -37,8 +37,8 @@ pub fn thesis_axis() -> Body {
     Body { inertia: 1.0 / 27.0, friction: curve.into() }
 }
 
-/// A joint with another level at rest: F_s as a multiple of F_c, and the Stribeck velocity (rad/s)
-/// over which it falls.
+/// Returns a joint with another level at rest: F_s is `ratio` times F_c, and falls over the
+/// Stribeck velocity (rad/s).
 pub fn with_stick(mut body: Body, ratio: f64, stribeck_velocity: f64) -> Body {
     let curve = &mut body.friction.curve;
     curve.stick = ratio * curve.coulomb;
@@ -55,8 +55,8 @@ fn coulomb(inertia: f64, level: f64, viscous: f64) -> Body {
 mod tests {
     use super::*;
 
-    /// One of the fits, from its own numbers: 4.10 N m hold the actuator, and beyond them it turns
-    /// at `(u - F_c)/B` in the end.
+    /// Checks one of the fits by its own numbers: up to 4.10 N m the actuator stays at rest; above
+    /// them its final speed is `(u - F_c)/B`.
     #[test]
     fn an_identified_joint_moves_as_its_fit_says() {
         use super::super::{Description, Joint, Train};

@@ -1,8 +1,8 @@
-//! A push over time: the joint's time is split where it begins and ends.
+//! Push over a window of time: the time of the joint is split at the start and the end of the push.
 
 use super::description::TorquePulse;
 
-/// A window or a sample that ends closer than this ends together with it, s.
+/// An edge of the window that is closer than this to the end of a sample counts as that end, s.
 const SAME_TIME_S: f64 = 1e-9;
 
 /// A push, or none.
@@ -10,7 +10,8 @@ const SAME_TIME_S: f64 = 1e-9;
 pub struct Pushes(pub Option<TorquePulse>);
 
 impl Pushes {
-    /// The torque from a time on, and how long it stays so, at most `left_s`.
+    /// Returns the torque (N m) from a time (s) on, and the time for which it is constant (s), at
+    /// most `left_s`.
     #[inline]
     pub fn within(&self, time_s: f64, left_s: f64) -> (f64, f64) {
         let Some(push) = self.0 else { return (0.0, left_s) };

@@ -1,4 +1,4 @@
-//! The random stream of what is wrong with an encoder.
+//! Random numbers for the noise and the open lines of an encoder.
 
 /// SplitMix64 (Steele, Lea and Flood, OOPSLA 2014), which is the same on every machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -6,12 +6,12 @@
 //!
 //! Between two switches the motion is smooth. A step of [`super::runge_kutta`] is accepted by its
 //! error; a halt or a wall inside it is located by Newton's method on the integrated motion. At
-//! rest nothing is integrated: without a lag the joint breaks away when the effort changes or
-//! never, with one the instant is found in closed form or by bisection.
+//! rest nothing is integrated. Without a lag, the joint can break away only when the effort
+//! changes; with a lag, the instant is found in closed form or by bisection.
 //!
-//! Guarantees: velocity exactly zero while stuck, also against a wall; every halt is located, also
-//! a short one within a step as far as a cubic shows it; steps as long as the sample where the
-//! motion is smooth. Does badly: levels that drift with temperature are taken as constant within a
+//! Guarantees: the velocity of a stuck joint is exactly zero, also against a wall; every halt is
+//! located, also a short one within a step as far as a cubic shows it; steps are as long as the
+//! sample if the motion is smooth. Limits: levels that drift with temperature are constant within a
 //! sample.
 
 use super::description::{Body, Description, LoadTorque, Stops};
@@ -31,15 +31,15 @@ pub struct RigidJoint {
     load: LoadTorque,
     stops: Stops,
     push: Pushes,
-    /// Whether rest takes work: the friction changes, or a push comes.
+    /// Whether rest needs computation: the friction depends on time, or there is a push.
     is_busy: bool,
     lag: Lag,
     pace: Pace,
     x: f64,
     v: f64,
-    /// The sense of the slip, 0 at rest.
+    /// Direction of the slip, 1 or -1; 0 at rest.
     sense: f64,
-    /// At rest: the load's torque, and the range of the effort that leaves the joint there.
+    /// At rest: the load's torque, and the range of the effort within which the joint stays there.
     pull: f64,
     range: [f64; 2],
     push_now: f64,
@@ -50,7 +50,7 @@ pub struct RigidJoint {
 }
 
 impl RigidJoint {
-    /// At rest at the start.
+    /// Creates the joint at rest at its start.
     pub(super) fn new(description: &Description, body: &Body) -> Self {
         let surface = Surface::new(&body.friction);
         let is_busy = description.push.is_some() || surface.varies();
@@ -77,13 +77,13 @@ impl RigidJoint {
         joint
     }
 
-    /// The torque of load and push at a position.
+    /// Returns the torque of load and push at a position, N m.
     #[inline]
     fn torque(&self, x: f64) -> f64 {
         self.load.at(x) + self.push_now
     }
 
-    /// What of the effort leaves the joint at rest where it is.
+    /// Updates the load's torque and the range of the effort within which the joint stays at rest.
     fn settle(&mut self) {
         self.pull = self.torque(self.x);
         self.limit();
@@ -94,7 +94,7 @@ impl RigidJoint {
         self.range = range.map(|limit| limit - self.pull);
     }
 
-    /// Lets time pass at rest; gives what is left of it when the joint breaks away.
+    /// Advances the time at rest, up to a break at the latest. Returns the remaining time, s.
     fn rest(&mut self, duration_s: f64, on: &mut impl FnMut(EventKind, f64)) -> f64 {
         if !self.holds(self.lag.now()) {
             self.sense = if self.lag.now() > self.range[1] { 1.0 } else { -1.0 };
@@ -127,10 +127,11 @@ impl RigidJoint {
         self.range[0] <= effort && effort <= self.range[1]
     }
 
-    /// The time after which the lagging effort leaves a range that grows, if it does.
+    /// Returns the time after which the lagging effort leaves a range that grows, s; `None` if it
+    /// does not.
     fn leaves_growing_range(&self, duration_s: f64) -> Option<f64> {
-        // Both are exponentials: the effort may come back within the sample, and is looked for at
-        // some places.
+        // Both are exponentials: the effort can return into the range within the sample, so it is
+        // checked at several instants.
         const PLACES: u32 = 16;
         if self.lag.left() == 0.0 {
             return None;
@@ -151,7 +152,8 @@ impl RigidJoint {
         Some(until)
     }
 
-    /// Rates of position and velocity at a stage, without what is left of the former effort.
+    /// Returns the rates of position and velocity at a stage of a step, without the rest of the
+    /// former effort.
     #[inline]
     fn rate(&self, stage: usize, y: &[f64; 2]) -> [f64; 2] {
         let [impulse, way] = self.lag.impulse(stage);
@@ -161,7 +163,7 @@ impl RigidJoint {
         [y[1], (self.lag.target() + self.torque(x) - friction) / self.inertia]
     }
 
-    /// A step, lag included.
+    /// Computes a step of `h` (s), with the lag.
     #[inline]
     fn attempt(&mut self, first: &[f64; 2], h: f64) -> StepAttempt<2> {
         self.lag.prepare(h);
@@ -173,7 +175,7 @@ impl RigidJoint {
         attempt
     }
 
-    /// Lets time pass in motion, up to the end or a halt; gives what is left of it.
+    /// Advances the joint in motion, up to a halt at the latest. Returns the remaining time, s.
     fn slip(&mut self, mut left_s: f64, on: &mut impl FnMut(EventKind, f64)) -> f64 {
         let mut first = self.rate(0, &[self.x, self.v]);
         let mut longest_s = left_s;
@@ -223,7 +225,7 @@ impl RigidJoint {
         }
     }
 
-    /// A step whose error is allowed, no longer than `longest_s`.
+    /// Returns a step whose error is allowed, and its length of at most `longest_s`, s.
     #[inline]
     fn accepted(&mut self, first: &[f64; 2], longest_s: f64) -> (StepAttempt<2>, f64) {
         let mut h = self.pace.step_s.min(longest_s);
@@ -236,17 +238,17 @@ impl RigidJoint {
         }
     }
 
-    /// The part of a step at which the joint halts, as far as a cubic shows it.
+    /// Returns the part of a step at which the joint halts, as far as a cubic shows it.
     #[inline]
     fn first_halt(&self, first: &[f64; 2], step: &StepAttempt<2>, h: f64) -> Option<f64> {
         let begin = first[1] + self.lag.left() / self.inertia;
         let watched = |v: f64, a: f64| [self.sense * v, self.sense * a];
-        // What has just broken away is at its limit but for rounding: it does not fall back.
+        // A joint that has just broken away is at its limit except for rounding, and does not halt.
         let begin = if self.v == 0.0 { self.sense * (self.sense * begin).max(0.0) } else { begin };
         first_fall(watched(self.v, begin), watched(step.end[1], step.rate[1]), h)
     }
 
-    /// Integrates up to the halt near a time; none if there is none.
+    /// Integrates up to the halt near the time `h`; `None` if there is no halt.
     fn locate_halt(
         &mut self,
         first: &[f64; 2],
@@ -269,7 +271,7 @@ impl RigidJoint {
 
     /// Integrates up to a wall that a step of `h` passes.
     fn locate_wall(&mut self, first: &[f64; 2], h: f64, wall: f64) -> (StepAttempt<2>, f64) {
-        // The position does not turn within the step: a bracket, and Newton inside of it.
+        // The motion does not reverse within the step: Newton's method inside a bracket.
         let (mut from, mut until) = (0.0, h);
         let mut time_s = (wall - self.x) / self.v;
         for _ in 0..60 {
@@ -289,7 +291,7 @@ impl RigidJoint {
         (step, time_s)
     }
 
-    /// The joint has come to a halt: it sticks, or goes the other way.
+    /// Handles the halt of the joint: it sticks, or moves in the direction of the effort.
     fn halt(&mut self, left_s: f64, on: &mut impl FnMut(EventKind, f64)) {
         self.v = 0.0;
         self.surface.halt();
@@ -307,7 +309,7 @@ impl RigidJoint {
         }
     }
 
-    /// Lets time pass in which the push is constant.
+    /// Advances the joint over a time (s) in which the push is constant.
     fn stretch(&mut self, duration_s: f64, on: &mut impl FnMut(EventKind, f64)) {
         let mut left_s = duration_s;
         for _ in 0..MOST_SWITCHES {

@@ -1,8 +1,8 @@
 //! One step of the Runge-Kutta pair of order 5(4) by Dormand and Prince (J. Comput. Appl. Math. 6,
 //! 1980), with seven stages, the last of which is the first of the next step.
 //!
-//! Within a sample a joint needs one step or a few; there this pair is cheaper than that of order
-//! 8, which the friction lab has for long stretches (`solver/dormand_prince.rs`).
+//! Within a sample a joint needs one step or a few; this pair is then cheaper than that of order 8,
+//! which the friction lab uses for long stretches (`solver/dormand_prince.rs`).
 
 /// Times of the stages, as parts of the step.
 pub const NODES: [f64; 7] = [0.0, 1.0 / 5.0, 3.0 / 10.0, 4.0 / 5.0, 8.0 / 9.0, 1.0, 1.0];
@@ -29,19 +29,19 @@ const ERROR: [f64; 7] = [
     -1.0 / 40.0,
 ];
 
-/// What a step came to.
+/// Result of a step.
 #[derive(Clone, Copy, Debug)]
 pub struct StepAttempt<const N: usize> {
-    /// State at its end.
+    /// State at the end of the step.
     pub end: [f64; N],
-    /// Rate there.
+    /// Rate at the end of the step.
     pub rate: [f64; N],
     /// Estimated error.
     pub error: [f64; N],
 }
 
-/// Takes a step of `h` from `y`, where the rate is `first`. `rate` is given the number of the
-/// stage, whose time is [`NODES`] of it.
+/// Makes a step of `h` from `y`, where the rate is `first`. The first argument of `rate` is the
+/// number of the stage; [`NODES`] has its time.
 #[inline(always)]
 pub fn attempt<const N: usize>(
     rate: impl Fn(usize, &[f64; N]) -> [f64; N],
@@ -68,9 +68,9 @@ pub fn attempt<const N: usize>(
     StepAttempt { end, rate: stages[6], error }
 }
 
-/// The factor by which the next step may differ, of an error as a part of what is allowed.
+/// Returns the ratio of the next step to this one, for an error as a part of the allowed error.
 pub fn growth(error: f64) -> f64 {
-    // Not a number falls to the shortest.
+    // An error that is not a number shortens the step most.
     if error > 0.0 {
         (0.9 * libm::pow(error, -0.2)).clamp(0.2, 5.0)
     } else if error == 0.0 {

@@ -10,53 +10,53 @@
 use super::description;
 use super::step::SwitchFunction;
 
-/// Where the flanks are.
+/// Contact between the flanks of motor and load.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Contact {
     /// There is no dead zone.
     Bound,
-    /// They are apart.
+    /// The flanks are apart.
     Free,
     /// The motor's flank presses on this side (1 or -1) of the load.
     Pressed(f64),
-    /// On this side the spring is still bent, but goes back more slowly than the flanks part.
+    /// The flanks part on this side, faster than the bent spring relaxes: there is no torque.
     Parting(f64),
 }
 
 /// A shaft and its contact.
 #[derive(Clone, Debug)]
 pub struct Shaft {
-    /// k.
+    /// Stiffness k, N m/rad.
     pub stiffness: f64,
     damping: f64,
     half: f64,
     contact: Contact,
 }
 
-/// Positions and velocities of motor and load.
+/// Position and velocity of the motor, then of the load; or their rates.
 pub type Ends = [f64; 4];
 
 impl Shaft {
-    /// A shaft at rest in the middle of its backlash.
+    /// Creates a shaft at rest in the middle of its backlash.
     pub fn new(shaft: &description::ShaftDescription) -> Self {
         let contact = if shaft.backlash > 0.0 { Contact::Free } else { Contact::Bound };
         let description::ShaftDescription { stiffness, damping, backlash } = *shaft;
         Self { stiffness, damping, half: 0.5 * backlash, contact }
     }
 
-    /// The bend of the spring on a side.
+    /// Returns the deflection of the spring on a side, rad.
     #[inline]
     fn bend(&self, side: f64, [x_m, _, x_l, _]: &Ends) -> f64 {
         x_m - x_l - side * self.half
     }
 
-    /// What spring and damper would give on a side.
+    /// Returns the torque of spring and damper on a side, N m.
     #[inline]
     fn spring(&self, side: f64, ends: &Ends) -> f64 {
         self.stiffness * self.bend(side, ends) + self.damping * (ends[1] - ends[3])
     }
 
-    /// The torque on the load, N m.
+    /// Returns the torque on the load, N m.
     #[inline]
     pub fn torque(&self, ends: &Ends) -> f64 {
         match self.contact {
@@ -66,13 +66,13 @@ impl Shaft {
         }
     }
 
-    /// Returns by how much the motor is ahead of the load at rest under a torque on the load (N m)
-    /// that is not zero, rad.
+    /// Returns the angle of the motor minus that of the load at rest, rad, under a torque on the
+    /// load (N m) that is not zero.
     pub fn twist_of(&self, torque: f64) -> f64 {
         torque.signum() * self.half + torque / self.stiffness
     }
 
-    /// How fast the torque on the load rises, of the rates of the ends.
+    /// Returns the rate of the torque on the load, N m/s, given the rates of the ends.
     #[inline]
     pub fn torque_rate(&self, rates: &Ends) -> f64 {
         match self.contact {
@@ -86,7 +86,7 @@ impl Shaft {
         self.stiffness * (rates[0] - rates[2]) + self.damping * (rates[1] - rates[3])
     }
 
-    /// What stays above zero as long as the contact is what it is.
+    /// Returns the switch functions of the contact, which are positive until the contact changes.
     #[inline]
     pub fn watched(&self, ends: &Ends, rates: &Ends) -> [SwitchFunction; 2] {
         let twist = ends[0] - ends[2];
@@ -105,7 +105,7 @@ impl Shaft {
         }
     }
 
-    /// The size of number `which` of what is watched: that of a torque or that of a position.
+    /// Returns the scale of switch function `which`: `torque` or `position`, by its quantity.
     pub fn scale(&self, which: usize, torque: f64, position: f64) -> f64 {
         match (self.contact, which) {
             (Contact::Pressed(_) | Contact::Parting(_), 0) => torque,
@@ -113,7 +113,7 @@ impl Shaft {
         }
     }
 
-    /// Goes over to the next contact after number `which` of what is watched has fallen to zero.
+    /// Sets the next contact after switch function `which` has fallen to zero.
     pub fn switch(&mut self, which: usize) {
         self.contact = match (self.contact, which) {
             (Contact::Free, 0) => Contact::Pressed(1.0),
@@ -125,7 +125,7 @@ impl Shaft {
         };
     }
 
-    /// Finds the contact of ends that were put somewhere.
+    /// Sets the contact that follows from the given ends.
     pub fn put(&mut self, ends: &Ends) {
         if self.contact != Contact::Bound {
             let twist = ends[0] - ends[2];

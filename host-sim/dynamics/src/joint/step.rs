@@ -10,38 +10,39 @@ pub const SHORTEST_S: f64 = 1e-10;
 const ALLOWED_COUNTS: f64 = 1e-4;
 const ALLOWED_COUNTS_PER_S: f64 = 1e-2;
 
-/// A switch is located to this part of the error that is allowed.
+/// Accuracy to which a switch is located, as a part of the allowed error.
 pub const LOCATED: f64 = 1e-3;
 
 /// Largest number of switches in a sample; the rest of the sample is skipped.
 pub const MOST_SWITCHES: usize = 200;
 
-/// The length of the next step, and the errors that are allowed.
+/// Length of the next step, and the allowed errors of a step.
 #[derive(Clone, Debug)]
 pub struct Pace {
-    /// Of a position.
+    /// Allowed error of a position, rad.
     pub position: f64,
-    /// Of a velocity.
+    /// Allowed error of a velocity, rad/s.
     pub velocity: f64,
-    /// What the next step should be, s.
+    /// Proposed length of the next step, s.
     pub step_s: f64,
 }
 
 impl Pace {
-    /// Errors far below a count.
+    /// Allows errors far below a count (rad).
     pub const fn of_count(count: f64) -> Self {
         let (position, velocity) = (ALLOWED_COUNTS * count, ALLOWED_COUNTS_PER_S * count);
         Self { position, velocity, step_s: 1.0 }
     }
 
-    /// The same for a body on a bristle that swings at `frequency` (rad/s).
+    /// Allows the same error of a position, for a body on a bristle that swings at `frequency`
+    /// (rad/s): the allowed error of the velocity is `frequency` times that of the position.
     pub const fn of_bristle(count: f64, frequency: f64) -> Self {
         let pace = Self::of_count(count);
         Self { velocity: frequency * pace.position, ..pace }
     }
 
-    /// Judges a step by its errors, which alternate between positions and velocities; gives a
-    /// shorter one if they are not allowed.
+    /// Compares the errors of a step, which alternate between positions and velocities, with the
+    /// allowed ones. Returns a shorter length (s) if they are too large; `None` accepts the step.
     #[inline]
     pub fn shorter<const N: usize>(
         &mut self,
@@ -52,7 +53,7 @@ impl Pace {
         let allowed = [self.position, self.velocity];
         let mut error: f64 = 0.0;
         for (i, part) in errors.iter().enumerate() {
-            // Not a number stays, other than by `max`.
+            // Unlike `max`, this keeps an error that is not a number.
             let part = (part / allowed[i % 2]).abs();
             error = if part <= error { error } else { part };
         }
@@ -60,7 +61,7 @@ impl Pace {
             if h < longest_s {
                 self.step_s = h * growth(error);
             } else if error < 1e-2 {
-                // What cut the step short says little about a longer one.
+                // The step was cut short: its error does not predict that of a longer one.
                 self.step_s = self.step_s.max(2.0 * h);
             }
             return None;
@@ -79,7 +80,7 @@ pub fn first_fall(begin: SwitchFunction, end: SwitchFunction, h: f64) -> Option<
     if end[0] > 0.0 && (begin[1] >= 0.0 || end[1] <= 0.0) {
         return None;
     }
-    // Where the last switch was located there may be less than nothing left.
+    // At a switch that was just located, the value can be slightly negative.
     let from = begin[0].max(0.0);
     if from == 0.0 && end[0] <= 0.0 && begin[1] <= 0.0 {
         return Some(0.0);

@@ -1,4 +1,4 @@
-//! Set-valued friction with what makes it vary: the gear's angle, rest, temperature, a brake.
+//! Set-valued friction that varies with the gear's angle, with rest and temperature; and a brake.
 //!
 //! The exponentials are those of the crate `libm`, which are the same on every machine; a system's
 //! own are not.
@@ -13,23 +13,23 @@ const OVER: f64 = 6.1;
 #[derive(Clone, Debug)]
 pub struct Surface {
     friction: SetValuedFriction,
-    /// F_c, F_s - F_c and B as they are now.
+    /// Present values of F_c, F_s - F_c and B.
     coulomb: f64,
     drop: f64,
     viscous: f64,
-    /// 1/v_s; infinite where the level falls at once.
+    /// 1/v_s; infinite if the level falls at once.
     per_speed: f64,
-    /// Friction on top of all, which does not vary.
+    /// Constant friction of a brake, added to both levels, N m.
     brake: f64,
     /// Time for which the body has been at rest, s.
     rested_s: f64,
-    /// Temperature above the surroundings, K, and what half a sample adds to it.
+    /// Temperature above the surroundings, K, and its rise in half a sample, K.
     kelvin: f64,
     ahead: f64,
 }
 
 impl Surface {
-    /// The friction of a body that has rested for no time.
+    /// Creates the friction of a body that has just come to rest.
     pub fn new(friction: &SetValuedFriction) -> Self {
         let mut surface = Self {
             friction: *friction,
@@ -46,7 +46,7 @@ impl Surface {
         surface
     }
 
-    /// The levels at this temperature and after this rest.
+    /// Updates the levels for the present temperature and time at rest.
     fn refresh(&mut self) {
         let curve = &self.friction.curve;
         let [levels, viscous] = self.friction.thermal.map_or([1.0; 2], |thermal: Thermal| {
@@ -61,7 +61,7 @@ impl Surface {
         self.viscous = viscous * curve.viscous;
     }
 
-    /// What the levels are multiplied by at a position.
+    /// Returns the factor of the levels at a position (rad).
     #[inline]
     fn ripple(&self, position: f64) -> f64 {
         self.friction.ripple.map_or(1.0, |Ripple { depth, cycles, phase }| {
@@ -69,21 +69,22 @@ impl Surface {
         })
     }
 
-    /// Largest friction at rest, N m.
+    /// Returns the largest friction at rest, N m.
     #[inline]
     pub fn stick(&self, position: f64) -> f64 {
         (self.coulomb + self.drop) * self.ripple(position) + self.brake
     }
 
-    /// Largest friction after a further time at rest, N m.
+    /// Returns the largest friction at rest after a further time at rest (s), N m.
     pub fn stick_after(&self, position: f64, time_s: f64) -> f64 {
         let mut later = self.clone();
         later.rest(time_s);
         later.stick(position)
     }
 
-    /// Friction in motion, viscous part included, N m. The speed is positive in the sense of the
-    /// motion; the curve goes on smoothly below zero, so that a step may look beyond a halt.
+    /// Returns the friction in motion, with the viscous part, N m. The speed (rad/s) is positive in
+    /// the direction of the motion. The curve continues smoothly below zero, so that a step can go
+    /// beyond a halt.
     #[inline]
     pub fn slip(&self, speed: f64, position: f64) -> f64 {
         let part = speed * self.per_speed;
@@ -91,19 +92,19 @@ impl Surface {
         (self.coulomb + over) * self.ripple(position) + self.brake + self.viscous * speed
     }
 
-    /// Whether the stick level depends on time while the body rests.
+    /// Returns whether the stick level depends on time while the body rests.
     #[inline]
     pub const fn grows_at_rest(&self) -> bool {
         self.friction.dwell.is_some()
     }
 
-    /// Whether the levels depend on time at all.
+    /// Returns whether any level depends on time.
     #[inline]
     pub const fn varies(&self) -> bool {
         self.friction.dwell.is_some() || self.friction.thermal.is_some()
     }
 
-    /// Lets the body rest for a time (s).
+    /// Adds a time (s) to the present rest.
     pub fn rest(&mut self, time_s: f64) {
         if self.grows_at_rest() {
             self.rested_s += time_s;
@@ -111,7 +112,7 @@ impl Surface {
         }
     }
 
-    /// The body has come to rest; what it had grown at the last rest is gone.
+    /// Starts a rest: the growth of the stick level in the last rest is removed.
     pub fn halt(&mut self) {
         if self.grows_at_rest() {
             self.rested_s = 0.0;
@@ -119,13 +120,13 @@ impl Surface {
         }
     }
 
-    /// Lets the gear take up the heat (J) of a time (s), evenly spread over it.
+    /// Heats the gear by an amount (J) that is spread evenly over a time (s).
     pub fn warm(&mut self, heat: f64, time_s: f64) {
         if let Some(thermal) = self.friction.thermal {
             let aim = thermal.heating_k_per_w * heat / time_s;
             let before = self.kelvin;
             self.kelvin -= (aim - self.kelvin) * libm::expm1(-time_s / thermal.time_s);
-            // The levels of the next sample are those of its middle, if it is like this one.
+            // The levels of the next sample are those in its middle, if the rise stays the same.
             self.ahead = 0.5 * (self.kelvin - before);
             self.refresh();
         }
@@ -181,7 +182,7 @@ mod tests {
         assert_eq!(surface.stick(0.0), 6.0);
     }
 
-    /// A constant power warms as `P R (1 - exp(-t/tau))`; cut into pieces or not.
+    /// A constant power heats the gear by `P R (1 - exp(-t/tau))`, also in short steps.
     #[test]
     fn friction_falls_as_the_gear_warms() {
         let thermal = Some(Thermal {

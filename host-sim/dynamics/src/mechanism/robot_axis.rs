@@ -8,9 +8,9 @@
 //! kappa = n Kt Ka / J
 //! ```
 //!
-//! Table 20 gives `kappa` = 1800 * 0.10 * 3.0 / 20 = 27. Read in SI that is 27 rad/s^2 per volt,
-//! and the thesis's own loop is then unstable; read as 27 deg/s^2 per volt nearly every claim of
-//! Chapter 3 comes out. We use the latter; the former is the variant `literal-si` of the experiment
+//! By Table 20, `kappa` = 1800 * 0.10 * 3.0 / 20 = 27. In SI this is 27 rad/s^2 per volt, with
+//! which the thesis's own loop is unstable. With 27 deg/s^2 per volt, nearly every claim of Chapter
+//! 3 is reproduced. We use the latter; the former is the variant `literal-si` of the experiment
 //! `step-response`. `b` is already in volts per deg/s at the joint (eq. 26 and 37 print it once
 //! with and once without the gear ratio), and eq. 37 prints Kf for Kt.
 
@@ -25,17 +25,18 @@ pub struct RobotAxis {
     pub viscous: f64,
     /// Stick-slip friction, V.
     pub friction: Coulomb,
-    /// Friction that comes and goes, V.
+    /// Friction that is added, all the time or at times, V.
     pub added: AddedFriction,
 }
 
 impl RobotAxis {
-    /// Time constant of the slipping axis `1 / (kappa b)`, s; infinite without viscous friction.
+    /// Returns the time constant `1 / (kappa b)` of the slipping axis, s; infinite without viscous
+    /// friction.
     pub fn time_constant_s(&self) -> f64 {
         1.0 / (self.gain * self.viscous)
     }
 
-    /// The stick-slip friction at a time.
+    /// Returns the stick-slip friction at a time (s), with the added friction, V.
     #[inline]
     pub fn friction_at(&self, time_s: f64) -> Coulomb {
         self.friction.raised(self.added.at(time_s))

@@ -15,13 +15,13 @@ use super::{GRAVITY, Mechanism, Terms};
 /// Two links under constant torques.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TwoLinkArm {
-    /// m_1 and m_2, kg.
+    /// Weights m_1 and m_2 at the ends of the links, kg.
     pub mass: [f64; 2],
-    /// l_1 and l_2, m.
+    /// Lengths l_1 and l_2 of the links, m.
     pub length: [f64; 2],
-    /// T_1 and T_2, N m.
+    /// Torques T_1 and T_2 at the joints, N m.
     pub torque: [f64; 2],
-    /// Angles at the begin, rad.
+    /// Angles at the start, rad.
     pub start: [f64; 2],
 }
 

@@ -14,7 +14,7 @@
 //! without viscous friction.
 //!
 //! Guarantees: exact to rounding, whatever the sample time; every switch inside a sample is found.
-//! Does badly: nothing but this one mechanism.
+//! Limits: only this one mechanism.
 
 use super::{AxisSolver, Event, EventKind};
 use crate::friction::Coulomb;
@@ -56,24 +56,25 @@ pub struct ExactAxis {
     lambda: f64,
     position: f64,
     velocity: f64,
-    /// The usual interval, computed once.
+    /// Functions of the usual interval, computed once.
     sample: Decay,
 }
 
 impl ExactAxis {
-    /// The axis at rest at zero; `sample_time_s` is the interval that will be asked for most often.
+    /// Creates the axis at rest at zero. `sample_time_s` is the most frequent interval, s.
     pub fn at_rest(axis: &RobotAxis, sample_time_s: f64) -> Self {
         let lambda = axis.gain * axis.viscous;
         let sample = Decay::over(sample_time_s, lambda);
         Self { gain: axis.gain, lambda, position: 0.0, velocity: 0.0, sample }
     }
 
-    /// The same axis in motion.
+    /// Returns the axis with another position (deg) and velocity (deg/s).
     pub fn with_state(self, position: f64, velocity: f64) -> Self {
         Self { position, velocity, ..self }
     }
 
-    /// Time until an axis with deceleration `a` halts; negative or not a number if it never does.
+    /// Returns the time until an axis with acceleration `a` halts, s; negative or not a number if
+    /// it never halts.
     #[inline]
     fn time_to_halt(&self, a: f64) -> f64 {
         let ratio = -self.velocity / a;
@@ -115,8 +116,8 @@ impl AxisSolver for ExactAxis {
                 self.velocity = velocity;
                 return;
             }
-            // Without a deceleration a velocity can only have decayed to nothing: that takes all
-            // the time there is.
+            // Without a deceleration, the velocity can only have decayed to zero: the halt is then
+            // at the end of the interval.
             let halt = self.time_to_halt(a);
             let halt = if halt.is_finite() { halt.max(0.0).min(remaining) } else { remaining };
             let to_halt = Decay::over(halt, self.lambda);

@@ -1,9 +1,9 @@
-//! Small symmetric systems, with some unknowns held at zero.
+//! Solves small symmetric systems with some unknowns held at zero.
 // One index goes through several arrays of bodies at once.
 #![allow(clippy::needless_range_loop)]
 
-/// Solves `matrix x = rhs` for the unknowns that are not `held`, which are zero. `matrix` is
-/// symmetric and positive definite, so that elimination needs no pivoting.
+/// Solves `matrix x = rhs`, with the `held` unknowns at zero. `matrix` is symmetric and positive
+/// definite, so that elimination needs no pivoting.
 #[inline(always)]
 pub fn solve<const N: usize>(matrix: &[[f64; N]; N], rhs: &[f64; N], held: &[bool; N]) -> [f64; N] {
     let (mut a, mut x) = (*matrix, *rhs);

@@ -1,4 +1,4 @@
-//! Solvers of a joint: how its motion between two samples is found.
+//! Solvers: the motion of a joint between two samples.
 //!
 //! [`ExactAxis`] is the closed form of the robot's axis, and [`Rk4Axis`] the thesis's method
 //! (`exact` and `rk4` for users). A body with friction is a hybrid system: it has discrete
@@ -17,13 +17,13 @@ pub use rk4::Rk4Axis;
 /// A change between sticking and slipping.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Event {
-    /// When, s. Within a call of [`AxisSolver::advance`]: since its begin.
+    /// Time of the event, s; in a call of [`AxisSolver::advance`], since the start of the call.
     pub time_s: f64,
-    /// What happened.
+    /// Kind of the change.
     pub kind: EventKind,
 }
 
-/// What can happen to a joint with stick-slip friction.
+/// Kind of a change between sticking and slipping.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum EventKind {
@@ -37,8 +37,8 @@ pub enum EventKind {
 
 /// A moving axis whose input is constant over an interval.
 pub trait AxisSolver {
-    /// Moves the axis on by `duration_s` under the constant effort `v`, and reports events on the
-    /// way.
+    /// Moves the axis for `duration_s` under the constant effort `v` (V), and reports the events in
+    /// this time.
     fn advance(
         &mut self,
         v: f64,
@@ -47,41 +47,41 @@ pub trait AxisSolver {
         on: &mut impl FnMut(Event),
     );
 
-    /// Joint position, deg.
+    /// Returns the joint position, deg.
     fn position(&self) -> f64;
 
-    /// Position that the encoder's disc has, deg: another one if the disc sits on the motor of an
-    /// elastic joint, or if its readings are noisy.
+    /// Returns the position that the encoder reads, deg. It differs from [`Self::position`] if the
+    /// disc sits on the motor of an elastic joint, or if the readings are noisy.
     #[inline]
     fn measured(&self) -> f64 {
         self.position()
     }
 
-    /// Position that a disc on the motor has, of a joint with a second encoder there, deg.
+    /// Returns the position that the motor's encoder of a joint with two encoders reads, deg.
     #[inline]
     fn measured_at_motor(&self) -> f64 {
         self.position()
     }
 
-    /// True position of the side of the gear that the encoder sits on, deg.
+    /// Returns the true position of the encoder's side of the gear, deg.
     #[inline]
     fn at_encoder(&self) -> f64 {
         self.position()
     }
 
-    /// True position of the load, deg.
+    /// Returns the true position of the load, deg.
     #[inline]
     fn at_load(&self) -> f64 {
         self.position()
     }
 
-    /// Joint velocity, deg/s.
+    /// Returns the joint velocity, deg/s.
     fn velocity(&self) -> f64;
 
-    /// Whether the joint is stuck.
+    /// Returns whether the joint is stuck.
     fn stuck(&self) -> bool;
 
-    /// How often the acceleration was evaluated so far.
+    /// Returns the number of evaluations of the acceleration so far.
     fn derivative_evaluations(&self) -> u64;
 }
 

@@ -1,4 +1,4 @@
-//! Who sticks and who slips: decided for all bodies at once.
+//! Decides which bodies stick and which slip, for all bodies at once.
 //!
 //! A body at zero velocity sticks, or slips one way or the other; one in motion slips the way it
 //! moves. A choice for all bodies (a mode) is consistent if
@@ -17,10 +17,10 @@ use super::linear::solve;
 use crate::friction::SetValued;
 use crate::mechanism::Terms;
 
-/// 0 for a body that sticks, else the sign of its slip.
+/// Mode of each body: 0 if it sticks, or else the sign of its slip.
 pub type BodyMode<const N: usize> = [i8; N];
 
-/// The sign of a velocity, zero for zero.
+/// Returns the sign of a velocity; 0 for 0.
 pub fn direction(v: f64) -> i8 {
     if v > 0.0 {
         1
@@ -31,7 +31,8 @@ pub fn direction(v: f64) -> i8 {
     }
 }
 
-/// Accelerations and frictions in a mode; a stuck body's friction is what holds it.
+/// Returns accelerations and frictions in a mode. The friction of a stuck body is the force that
+/// holds it.
 #[inline(always)]
 pub fn accelerations<const N: usize, F: SetValued>(
     terms: &Terms<N>,
@@ -46,8 +47,7 @@ pub fn accelerations<const N: usize, F: SetValued>(
         let sign = f64::from(mode[i]);
         held[i] = mode[i] == 0;
         if !held[i] {
-            // Inside a step that turns a body around, friction is continued from the side it came
-            // from.
+            // If a body reverses within a step, its friction continues from the former direction.
             forces[i] = sign * friction[i].slip((sign * v[i]).max(0.0));
             net[i] -= forces[i];
         }
@@ -61,9 +61,9 @@ pub fn accelerations<const N: usize, F: SetValued>(
     (a, forces)
 }
 
-/// The consistent mode with the most bodies stuck, or none if there is none. A body whose entry in
-/// `breaking` is not zero has just reached its largest friction: it slips that way or against it,
-/// but does not stick.
+/// Returns the consistent mode with the most bodies stuck; `None` if no mode is consistent. A body
+/// whose entry in `breaking` is not zero has just reached its largest friction: it slips in either
+/// direction, but does not stick.
 pub fn decide<const N: usize, F: SetValued>(
     terms: &Terms<N>,
     friction: &[F; N],
@@ -83,7 +83,7 @@ pub fn decide<const N: usize, F: SetValued>(
     best.map(|(_, mode)| mode)
 }
 
-/// The mode number `code` of those that bodies at rest may have.
+/// Returns mode number `code` of the bodies at rest. A body in motion has its own direction.
 fn decode<const N: usize>(mut code: usize, v: &[f64; N]) -> BodyMode<N> {
     v.map(|v| {
         if v != 0.0 {

@@ -10,10 +10,10 @@
 //! with the axis's velocity V and, for the input force F_i, its effort v in volts. Inside the band
 //! the velocity is *not* set to zero: a "stuck" axis coasts at up to `D_v` (section 2.3.1.2).
 //!
-//! Does badly: a step that crosses the band (width 2e-4 deg/s in Table 21) does not see it, and the
-//! stuck axis creeps; with an acceleration of `kappa (F_s + F_d)` = 21 deg/s^2 the band is passed
-//! in 10 us. Use steps of 10 us or less, or the exact solver. The error falls with the step only
-//! down to what the band leaves.
+//! Limits: a step that crosses the band (width 2e-4 deg/s in Table 21) misses it, and the stuck
+//! axis creeps; with an acceleration of `kappa (F_s + F_d)` = 21 deg/s^2 the band is passed in
+//! 10 us. Use steps of 10 us or less, or the exact solver. Shorter steps reduce the error only down
+//! to the error of the band.
 
 use super::{AxisSolver, Event, EventKind};
 use crate::friction::Coulomb;
@@ -33,8 +33,8 @@ pub struct Rk4Axis {
 }
 
 impl Rk4Axis {
-    /// The axis at rest at zero, with steps of at most `step_s` and the static velocity range
-    /// `band` D_v, deg/s.
+    /// Creates the axis at rest at zero, with steps of at most `step_s` and the velocity band D_v
+    /// `band`, deg/s.
     pub fn at_rest(axis: &RobotAxis, band: f64, step_s: f64) -> Self {
         Self {
             gain: axis.gain,
@@ -48,7 +48,7 @@ impl Rk4Axis {
         }
     }
 
-    /// The same axis in motion.
+    /// Returns the axis with another position (deg) and velocity (deg/s).
     pub fn with_state(self, position: f64, velocity: f64) -> Self {
         Self { position, velocity, in_band: velocity.abs() <= self.band, ..self }
     }
@@ -79,7 +79,7 @@ impl Rk4Axis {
 
 impl AxisSolver for Rk4Axis {
     fn advance(&mut self, v: f64, duration_s: f64, friction: &Coulomb, on: &mut impl FnMut(Event)) {
-        // A hair less than a whole number of steps is that number.
+        // Rounding above a whole number of steps must not add a step.
         let steps = (duration_s / self.step_s - 1e-9).ceil().max(1.0);
         let h = duration_s / steps;
         for i in 1..=steps as u64 {

@@ -6,21 +6,21 @@ pub type Quartic = [f64; 5];
 /// Number of sampled places of the step; between two of them at most one minimum is searched for.
 const PLACES: usize = 8;
 
-/// The value.
+/// Returns the value at a place.
 pub fn value(p: &Quartic, x: f64) -> f64 {
     p[0] + x * (p[1] + x * (p[2] + x * (p[3] + x * p[4])))
 }
 
-/// The slope.
+/// Returns the slope at a place.
 pub fn slope(p: &Quartic, x: f64) -> f64 {
     p[1] + x * (2.0 * p[2] + x * (3.0 * p[3] + x * 4.0 * p[4]))
 }
 
-/// The first place in [0, 1] where the polynomial falls from above zero to zero or below, dips
-/// between two of the places that are looked at included. A polynomial that starts at zero and
-/// rises has not fallen there.
+/// Returns the first place in [0, 1] at which the polynomial falls from above zero to zero or
+/// below. Dips between two sampled places are found, too. A polynomial that starts at zero and
+/// rises does not fall there.
 pub fn first_falling_zero(p: &Quartic) -> Option<f64> {
-    // Rounding may tilt a polynomial that starts at zero and level: it has to go on falling.
+    // Rounding can tilt a polynomial that starts at zero with slope zero: it must continue to fall.
     if p[0] < 0.0 || (p[0] == 0.0 && p[1] < 0.0 && value(p, 1.0 / 64.0) < 0.0) {
         return Some(0.0);
     }
@@ -44,8 +44,8 @@ pub fn first_falling_zero(p: &Quartic) -> Option<f64> {
     None
 }
 
-/// Where a function that is above zero on the left and not on the right changes; to a few units of
-/// the last place of a step of length one, which later refinement makes good.
+/// Returns the place at which a function changes that is above zero on the left and not on the
+/// right. Later refinement corrects the small error of the place.
 fn bisect(mut left: f64, mut right: f64, f: impl Fn(f64) -> f64) -> f64 {
     for _ in 0..40 {
         let middle = 0.5 * (left + right);
@@ -58,7 +58,7 @@ fn bisect(mut left: f64, mut right: f64, f: impl Fn(f64) -> f64) -> f64 {
     0.5 * (left + right)
 }
 
-/// The polynomial through five values at 0, 1/4, 1/2, 3/4 and 1.
+/// Returns the polynomial through five values at 0, 1/4, 1/2, 3/4 and 1.
 pub fn through(y: &[f64; 5]) -> Quartic {
     let [a, b, c, d, e] = *y;
     [

@@ -4,9 +4,9 @@
 //! output V -> Drive -> effort V -> InCoreUnits (x G) -> Joint in SI -> load; encoder with noise
 //! ```
 //!
-//! Guarantees: for a rigid joint without a Stribeck velocity it equals the axis that
-//! [`super::units`] maps to, and a test holds one against the other. Does badly: slower than the
-//! closed form of that axis, so that a run takes it only if the data sheet asks for more.
+//! Guarantees: a rigid joint without a Stribeck velocity equals the axis that [`super::units`] maps
+//! to; a test compares the two. Limits: this joint is slower than the closed form of the axis, so a
+//! run uses it only if the data sheet has an effect that the closed form lacks.
 
 use crate::error::Error;
 use dynamics::friction::{AddedFriction, Coulomb};
@@ -30,12 +30,12 @@ pub(super) const MOTOR_SHARE: f64 = 0.7;
 /// The joint of a data sheet, as an axis in degrees and volts.
 #[derive(Clone, Debug)]
 pub struct SheetAxis {
-    /// Its position is that of the side where the encoder sits.
+    /// Joint in the core's units. Its position is that of the encoder's side of the gear.
     seen: InCoreUnits<AnyJoint>,
     drive: DriveModel,
-    /// Noise of its readings.
+    /// Noise of the encoder that closes the position loop.
     noise: EncoderNoise,
-    /// Noise of the motor's encoder beside one on the load.
+    /// Noise of the motor's encoder, if the load's encoder closes the position loop.
     motor_noise: EncoderNoise,
 }
 
@@ -50,8 +50,8 @@ struct EncoderNoise {
 }
 
 impl EncoderNoise {
-    /// Creates the noise of an encoder; `number` distinguishes it from that of another encoder. It
-    /// is the same in each run, so that a run can be repeated.
+    /// Creates the noise of an encoder. Encoders with different `number` have different noise. The
+    /// noise is the same in each run, so that a run can be repeated.
     fn new(noise_counts: u32, number: u64, count_deg: f64) -> Self {
         let generator = (noise_counts > 0).then(|| CountNoise::new(number));
         Self { generator, present_deg: 0.0, count_deg }
@@ -66,8 +66,9 @@ impl EncoderNoise {
 }
 
 impl SheetAxis {
-    /// Creates the joint of a data sheet, at rest at zero; `None` if the axis in closed form is the
-    /// same. `count_deg` is the angle of a count of `[encoder]`, deg.
+    /// Creates the joint of a data sheet, at rest at zero; `None` if a rigid axis in closed form
+    /// describes it. `count_deg` is the angle of a count of `[encoder]`, deg; `pwm_hz` is the
+    /// frequency of the PWM, Hz.
     ///
     /// # Errors
     /// Returns an error that names the invalid value.
@@ -93,7 +94,7 @@ impl SheetAxis {
     ) -> Result<Self, Error> {
         let joint =
             sheet.description(mapping, count_deg.to_radians(), &SheetFactors::ONE).build()?;
-        // As the plant has it, so that its friction is no brake.
+        // The axis of the plant: friction above its slip level counts as a brake.
         let axis = RobotAxis {
             gain: mapping.gain(),
             viscous: mapping.viscous_v(),
@@ -159,9 +160,9 @@ impl AxisSolver for SheetAxis {
 pub struct SheetFactors {
     /// Inertia.
     pub inertia: f64,
-    /// Slip friction, either way.
+    /// Slip friction in both directions.
     pub slip: f64,
-    /// Stick friction, either way.
+    /// Stick friction in both directions.
     pub stick: f64,
     /// Viscous friction, including that of the back-EMF.
     pub viscous: f64,
@@ -182,8 +183,8 @@ impl DataSheet {
         self.asks_for().iter().any(|(_, is_asked)| *is_asked) || reaches_its_supply
     }
 
-    /// Returns the keys of effects that an axis in closed form does not have, and whether each is
-    /// used.
+    /// Returns the keys of effects that an axis in closed form does not have, and whether the data
+    /// sheet uses each.
     pub fn asks_for(&self) -> [(&'static str, bool); 12] {
         let reverse = [self.stick(), self.slip()].iter().any(|[one, other]| one != other);
         [
@@ -230,7 +231,7 @@ impl DataSheet {
         self.is_more_than_an_axis().then_some(substitute)
     }
 
-    /// Returns the noise of the load's encoder beside that of the motor, counts.
+    /// Returns the noise of the load's encoder, counts; 0 if it is not in the position loop.
     fn load_noise_counts(&self) -> u32 {
         self.load_encoder_in_loop().map_or(0, |load| load.noise_counts)
     }
@@ -250,7 +251,7 @@ impl DataSheet {
         }
     }
 
-    /// Returns the friction of the positive way less the mean of both ways, N m.
+    /// Returns the slip friction in the positive direction minus the mean of both directions, N m.
     fn offset(&self) -> f64 {
         let [forward, backward] = self.slip();
         0.5 * (forward - backward)

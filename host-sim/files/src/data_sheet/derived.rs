@@ -103,7 +103,7 @@ fn step_of_the_timer(
     let Some(mode) = get(table, "drive.mode").and_then(Value::as_str) else { return Ok(None) };
     let top = pwm_top(hardware, pwm_hz as f32);
     let top = top.map_err(|why| SheetRefusal::number(PWM_HZ, pwm_hz, &why.allowed.to_string()))?;
-    // Half duty is zero, unless a second pin is the direction.
+    // Half duty is zero volts, unless a second pin sets the direction.
     let codes = match mode {
         "sign-magnitude" => f64::from(top),
         _ => (f64::from(top) / 2.0).floor(),
@@ -167,7 +167,7 @@ fn alone(table: &Table, sheet: &DataSheet) -> Result<(), SheetRefusal> {
     Ok(())
 }
 
-/// Sets a number that the file does not set.
+/// Sets a number, unless the file sets it.
 fn put(table: &mut Table, key: &str, number: f64) {
     let (tables, last) = key.rsplit_once('.').unwrap_or(("", key));
     let mut table = table;

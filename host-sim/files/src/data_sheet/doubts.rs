@@ -7,8 +7,8 @@ use super::tables::DrivenBy;
 use super::units::Mapping;
 use crate::error::{rounded, shown};
 
-/// Largest relative deviation of the speed without load from K_t on real motors: manufacturers
-/// round both, and measure one of them warm.
+/// Largest relative deviation, on real motors, between the speed without load and V / K_t:
+/// manufacturers round both, and measure one of them on a warm motor.
 const NO_LOAD_TOLERANCE: f64 = 0.2;
 
 /// Largest usual ratio between the inertias of rotor and load at the joint.
@@ -35,7 +35,7 @@ impl DataSheet {
     /// Returns an error with the friction or load, and the motor's stall torque.
     pub fn can_move(&self, mapping: &Mapping) -> Result<(), SheetRefusal> {
         let (stall, constant) = (mapping.stall(), self.load.constant_nm);
-        // The easier way, in the sense of the load.
+        // Torque that each direction needs: the load helps in one of them.
         let [forward, backward] = [self.stick()[0] - constant, self.stick()[1] + constant];
         let (key, needed) = if forward <= backward || self.friction.stick_reverse_nm.is_none() {
             ("friction.stick_nm", forward.min(backward))
@@ -177,7 +177,8 @@ impl DataSheet {
         })
     }
 
-    /// Compares what holds the load, less the static friction, with what the motor bears forever.
+    /// Compares the effort that holds the load, less the static friction, with the effort that the
+    /// motor can hold forever.
     fn load_heats(&self, mapping: &Mapping) -> Option<String> {
         let pull = self.load.constant_nm.abs() + self.load.unbalance_nm;
         let needed_v = mapping.volts(pull - self.stick()[0].min(self.stick()[1]));

@@ -8,11 +8,12 @@
 //! i (R + d^2 R_s) = shrink(u - n K_t q', V_t)      shrink(x, a) = sgn(x) max(|x| - a, 0)
 //! ```
 //!
-//! If the supply takes no current back, a braking current (`d i < 0`) charges the bridge until none
-//! flows: i = 0. An amplifier gives `i = A u` as long as its supply reaches `R i + n K_t q'`. The
-//! rigid mapping ([`super::units`]) knows `u = R i + n K_t q'`, so the drive answers with that.
+//! If the supply cannot absorb current, a braking current (`d i < 0`) charges the bridge until none
+//! flows: i = 0. An amplifier sets `i = A u` as long as its supply reaches `R i + n K_t q'`. The
+//! effort is the output with which an ideal drive ([`super::units`]) has the same current i:
+//! `R i + n K_t q'` for a bridge, `i / A` for an amplifier.
 //!
-//! Guarantees: with R_s = 0, t_d = 0 and a supply that takes current back, the effort of a bridge
+//! Guarantees: with R_s = 0, t_d = 0 and a supply that absorbs current, the effort of a bridge
 //! equals its output except for rounding. Limits: the formulas use the back-EMF at the start of the
 //! sample; in locked antiphase with a current that ripples through zero, a real dead time costs
 //! less.
@@ -25,35 +26,35 @@ use super::tables::DrivenBy;
 pub enum DriveModel {
     /// The effort is the output.
     Ideal,
-    /// A bridge.
+    /// Bridge with losses, on a supply with an internal resistance.
     Bridge {
-        /// R, ohm.
+        /// Resistance R of the winding, ohm.
         resistance: f64,
-        /// R_s, ohm.
+        /// Internal resistance R_s of the supply, ohm.
         supply_resistance: f64,
-        /// V, V.
+        /// Voltage V of the supply, V.
         supply: f64,
-        /// V_t, V.
+        /// Voltage V_t that is lost by the dead time, V.
         dead_time: f64,
-        /// Whether the supply takes back the current of a braking motor.
+        /// Whether the supply absorbs the current of a braking motor.
         takes_current_back: bool,
-        /// n K_t, V s/rad at the joint.
+        /// Back-EMF n K_t at the joint, V s/rad.
         back_emf: f64,
     },
-    /// An amplifier.
+    /// Amplifier that sets the current, within the limits of its supply.
     Amplifier {
-        /// A, A/V.
+        /// Current A per volt of the output, A/V.
         amperes_per_volt: f64,
-        /// R, ohm.
+        /// Resistance R of the winding, ohm.
         resistance: f64,
-        /// V, V.
+        /// Voltage V of the supply, V.
         supply: f64,
-        /// n K_t, V s/rad at the joint.
+        /// Back-EMF n K_t at the joint, V s/rad.
         back_emf: f64,
     },
 }
 
-/// `sgn(x) max(|x| - a, 0)`.
+/// Returns `sgn(x) max(|x| - a, 0)`.
 fn shrink(x: f64, a: f64) -> f64 {
     (x.abs() - a).max(0.0).copysign(x)
 }
@@ -151,7 +152,7 @@ mod tests {
         }
     }
 
-    /// The power that the source gives is that which its own and the motor's resistance take.
+    /// The power of the source equals the losses in its own and in the motor's resistance.
     #[test]
     fn a_stalled_motor_on_a_weak_supply_balances_its_power() {
         for output_v in [24.0, 12.0, -18.0] {

@@ -1,4 +1,4 @@
-//! Heat of the motor: what effort its winding bears forever, and its back-EMF at the joint.
+//! Heat of the motor: the effort that its winding can hold forever, and its back-EMF at the joint.
 //!
 //! ```text
 //! rated current     motor.rated_current_a, or a tenth of the stall current V / R
@@ -6,19 +6,19 @@
 //! current driven    u = i / A                continuous: i_rated / A    back-EMF: 0
 //! ```
 //!
-//! The tenth is a guess for motors whose data sheet is not in the file. Does badly: the case and
-//! the room are unknown.
+//! The tenth is a guess for motors whose rated current is not in the file. Limits: the case and the
+//! room are unknown.
 
 use super::sheet::DataSheet;
 use super::tables::DrivenBy;
 
-/// Part of the stall current that an unknown motor bears forever.
+/// Current that a motor without a rated current can hold forever, as a part of its stall current.
 const OF_STALL: f64 = 0.1;
 
-/// What the heat of a motor depends on, in the controller's volts.
+/// Continuous effort and back-EMF of a motor, in the controller's volts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MotorHeat {
-    /// Effort that the winding bears forever at standstill, V.
+    /// Effort that the winding can hold forever at standstill, V.
     pub continuous_v: f64,
     /// Back-EMF at the joint, V s/rad.
     pub back_emf: f64,

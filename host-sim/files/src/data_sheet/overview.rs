@@ -7,7 +7,7 @@ use super::tables::{DrivenBy, EncoderPlace};
 use super::units::Mapping;
 use crate::error::shown;
 
-/// A derived number.
+/// Number that is derived from a data sheet.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DerivedNumber {
     /// Name of the quantity.

@@ -11,16 +11,16 @@ pub struct SheetRefusal {
     pub key: String,
     /// Sentence with the value found and the allowed values.
     pub sentence: String,
-    /// What made the key's range, if it follows from other keys.
+    /// Cause of the key's range, if the range follows from other keys.
     pub cause: Option<RefusalCause>,
 }
 
-/// Keys from which an allowed range follows. If one of them was set by hand, it is blamed.
+/// Keys from which an allowed range follows. If one of them was set by hand, the message names it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RefusalCause {
     /// The keys.
     pub keys: &'static [&'static str],
-    /// What follows from them.
+    /// Sentence about the consequence of the keys.
     pub sentence: String,
 }
 

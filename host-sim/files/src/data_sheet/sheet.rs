@@ -39,12 +39,12 @@ pub struct SheetTables {
     pub friction: Option<JointFriction>,
     /// `[supply]`.
     pub supply: Option<SupplyTable>,
-    /// Of `[encoder]`.
+    /// Simulator's keys of `[encoder]`.
     #[serde(default)]
     pub encoder: Mount,
     /// `[load_encoder]`.
     pub load_encoder: Option<LoadEncoder>,
-    /// Of `[loop]`.
+    /// Simulator's key of `[loop]`.
     #[serde(rename = "loop", default)]
     pub sampling: LoopSide,
 }
@@ -62,11 +62,11 @@ pub struct DataSheet {
     pub friction: JointFriction,
     /// `[supply]`.
     pub supply: Option<SupplyTable>,
-    /// Of `[encoder]`.
+    /// Simulator's keys of `[encoder]`.
     pub encoder: Mount,
     /// `[load_encoder]`.
     pub load_encoder: Option<LoadEncoder>,
-    /// Of `[loop]`.
+    /// Simulator's key of `[loop]`.
     pub sampling: LoopSide,
 }
 
@@ -142,19 +142,19 @@ fn per_angle(per_deg: Option<f64>, per_rad: Option<f64>) -> Option<f64> {
 }
 
 impl DataSheet {
-    /// Speed of the motor without load, rad/s.
+    /// Returns the speed of the motor without load, rad/s.
     pub fn no_load(&self) -> Option<f64> {
         let rpm = self.motor.no_load_rpm.map(|rpm| rpm * std::f64::consts::TAU / 60.0);
         self.motor.no_load_rad_per_s.or(rpm)
     }
 
-    /// Backlash at the joint, rad.
+    /// Returns the backlash at the joint, rad.
     pub fn backlash(&self) -> Option<f64> {
         angle(self.gear.backlash_deg, self.gear.backlash_rad)
     }
 
-    /// Returns the side of the gear whose encoder closes the position loop, the load with an
-    /// encoder on either side; `None` if the file does not set it.
+    /// Returns the side of the gear whose encoder closes the position loop. With two encoders, the
+    /// default is the load; with one, `None` if the file does not set its place.
     pub fn position_side(&self) -> Option<EncoderPlace> {
         match self.load_encoder {
             Some(_) => self.sampling.position.or(Some(EncoderPlace::Load)),
@@ -162,12 +162,12 @@ impl DataSheet {
         }
     }
 
-    /// Returns the encoder of the load if the motor has one as well, and both are in the loop.
+    /// Returns the encoder of the load if it closes the position loop, beside the motor's encoder.
     pub fn load_encoder_in_loop(&self) -> Option<LoadEncoder> {
         self.load_encoder.filter(|_| self.position_side() == Some(EncoderPlace::Load))
     }
 
-    /// Backlash between the motor and an encoder on the load, rad; zero with an encoder on the
+    /// Returns the backlash between the motor and `[encoder]`, rad: 0 if `[encoder]` is on the
     /// motor.
     pub fn backlash_to_encoder(&self) -> f64 {
         match self.encoder.at {
@@ -176,57 +176,57 @@ impl DataSheet {
         }
     }
 
-    /// Torsional stiffness at the joint, N m/rad.
+    /// Returns the torsional stiffness at the joint, N m/rad.
     pub fn stiffness(&self) -> Option<f64> {
         per_angle(self.gear.stiffness_nm_per_deg, self.gear.stiffness_nm_per_rad)
     }
 
-    /// Torsional damping at the joint, N m s/rad.
+    /// Returns the torsional damping at the joint, N m s/rad.
     pub fn damping(&self) -> Option<f64> {
         per_angle(self.gear.damping_nm_s_per_deg, self.gear.damping_nm_s_per_rad)
     }
 
-    /// Position at which the load hangs down, rad.
+    /// Returns the position at which the load hangs down, rad.
     pub fn hangs_at(&self) -> Option<f64> {
         angle(self.load.hangs_at_deg, self.load.hangs_at_rad)
     }
 
-    /// Stribeck velocity, rad/s.
+    /// Returns the Stribeck velocity, rad/s.
     pub fn stribeck(&self) -> Option<f64> {
         angle(self.friction.stribeck_deg_per_s, self.friction.stribeck_rad_per_s)
     }
 
-    /// Viscous friction of the mechanics, N m s/rad.
+    /// Returns the viscous friction of the mechanics, without the back-EMF, N m s/rad.
     pub fn viscous(&self) -> f64 {
         let friction = &self.friction;
         per_angle(friction.viscous_nm_s_per_deg, friction.viscous_nm_s_per_rad).unwrap_or(0.0)
     }
 
-    /// Stiffness of the bristles, N m/rad.
+    /// Returns the stiffness of the bristles, N m/rad.
     pub fn bristle_stiffness(&self) -> Option<f64> {
         let friction = &self.friction;
         per_angle(friction.bristle_stiffness_nm_per_deg, friction.bristle_stiffness_nm_per_rad)
     }
 
-    /// Damping of the bristles, N m s/rad.
+    /// Returns the damping of the bristles, N m s/rad.
     pub fn bristle_damping(&self) -> Option<f64> {
         let friction = &self.friction;
         per_angle(friction.bristle_damping_nm_s_per_deg, friction.bristle_damping_nm_s_per_rad)
     }
 
-    /// Static friction the positive and the negative way, N m.
+    /// Returns the static friction in the positive and in the negative direction, N m.
     pub fn stick(&self) -> [f64; 2] {
         let friction = &self.friction;
         [friction.stick_nm, friction.stick_reverse_nm.unwrap_or(friction.stick_nm)]
     }
 
-    /// Dynamic friction the positive and the negative way, N m.
+    /// Returns the dynamic friction in the positive and in the negative direction, N m.
     pub fn slip(&self) -> [f64; 2] {
         let friction = &self.friction;
         [friction.slip_nm, friction.slip_reverse_nm.unwrap_or(friction.slip_nm)]
     }
 
-    /// Returns keys of one quantity that are both set, in two units.
+    /// Returns two keys that set the same quantity in two units; `None` if there are none.
     pub(super) fn doubled(&self) -> Option<[&'static str; 2]> {
         let (motor, gear, load, friction) = (&self.motor, &self.gear, &self.load, &self.friction);
         [

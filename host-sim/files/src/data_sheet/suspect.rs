@@ -17,7 +17,7 @@ pub struct Suspect {
     pub found: f64,
     /// Lowest and highest usual value.
     pub usual: [f64; 2],
-    /// The unit of all three.
+    /// Unit of the value and of the range.
     pub unit: &'static str,
 }
 
@@ -63,7 +63,7 @@ impl DataSheet {
         })
     }
 
-    /// Lists some of its keys with their numbers: `motor.kt_nm_per_a` (0.016), `gear.ratio` (50).
+    /// Lists the given keys with their numbers: `motor.kt_nm_per_a` (0.016), `gear.ratio` (50).
     pub fn listed(&self, keys: &[&str]) -> String {
         let some = self.numbers().into_iter().filter(|(key, ..)| keys.contains(key));
         let shown =
@@ -71,7 +71,7 @@ impl DataSheet {
         shown.collect::<Vec<_>>().join(", ")
     }
 
-    /// Returns keys with what the data sheet has, their usual range and its unit.
+    /// Returns keys with their values in the data sheet, their usual ranges and their units.
     fn numbers(&self) -> [(&'static str, Option<f64>, [f64; 2], &'static str); 18] {
         let (motor, gear, load, friction) = (&self.motor, &self.gear, &self.load, &self.friction);
         let supply = self.supply.as_ref();

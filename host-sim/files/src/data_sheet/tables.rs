@@ -1,7 +1,7 @@
-//! The tables of a data sheet, as a file has them.
+//! Tables of a data sheet in a file.
 //!
-//! Angles, speeds, stiffnesses and viscous coefficients are in degrees or in radians, as the name
-//! of the key says. [`super::DataSheet`] converts both to SI.
+//! Angles, speeds, stiffnesses and viscous coefficients are in degrees or in radians; the name of
+//! the key has the unit. [`super::DataSheet`] converts both to SI.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

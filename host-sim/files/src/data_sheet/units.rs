@@ -48,11 +48,11 @@ pub struct WrittenDrive {
 pub struct Mapping {
     /// Effort gain G, with its conversions.
     pub units: CoreUnits,
-    /// J, kg m^2.
+    /// Inertia J at the joint, kg m^2.
     pub inertia: f64,
     /// Share of the back-EMF in B, N m s/rad.
     pub back_emf: f64,
-    /// B, N m s/rad.
+    /// Viscous friction B at the joint, with the share of the back-EMF, N m s/rad.
     pub viscous: f64,
     /// Output of the controller at full duty, V.
     pub full_scale_v: f64,
@@ -108,17 +108,17 @@ impl Mapping {
         self.units.volts(torque)
     }
 
-    /// kappa, deg/s^2 per V.
+    /// Returns the acceleration of the joint for each volt of effort (kappa), deg/s^2 per V.
     pub fn gain(&self) -> f64 {
         1.0 / self.units.per_degree(self.inertia)
     }
 
-    /// b, V s/deg.
+    /// Returns the viscous friction b, V s/deg.
     pub fn viscous_v(&self) -> f64 {
         self.units.per_degree(self.viscous)
     }
 
-    /// Largest torque at standstill, N m.
+    /// Returns the largest torque at standstill, N m.
     pub fn stall(&self) -> f64 {
         self.units.effort(self.full_scale_v * self.duty_max)
     }

@@ -20,7 +20,7 @@ macro_rules! builtin {
     };
 }
 
-/// Lists the built-in experiments, in the thesis's order; the one beyond it comes last.
+/// Lists the built-in experiments in the thesis's order; the one that is not in it comes last.
 pub const fn builtins() -> &'static [Builtin] {
     &[
         builtin!("spring-mass"),

@@ -1,4 +1,4 @@
-//! Keys that are drawn within a spread.
+//! Sets keys to values that were drawn within a spread.
 
 use super::Document;
 use super::wording::brief;
@@ -7,7 +7,7 @@ use crate::error::Error;
 impl Document {
     /// Sets keys that were drawn within a spread. Slip friction drawn above the stick friction is
     /// lowered to it, since no joint has more. The difference between the friction of the negative
-    /// and the positive way stays.
+    /// and of the positive direction is that of the file.
     ///
     /// # Errors
     /// Returns an error that names the spread.
@@ -55,8 +55,8 @@ impl Document {
         all
     }
 
-    /// Adds the friction levels of the negative way to the drawn ones. Both must differ from those
-    /// of the positive way by the same amount.
+    /// Adds the friction levels of the negative direction to the drawn ones. Static and dynamic
+    /// friction must differ from those of the positive direction by the same amount.
     fn with_both_ways(&self, drawn: &[String]) -> Vec<String> {
         const WAYS: [[&str; 2]; 2] = [
             ["friction.slip_nm", "friction.slip_reverse_nm"],

@@ -62,7 +62,7 @@ impl Document {
         Ok(document)
     }
 
-    /// Reads the text that [`open`](Self::open) opens.
+    /// Returns the text of a built-in experiment or of a file, as [`open`](Self::open) finds it.
     ///
     /// # Errors
     /// Returns an error about the name or the file.
@@ -117,11 +117,12 @@ impl Document {
         self.check()
     }
 
-    /// Adds controllers that have no gain, for laws that are not of this program. Returns the
-    /// controllers to run: those of `wanted`, and these; none for all of the file and these.
+    /// Adds controllers with gains of zero and without a law, for laws of another program. Returns
+    /// the controllers to run: `wanted` and `names`. If `wanted` is empty, the list is empty: all
+    /// controllers run, those of the file and the added ones.
     ///
     /// # Errors
-    /// Returns an error if the file has a controller of such a name.
+    /// Returns an error if the file already has a controller with one of the names.
     pub fn add_controllers(
         &mut self,
         wanted: &[String],

@@ -19,8 +19,8 @@ pub struct Origin {
 }
 
 impl Origin {
-    /// Returns the message of a refused data sheet. If a key was set by hand from which the allowed
-    /// range follows, it is blamed, and not the key of the file.
+    /// Returns the message of a refused data sheet. If the allowed range follows from a key that is
+    /// set by hand, the message names that key, and not the key of the file.
     pub fn refusal(&self, why: &SheetRefusal) -> String {
         let cause = why.cause.as_ref().filter(|_| !self.has_set(&why.key));
         let set = cause.and_then(|cause| {
@@ -36,7 +36,7 @@ impl Origin {
         self.set.iter().chain(&self.drawn).any(typed)
     }
 
-    /// Names the source of a key's value: what was set by hand, or else the file.
+    /// Returns the source of a key's value: the draw, the assignment by hand, or else the file.
     pub fn of(&self, key: &str) -> String {
         let set = |assignment: &&String| {
             let typed = assignment.split('=').next().unwrap_or_default().trim();

@@ -6,7 +6,7 @@ use toml::Table;
 
 use super::read;
 
-/// Tables; a machine's file or an experiment's has at least one of them.
+/// Names of tables. The file of a machine or of an experiment has at least one of them.
 const TABLES: [&str; 22] = [
     "controller",
     "device",

@@ -1,4 +1,4 @@
-//! Fills in the gains of PD for a law that replaces PD: a file can leave them out there.
+//! Fills in the PD gains of a controller whose law replaces PD: a file can leave them out.
 
 use stiction::control::laws::Gains;
 use stiction::control::pd::PdGains;
@@ -7,8 +7,8 @@ use toml::{Table, Value};
 
 use crate::machine::LawName;
 
-/// Sets missing PD gains of such a controller to zero. The core stores them, and ignores them
-/// there.
+/// Sets the missing PD gains of controllers whose law replaces PD to zero. The core stores these
+/// gains and ignores them.
 pub fn fill(file: &mut Table) {
     let Some(controllers) = file.get_mut("controller").and_then(Value::as_table_mut) else {
         return;

@@ -71,8 +71,8 @@ pub(crate) fn shown(law: &Gains) -> String {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AllGains;
 
-/// Returns the laws that a file can name, with the declarations of their gains. Last is that of
-/// `robust` with two encoders, which a file names `robust` as well.
+/// Returns the laws that a file can name, with the declarations of their gains. The last one is the
+/// law for two encoders, whose name in a file is `robust` as well.
 pub fn laws() -> impl Iterator<Item = (Gains, &'static [About])> {
     let listed = Gains::EXAMPLES.iter().copied().zip(Gains::ABOUT.iter().copied());
     listed.chain([(Gains::RobustDual(RobustDualGains::EXAMPLE), RobustDualGains::ABOUT)])

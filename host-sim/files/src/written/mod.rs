@@ -23,7 +23,7 @@ use stiction::units::value::{About, Kind, Table, Values};
 pub(crate) use self::declared::shown as shown_law;
 pub use self::declared::{AllGains, DeclaredTable, laws};
 
-/// The word for a limit that is off; it is zero.
+/// Word in a file for a limit that is off. Its value is 0.
 pub const OFF: &str = "off";
 
 /// Keys of a table that the core does not declare.
@@ -73,7 +73,7 @@ pub enum FileScalar {
     Whole(i64),
     /// True or false.
     Flag(bool),
-    /// Word of its declaration, by its place.
+    /// Word from the list in the declaration, by its index.
     Choice(usize),
 }
 
@@ -118,7 +118,7 @@ impl<T, E> ParameterTable<T, E> {
         self.values.iter().map(|(name, value)| (*name, *value))
     }
 
-    /// Sets those of `values` that are in the table and declared in `about`.
+    /// Copies the values of the table that are declared in `about` to `values`.
     pub fn apply<'a>(&self, about: impl IntoIterator<Item = &'a About>, values: &mut impl Values) {
         for about in about {
             let Some(written) = self.values.get(about.name) else { continue };
@@ -133,7 +133,7 @@ impl<T, E> ParameterTable<T, E> {
         }
     }
 
-    /// Stores those of `values` that are declared in `about`.
+    /// Stores the values that are declared in `about` in the table.
     pub fn put<'a>(&mut self, about: impl IntoIterator<Item = &'a About>, values: &impl Values) {
         for about in about {
             let Some(bits) = values.get(about.key) else { continue };
@@ -150,8 +150,8 @@ impl<T: Table, E: Default> ParameterTable<T, E> {
         all
     }
 
-    /// Returns the core's values, in single precision. A missing value has its default, or else
-    /// that of `otherwise`.
+    /// Returns the core's values, in single precision. A value that is missing in the table is that
+    /// of `otherwise`.
     pub fn core(&self, otherwise: T) -> T {
         let mut values = otherwise;
         self.apply(T::ABOUT, &mut values);

@@ -145,8 +145,8 @@ fn ends(bounds: &str) -> [Option<&str>; 2] {
     [ends.map(|(low, _)| low), ends.map(|(_, high)| high)]
 }
 
-/// Returns `drive.full_scale / 32_768.0` as `full_scale_v / 32768`; `None` if it has no other
-/// value.
+/// Returns `drive.full_scale / 32_768.0` in the names of a file, `full_scale_v / 32768`; `None` if
+/// the expression names no value.
 fn in_names(expression: &str) -> Option<String> {
     let name = |word: &str| {
         let (_, field) = word.split_once('.')?;

@@ -1,9 +1,9 @@
-//! A device's parameters as TOML with comments: what each limit was derived from, or that the file
-//! set it, and what the encoder's output means for the test for open lines.
+//! Parameters of a device as TOML with comments. The comment of a limit is its origin: derived, or
+//! set by the file. The comment of the encoder's output is its effect on the test for open lines.
 //!
-//! A device keeps values only. So each limit is held against the one that the core derives from the
-//! device's own loop, its breakaway effort and its gain. Does badly: a value that the file sets to
-//! what would be derived counts as derived.
+//! A device stores values without their origin. So each limit is compared with the one that the
+//! core derives from the device's own loop, its breakaway effort and its gain. Limit: a value that
+//! the file sets to the derived one counts as derived.
 
 use stiction::control::device_config::PositionReference;
 use stiction::control::encoder::EncoderOutput;
@@ -15,7 +15,7 @@ use super::machine_file;
 use files::error::Error;
 use files::lines::wrapped;
 
-/// Returns the tables of a device's parameters as TOML. Above each limit is its origin, a comment.
+/// Returns the tables of a device's parameters as TOML. The comment above each limit is its origin.
 ///
 /// # Errors
 /// Returns an error if a number cannot be written.
@@ -44,7 +44,7 @@ pub fn tables(parameters: &Parameters) -> Result<String, Error> {
     Ok(lines.map(|line| line + "\n").collect())
 }
 
-/// Returns what an encoder's output means for the test for open lines.
+/// Returns the effect of an encoder's output on the test for open lines, in words.
 const fn of_output(output: EncoderOutput) -> &'static str {
     match output {
         EncoderOutput::PushPull => "an open wire is found at rest",
@@ -54,7 +54,7 @@ const fn of_output(output: EncoderOutput) -> &'static str {
     }
 }
 
-/// Returns where a limit comes from.
+/// Returns the origin of a limit, in words.
 fn origin(parameters: &Parameters, about: &About) -> String {
     let Parameters { controller, device, limits, .. } = parameters;
     let loop_alone = Limits::derived(controller, device, limits.breakaway_effort);
@@ -141,12 +141,13 @@ fn gain(limits: &Limits, loop_alone: &Limits) -> Option<f32> {
     is_known.then_some(0.5 * limits.stop_gain)
 }
 
-/// Returns the breakaway effort of a file that does not say any, V.
+/// Returns the breakaway effort that is derived if no friction is known, V.
 fn unknown_breakaway(controller: &ControllerConfig) -> f32 {
     0.25 * controller.drive.full_scale * controller.drive.duty_max
 }
 
-/// Returns whether a counter of 32 bits would allow a higher limit of the speed.
+/// Returns whether the counter limits the overspeed threshold: a counter of 32 bits would allow a
+/// higher one.
 fn is_of_the_counter(parameters: &Parameters) -> bool {
     let mut wider = parameters.controller.clone();
     wider.encoder.counter_bits = stiction::control::encoder::CounterBits::ThirtyTwo;

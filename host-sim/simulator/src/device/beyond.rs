@@ -11,8 +11,8 @@
 //! | S sgn v exp(-(v / v_s)^2) | `friction.stribeck_rad_per_s` = v_s, from stick to slip friction |
 //!
 //! with g_s sin q + g_c cos q = U sin(q - q_h): U is the unbalance, and q_h the position in which
-//! it hangs. `merged_sheet.rs` makes that data sheet. Without one, the file lists in a comment what
-//! it leaves out, and the command prints the list.
+//! it hangs. `merged_sheet.rs` writes that data sheet. Without one, the file lists in a comment
+//! what it leaves out, and the command prints the list.
 
 use super::identified::IdentifiedJoint;
 use super::spread::deviations;
@@ -26,7 +26,7 @@ pub(super) const LEAST: f64 = 0.02;
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct UnmodelledEffects {
     pub(super) constant: Option<[f64; 2]>,
-    /// Sine and cosine of the position.
+    /// Coefficients of sine and cosine of the position.
     pub(super) gravity: Option<[[f64; 2]; 2]>,
     /// Level, and speed in deg/s.
     pub(super) stribeck: Option<[f64; 2]>,

@@ -1,10 +1,10 @@
-//! The clock of a client and of a simulated device that keeps to its time.
+//! Clock of a client, and of a simulated device in real time.
 
 use std::fmt::Debug;
 use std::sync::LazyLock;
 use std::time::{Duration, Instant};
 
-/// A clock, which counts from some start.
+/// A clock that counts from an arbitrary start.
 pub trait Clock: Debug + Send + Sync {
     /// Returns the time since the clock's start.
     fn now(&self) -> Duration;
@@ -18,7 +18,8 @@ pub trait Clock: Debug + Send + Sync {
     }
 }
 
-/// The clock of the computer. A test has one of its own, which does not go on while a thread works.
+/// The clock of the computer. Tests have a clock of their own, which stands still while a thread
+/// works.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ComputerClock;
 

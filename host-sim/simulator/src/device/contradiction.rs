@@ -63,7 +63,7 @@ mod tests {
             "friction.stick_nm is 0.35 in bl.toml, 0.28 +- 0.01 measured"
         );
         assert_eq!(of(0.285, None), None);
-        // The user's range has what was measured in it, though its nominal is off.
+        // The user's range contains the measured one, although the value in the file differs.
         assert_eq!(of(0.35, Some([0.15, 0.4])), None);
         assert!(of(0.35, Some([0.3, 0.4])).is_some());
         assert!(of(0.2, Some([0.1, 0.269])).is_some());

@@ -2,21 +2,21 @@
 //!
 //! An identification measures one number for the constant load, `off`, and gravity only if the
 //! joint has moved through 60 deg (from a log: if the model has the term). `off` is the sum of all
-//! that does not change with the motion:
+//! efforts that do not change with the motion:
 //!
 //! ```text
 //! off = D/2 + mean U_f sin(q - q_h) - T_f
 //! ```
 //!
-//! with the difference D of the friction between both ways, the constant load T_f, and the mean
-//! over the motion of the unbalance U_f that hangs at q_h. If the right side, with the numbers of
-//! the file, is within the error bar of the left side, the measurement agrees with the file, and
+//! with the difference D of the friction between both directions, the constant load T_f, and the
+//! mean over the motion of the unbalance U_f that hangs at q_h. If the right side, with the numbers
+//! of the file, is within the error bar of the left side, the measurement agrees with the file, and
 //! the file's load stays. The bar includes the change of gravity over the motion. If the
 //! identification looked for gravity and found none, though the file's gravity would vary by more
 //! than the bar (root mean square), the unbalance is contradicted. Otherwise the rest is the
 //! constant load.
 //!
-//! Limits: an unbalance and a constant load that are both wrong, and cancel out, agree.
+//! Limit: an unbalance and a constant load that are both wrong, but cancel out, are not detected.
 
 use super::contradiction::Contradiction;
 use files::data_sheet::DataSheet;
@@ -36,7 +36,7 @@ pub struct MeasuredLoad {
     pub offset: [f64; 2],
     /// Gravity as coefficients of sine and cosine of the position, if it was found.
     pub gravity: Option<[[f64; 2]; 2]>,
-    /// Whether the model had gravity.
+    /// Whether the model of the identification has gravity.
     pub looked: bool,
     /// Ends of the motion, rad.
     pub range: [f64; 2],
@@ -57,8 +57,8 @@ pub(super) struct FoundLoad {
     pub contradicted: Vec<Contradiction>,
 }
 
-/// Returns the load of an identified joint, merged with that of a data sheet; `difference` is that
-/// of the friction between both ways, N m.
+/// Returns the load of an identified joint, merged with that of a data sheet; `difference` is the
+/// difference of the friction between both directions, N m.
 pub(super) fn load(
     measured: &MeasuredLoad,
     of: &Document,
@@ -91,7 +91,7 @@ pub(super) fn load(
         load.constant(constant, rest, bar);
         return load;
     }
-    // Mean of the file's gravity over the motion, which is in the offset, and its largest change.
+    // Mean of the file's gravity over the motion (a part of the offset), and its largest change.
     let [from, to] = measured.range;
     let at = |i: usize| from + (to - from) * i as f64 / (POINTS - 1) as f64;
     let gravity: Vec<f64> = (0..POINTS).map(|i| weight * (at(i) - hangs).sin()).collect();

@@ -5,10 +5,10 @@ use stiction::motion::home::{HomeEnd, HomeFindings};
 
 use files::written::single;
 
-/// Result of a homing, with what its text needs.
+/// Result of a homing, and the state of the joint after it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HomeResult {
-    /// What the device has found.
+    /// Findings of the device.
     pub found: HomeFindings,
     /// Angle of a count, deg.
     pub resolution: f32,

@@ -53,7 +53,9 @@ pub const fn ended(outcome: Outcome) -> &'static str {
             "effort beyond the friction did not move the joint as the encoder should show: look for \
              an end stop and at the encoder's wires (`jog`), and lower the travel"
         }
-        Outcome::Capped => "drive or supply limited the effort below the requested value",
+        Outcome::Capped => {
+            "the motion required more than the largest effort: raise the effort, or lower the speed"
+        }
     }
 }
 
@@ -84,16 +86,17 @@ pub fn doubts(doubts: &Doubts) -> Vec<&'static str> {
     all.into_iter().filter_map(|(is_so, words)| is_so.then_some(words)).collect()
 }
 
-/// Mean range of two, three, four and five normal values, in standard deviations of one of them
-/// (Tippett, *Biometrika* 17, 1925). No sequence has more places.
+/// Mean range of two, three, four and five normally distributed values, in standard deviations of
+/// one value (Tippett, *Biometrika* 17, 1925). A sequence has five places at most.
 const RANGES: [f64; 4] = [1.128, 1.693, 2.059, 2.326];
-/// Largest lateness of a reading, as a share of the effort: 0.1 s at a rate of 1/20 per second.
+/// Largest error by the delay of a reading, as a share of the effort: 0.1 s at a rate of 1/20 per
+/// second.
 const LATE: f64 = 0.1 / 20.0;
 
 /// Returns the standard deviation of a median breakaway effort, V, of a drive with a step of `lsb`
 /// (V). It has three parts: the spread over the places, where the variance of the median is `pi/2`
-/// times that of the mean; the rounding of the drive; and the lateness of the readings. Two rates
-/// correct most of the lateness; the rest counts as uniformly distributed up to its bound. A single
+/// times that of the mean; the rounding of the drive; and the delay of the readings. Two rates
+/// correct most of the delay; the rest counts as uniformly distributed up to its bound. A single
 /// place shows no spread, so the result is `None`.
 pub fn breakaway_deviation(levels: &BreakawayLevels, lsb: f64) -> Option<f64> {
     let [least, median, largest] = [levels.least, levels.median, levels.largest].map(f64::from);
@@ -105,7 +108,7 @@ pub fn breakaway_deviation(levels: &BreakawayLevels, lsb: f64) -> Option<f64> {
     Some(of_places.hypot(of_drive).hypot(LATE * median / 3f64.sqrt()))
 }
 
-/// Name, value with its deviation, unit, and the factor and unit in SI.
+/// Line of the result: name, value with its deviation, unit, and the factor and unit in SI.
 type Line = (&'static str, [f64; 2], &'static str, fn(&CoreUnits) -> f64, &'static str);
 
 fn wide(value: [f32; 2]) -> [f64; 2] {
@@ -140,7 +143,7 @@ impl IdentifiedJoint {
         f64::from(self.parameters.controller.drive.lsb)
     }
 
-    /// Returns the verdict.
+    /// Returns the verdict: `good`, `doubtful`, `poor`, `not whole` or `no result`.
     pub fn verdict(&self) -> &'static str {
         let Summary { outcome, doubts, .. } = &self.summary;
         match outcome {

@@ -12,7 +12,7 @@
 //! A device stores one motion. A machine's file has several, and `tune`, `benchmark` and `report`
 //! judge by all of them: gains that were never tried on a trajectory can trip a monitor on it. So
 //! the other steps and trajectories are copied, if the first step of the file is the device's.
-//! Otherwise the new file says that they are missing, and why.
+//! Otherwise a comment in the new file states that they are missing, and why.
 
 use stiction::{Motion, Parameters};
 use toml_edit::{DocumentMut, Item};
@@ -148,7 +148,7 @@ fn without_motions(of: &Document, why: &str) -> String {
 ///
 /// # Errors
 /// Returns why the motions cannot be copied: their first one is not the device's, or the file would
-/// give a device other parameters. Returns no reason if the earlier file has no motions.
+/// change the parameters of the device. The reason is `None` if the earlier file has no motions.
 fn with_motions(
     body: &str,
     parameters: &Parameters,

@@ -67,8 +67,8 @@ pub fn status(status: &Status, warning: Option<&str>) -> Value {
     })
 }
 
-/// Returns the faults that a device remembers (code, tick and value), the oldest first, and the one
-/// that is latched.
+/// Returns the faults that a device has stored (code, tick and value), the oldest first, and the
+/// latched one.
 pub fn faults(
     remembered: impl Iterator<Item = (u8, u32, f32)>,
     status: &Status,

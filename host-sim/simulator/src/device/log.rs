@@ -1,8 +1,8 @@
 //! Samples of a device as CSV: the columns of `stiction run --csv` that a device can send, then
 //! those of further signals.
 //!
-//! `position_deg` is that of the encoder, not the true one. `stuck` is whether the velocity
-//! regression is zero: a device measures no more.
+//! `position_deg` is that of the encoder, not the true one. `stuck` is whether the velocity of the
+//! regression is zero: a device has no other measure of sticking.
 
 use stiction::link::Sample;
 

@@ -36,7 +36,8 @@ pub fn read(name: &str, text: &str) -> Result<Parameters, Error> {
     super::parameters(&first.ok_or_else(|| Error::Input(format!("{name}: the file has no run")))?)
 }
 
-/// Returns the text of a machine's file with these parameters; `joint` is that of `whose`.
+/// Returns the text of a machine's file with these parameters and `joint`; `whose` names the owner
+/// of that joint in the first comment.
 ///
 /// # Errors
 /// Returns an error if no machine's file can hold these parameters.
@@ -113,7 +114,7 @@ fn known(parameters: &Parameters) -> Result<Table, Error> {
     Ok(table)
 }
 
-/// Returns the machine's file with an empty joint.
+/// Returns the machine's file with these parameters and an empty joint.
 fn of(parameters: &Parameters) -> MachineFile {
     let Parameters { controller: config, motion, device, limits, profile, jog } = parameters;
     let laws: Vec<LawName> = config.compensator.iter().map(|law| LawName(Some(*law))).collect();
@@ -172,7 +173,7 @@ fn of(parameters: &Parameters) -> MachineFile {
     }
 }
 
-/// Returns the tables of the motion; the second is that of a ramp.
+/// Returns `[reference]` with the motion, and `[identification]` for a ramp.
 fn motion_tables(
     motion: &Motion,
     resolution_deg: f64,
@@ -181,7 +182,7 @@ fn motion_tables(
     let deg = |position: &Position| degrees(position, resolution_deg);
     let mut reference = ReferenceTable::default();
     match motion {
-        // A file has no profiled moves: those of an experiment step.
+        // A file has no profiled moves: the moves of an experiment are steps.
         Motion::Hold | Motion::Profiled(_) => {}
         Motion::Step(to) => reference.steps_deg.push(deg(to)),
         Motion::Trajectory { corners, half_blend } => {
@@ -195,7 +196,7 @@ fn motion_tables(
                 half_blend_s: single(*half_blend),
             });
         }
-        // A file's sines set out from zero.
+        // The sines of a file start at zero.
         Motion::Sine { amplitude, frequency, .. } => {
             let exact = f64::from(*amplitude) * resolution_deg;
             let amplitude_deg = shortest(exact, |deg| (deg / resolution_deg) as f32 == *amplitude);
@@ -214,7 +215,8 @@ fn motion_tables(
     (reference, None)
 }
 
-/// Returns the accepted decimal with the fewest digits, or an accepted neighbour of `exact`.
+/// Returns the accepted decimal with the fewest digits, or else an accepted floating-point
+/// neighbour of `exact`.
 fn shortest(exact: f64, accepted: impl Fn(f64) -> bool) -> f64 {
     let decimals = (0..17).filter_map(|digits| format!("{exact:.digits$e}").parse().ok());
     let neighbours = (1..16i64).flat_map(|ulps| [ulps, -ulps]).map(|ulps| {

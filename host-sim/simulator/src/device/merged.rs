@@ -107,7 +107,7 @@ pub(super) fn lost(of: &Document) -> Option<String> {
     (!lost.is_empty()).then(|| lost.join(", "))
 }
 
-/// Replaces `[joint]` by the tables of a data sheet.
+/// Returns the file with the tables of a data sheet in place of `[joint]`.
 fn text(new: &MergedSheet, of: &Document, body: &str) -> Option<String> {
     let file = &of.origin.name;
     let encoder = of.get("encoder").and_then(Value::as_table).cloned();

@@ -32,13 +32,14 @@ use files::document::Document;
 use files::error::shown;
 use files::typed_number::of_value as number;
 
-/// Largest ratio of the file's back-EMF braking to the measured viscous friction.
+/// Largest ratio of the file's viscous friction by back-EMF to the upper end of the measured
+/// viscous friction.
 const BRAKES: f64 = 1.25;
 
 /// Least share of the load in the inertia, if the gear is elastic.
 const LIGHTEST: f64 = 0.05;
 
-/// Viscous friction per degree and per radian: two keys of the same value.
+/// Viscous friction per degree and per radian: two keys of the same quantity.
 const PER_DEGREE: [&str; 2] = ["friction.viscous_nm_s_per_deg", "friction.viscous_nm_s_per_rad"];
 
 /// Measured values of a joint, on the joint's side of the gear, each with its range.
@@ -48,9 +49,9 @@ pub struct MeasuredJoint {
     pub inertia: (f64, [f64; 2]),
     /// Viscous friction, N m s/rad.
     pub viscous: (f64, [f64; 2]),
-    /// Slip friction, mean of both ways, N m.
+    /// Slip friction, mean of both directions, N m.
     pub slip: (f64, [f64; 2]),
-    /// Stick friction, mean of both ways, N m.
+    /// Stick friction, mean of both directions, N m.
     pub stick: (f64, [f64; 2]),
     /// Whether the stick friction was measured; its range is used in any case.
     pub has_stick: bool,
@@ -111,8 +112,8 @@ pub fn kept_words(kept: &[String], file: &str, new: &Document) -> Option<String>
     (!all.is_empty()).then(|| format!("kept from {file}, not measured: {}", all.join(", ")))
 }
 
-/// Returns the keys of the joint's tables that an identification does not measure, without those in
-/// `measured`.
+/// Returns the keys of motor, gear, load and friction with a number other than zero that an
+/// identification does not measure. Keys of the drive and those in `measured` are left out.
 pub(super) fn kept(table: impl Fn(&str) -> Option<Table>, measured: &[String]) -> Vec<String> {
     let mut kept = Vec::new();
     for name in ["motor", "gear", "load", "friction"] {
@@ -230,7 +231,7 @@ impl<'a> Sheet<'a> {
         self.measured("load.inertia_kg_m2", (load, range, LEAST[0]), in_file);
     }
 
-    /// Sets the measured viscous friction, less that of the back-EMF.
+    /// Sets the measured viscous friction, less the part that is due to the back-EMF.
     fn viscous(
         &mut self,
         sheet: &DataSheet,
@@ -256,11 +257,11 @@ impl<'a> Sheet<'a> {
         Ok(())
     }
 
-    /// Sets the measured friction levels; both ways differ as in the file. Returns that difference,
-    /// N m.
+    /// Sets the measured friction levels; the difference between both directions is that of the
+    /// file. Returns this difference, N m.
     fn friction(&mut self, sheet: &DataSheet, measured: &MeasuredJoint) -> f64 {
         let ((slip, slips), (mut stick, sticks)) = (measured.slip, measured.stick);
-        // The measured levels are means of both ways.
+        // The measured levels are means of both directions.
         let [of_slip, of_stick] =
             [sheet.slip(), sheet.stick()].map(|[one, other]| 0.5 * (one + other));
         let mut difference = sheet.slip()[0] - sheet.slip()[1];

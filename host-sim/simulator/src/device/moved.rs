@@ -32,7 +32,7 @@ pub struct MoveResult {
     /// one.
     moved_last: u32,
     counts: i64,
-    /// The load's position in the last sample, counts; none if the device does not know it.
+    /// Position of the load in the last sample, counts; `None` if the device does not report it.
     load_counts: Option<f64>,
     goal: PositionGoal,
     slack: Option<UnseenSlack>,
@@ -43,7 +43,7 @@ pub struct MoveResult {
 }
 
 impl MoveResult {
-    /// Starts to watch a move to a position, deg.
+    /// Creates the result of a move to a position (deg), before its first sample.
     pub fn to(deg: f64, resolution_deg: f64, sample_time_s: f64) -> Self {
         let goal = PositionGoal::default();
         Self {
@@ -62,7 +62,8 @@ impl MoveResult {
         }
     }
 
-    /// Judges the move by a file's goal; the gear has slack that the encoder cannot see, or none.
+    /// Sets the goal by which the move is judged, and the slack of the gear that the encoder cannot
+    /// see; `None`: there is no such slack.
     #[must_use]
     pub fn judged_by(self, goal: PositionGoal, slack: Option<UnseenSlack>) -> Self {
         let sides = [Settling::new(&goal, self.resolution_deg); 2];
@@ -163,8 +164,8 @@ impl MoveResult {
 }
 
 /// Prints target, position and time, one per line. If the gear has slack that the encoder cannot
-/// measure, the position is marked as the encoder's, and that of the load follows if it is known.
-/// The verdict follows if there is such slack or the file has a goal.
+/// measure, the position is marked as the encoder's, and the position of the load follows if the
+/// device reports it. The verdict follows if there is such slack or the file has a goal.
 impl fmt::Display for MoveResult {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let deg = |counts: f64| counts * self.resolution_deg;
@@ -199,8 +200,8 @@ impl fmt::Display for MoveResult {
 }
 
 /// Returns the longest time that a profiled move over `deg` takes until its set point rests, s: the
-/// time of its trapezoid or triangle, plus that of its averages, which take up to twice as long as
-/// the jerk needs. A quarter is added for limits that are rounded to whole units.
+/// time of its trapezoid or triangle, plus that of its averages, up to twice the time 2 a/j that
+/// the jerk requires. A quarter is added to the first for limits that are rounded to whole units.
 pub fn longest_s(limits: &ProfileLimits, deg: f64) -> f64 {
     let [v, a, j] = [limits.velocity, limits.acceleration, limits.jerk].map(f64::from);
     let way = deg.abs();
@@ -267,7 +268,7 @@ mod tests {
         assert!(text.contains("on target at the encoder\n"), "{text}");
         assert!(text.contains("-30.0 counts off at the load\n"), "{text}");
         assert!(text.contains("met at the encoder, missed at the load\n"), "{text}");
-        // A board does not know its load.
+        // A board does not report its load.
         let unknown = moved(goal, None);
         assert_eq!((unknown.success_at_encoder(), unknown.success_at_load()), (true, None));
         assert!(unknown.to_string().contains("met at the encoder; unknown at the load"));

@@ -106,7 +106,7 @@ impl Wire for SerialWire {
 mod tests {
     use super::*;
 
-    /// A test that runs as root can open every port, so it makes this refusal up.
+    /// Tests that run as root can open every port, so this refusal is constructed.
     #[test]
     fn a_port_without_permission_is_reported_as_such() {
         let forbidden = serialport::ErrorKind::Io(ErrorKind::PermissionDenied);

@@ -53,8 +53,8 @@ pub fn with_identified_joint(
     (parameters, remark)
 }
 
-/// Ratio of the needed to the set threshold from which thresholds are raised. A smaller difference
-/// lies within the error bar.
+/// Ratio of the required to the configured breakaway effort above which thresholds are raised. A
+/// smaller difference lies within the error bar.
 const MORE: f64 = 1.05;
 
 /// Raises the thresholds that a joint at rest under an effort (V) would trip, and returns a comment
@@ -110,8 +110,8 @@ fn joint_values(
     }
 }
 
-/// Returns the comment for the file: the changed values, and the values that the user has set and
-/// that stay.
+/// Returns the comment for the file: the changed values, and the unchanged values that are not
+/// defaults.
 fn comment(before: &RobustGains, after: &RobustGains) -> String {
     let number =
         |gains: &RobustGains, about: &About| gains.get(about.key).map_or(f32::NAN, f32::from_bits);

@@ -27,7 +27,8 @@ const SLOTS: [u32; 2] = [0, SECTOR];
 /// Reading of the supply converter in the middle of its range.
 const SUPPLY: u16 = 2048;
 
-/// Stored values of the load's angle ahead of the encoder's side: one minute of motion at 10 kHz.
+/// Largest number of stored differences between the angles of load and encoder's side: one minute
+/// of motion at 10 kHz.
 const REMEMBERED: usize = 600_000;
 
 /// Largest change that counts as rounding, deg.
@@ -44,7 +45,7 @@ pub struct SimulatedDevice {
     pub supply: u16,
     /// Friction in addition to that of the machine, V: a hand on the joint, a hard stop.
     pub brake_v: f64,
-    /// The motor has no supply, and the converter does not show it.
+    /// Whether the motor has no supply; the reading of the converter stays as it is.
     pub is_unpowered: bool,
     /// External load on the joint, V: a spring, a bumper.
     pub load_v: f64,
@@ -53,7 +54,7 @@ pub struct SimulatedDevice {
     counter: u32,
     /// Counter reading with intact wires.
     sound: u32,
-    /// The resistors of the encoder's input pull down since the last tick.
+    /// Whether the resistors of the encoder's input pull down since the last tick.
     pulled_down: bool,
     /// Load's angle minus that of the encoder's side, deg, with the tick of its last change.
     load_ahead: VecDeque<(u32, f64)>,
@@ -176,7 +177,7 @@ impl SimulatedDevice {
         self.plant.velocity_deg_per_s()
     }
 
-    /// Sets position and velocity of the joint, as if it was moved by hand.
+    /// Sets position (deg) and velocity (deg/s) of the joint, as if it was moved by hand.
     pub fn push(&mut self, position_deg: f64, velocity_deg_per_s: f64) {
         self.plant.push(position_deg, velocity_deg_per_s);
     }

@@ -2,14 +2,14 @@
 //!
 //! | key | range |
 //! |---|---|
-//! | gain | 1 / J, with the inertia J two standard deviations off, and at least 2 % |
+//! | gain | 1 / J, with the inertia J two standard deviations to either side, at least 2 % |
 //! | viscous friction | two standard deviations to either side, and at least 5 % |
 //! | slip friction | two standard deviations to either side, and at least 2 % |
 //! | stick friction | from the least to the largest breakaway that was read, at least 2 % |
 //!
 //! A breakaway is the mean of both senses. The least shares cover errors of the model
-//! (docs/how-to/identify.md). `draft/spread.rs` has them, the rule by which slip and
-//! stick friction stay apart, and the text; the identification from a log uses them as well.
+//! (docs/how-to/identify.md). `draft/spread.rs` defines them, keeps slip and stick friction apart,
+//! and writes the text; the identification from a log uses it as well.
 //!
 //! A doubt widens the range, since the error bars assume that the model holds:
 //!
@@ -45,7 +45,7 @@ const LOST: f64 = 0.5;
 /// docs/how-to/ensembles.md.
 const STICK_TO_SLIP: f64 = 2.0;
 
-/// Ranges by their keys.
+/// Range of each key, in the unit of the key.
 pub type Ranges = BTreeMap<String, [f64; 2]>;
 
 /// Returns the number of standard deviations to either side of an estimate.
@@ -99,8 +99,8 @@ pub fn spread(found: &IdentifiedJoint, joint: &JointTable) -> Ranges {
     .into()
 }
 
-/// Moves the levels of a joint into their ranges. With lost motion the breakaway that was read is
-/// that of a part of the joint, and lies below the range of its stick friction.
+/// Moves the levels of a joint into their ranges. With lost motion the measured breakaway is that
+/// of a part of the joint, and lies below the range of the joint's stick friction.
 pub fn inside(joint: &mut JointTable, ranges: &Ranges) {
     let JointTable { gain_deg_per_s2_per_v, viscous_v_per_deg_per_s, friction } = joint;
     for (key, value) in [

@@ -1,10 +1,10 @@
 //! Range of targets of a typed move.
 //!
-//! With `limits.position_min_deg` and `limits.position_max_deg` the device itself refuses what
-//! leads out of them. The hosts check the target before that, and so can name the range in the
+//! With `limits.position_min_deg` and `limits.position_max_deg` the device itself refuses targets
+//! outside of them. The hosts check a target first, so that the message has the range in the
 //! coordinates in which targets are typed: from the zero of the arming. Without these limits the
 //! device accepts 2^30 counts, which is thousands of turns. A host then refuses more than one turn:
-//! few joints turn further, and a target beyond it is more often a slip of the keyboard.
+//! few joints turn further, and a target beyond one turn is more often a typing error.
 
 use stiction::Parameters;
 use stiction::link::{StateCode, Status};
@@ -15,22 +15,23 @@ use files::error::{Error, shown};
 /// Largest target without limits of travel, deg from the zero of the arming.
 pub const ONE_TURN_DEG: f64 = 360.0;
 
-/// Oldest sample that shows the same position as a status at rest, s. The device reports rest after
-/// 50 ms without a count.
+/// Largest age of a sample that shows the same position as a status at rest, s. The device reports
+/// rest after 50 ms without a count.
 const SAME_POSITION_S: f64 = 0.05;
 
-/// Range of targets: the limits of travel, and the zero of the arming as far as it is known.
+/// Range of targets: the limits of travel, and the zero of the arming if it is known.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Travel {
-    /// Lowest and highest position, counts from power-on; none without limits.
+    /// Lowest and highest position, counts from the reference; `None` without limits.
     limits: Option<[i32; 2]>,
     resolution_deg: f64,
-    /// Position of the zero of the arming, counts from power-on.
+    /// Position of the zero of the arming, counts from the reference; `None` if it is unknown.
     zero: Option<i32>,
 }
 
 impl Travel {
-    /// The limits of these parameters; the zero of the arming is not known yet.
+    /// Creates the range from the limits of these parameters; the zero of the arming is still
+    /// unknown.
     pub fn new(parameters: &Parameters) -> Self {
         let (min, max) = (parameters.limits.position_min, parameters.limits.position_max);
         let resolution = parameters.controller.encoder.resolution;
@@ -57,13 +58,13 @@ impl Travel {
         }
     }
 
-    /// Whether the device has limits of travel.
+    /// Returns whether the device has limits of travel.
     pub const fn is_limited(&self) -> bool {
         self.limits.is_some()
     }
 
-    /// Lowest and highest target, deg from the zero of the arming; none with limits of travel while
-    /// that zero is not known.
+    /// Returns the lowest and the highest target, deg from the zero of the arming. `None` if the
+    /// device has limits of travel and that zero is unknown.
     pub fn targets_deg(&self) -> Option<[f64; 2]> {
         let Some(limits) = self.limits else { return Some([-ONE_TURN_DEG, ONE_TURN_DEG]) };
         let zero = self.zero?;
@@ -74,11 +75,11 @@ impl Travel {
         Some(limits.map(deg))
     }
 
-    /// Checks a typed target, deg from the zero of the arming. A target that cannot be judged here
-    /// is left to the device. `what` is the motion, for the message.
+    /// Checks a typed target, deg from the zero of the arming. While that zero is unknown, the
+    /// device checks the limits of travel. `what` is the motion, for the message.
     ///
     /// # Errors
-    /// Names the range of targets.
+    /// Returns an error that names the range of targets.
     pub fn check(&self, what: &str, deg: f64) -> Result<(), Error> {
         let position = position_of(deg, self.resolution_deg);
         let is_inside = match (self.limits, self.zero) {
@@ -171,7 +172,7 @@ mod tests {
         let said = travel.check("move", 99999.0).unwrap_err().to_string();
         assert!(said.contains("-360 to 360 deg"), "{said}");
         assert!(said.contains("`limits.position_max_deg` to go further"), "{said}");
-        // So is one that no counter of the device holds.
+        // A target beyond every counter of the device is refused as well.
         let said = travel.check("trajectory to", 1e300).unwrap_err().to_string();
         let begin = "trajectory to 1e300: the target is rejected: it must be -360 to 360 deg";
         assert!(said.contains(begin), "{said}");

@@ -24,8 +24,8 @@ pub trait Wire {
     /// Returns an error if the wire is gone.
     fn receive(&mut self, at_most: Duration) -> Result<Vec<u8>, Error>;
 
-    /// Returns the time of this wire. It is the host's, unless the device is simulated: then the
-    /// time stands still while the client does not wait.
+    /// Returns the time of this wire, by default that of the computer. The time of an emulated
+    /// board stands still while the client does not wait.
     fn now(&self) -> Duration {
         ComputerClock.now()
     }
@@ -43,8 +43,8 @@ pub trait Wire {
     /// real time.
     fn real_time(&mut self) {}
 
-    /// Returns whether the joint is known to stand at zero, and the device does not know it: that
-    /// of an emulated board that has just been switched on.
+    /// Returns whether the joint is at zero and the device has no reference yet: the case of an
+    /// emulated board that has just been switched on.
     fn stands_at_zero(&mut self) -> bool {
         false
     }
@@ -59,33 +59,33 @@ pub trait Wire {
     }
 }
 
-/// The wire to a simulated device. Its time passes only while the client waits, as fast as it can
-/// be computed, unless [`real_time`](Wire::real_time) is on.
+/// The wire to a simulated device. The device's time passes only while the client waits, as fast as
+/// it can be computed, unless [`real_time`](Wire::real_time) is on.
 #[derive(Debug)]
 pub struct SimulatedWire {
     /// The device and its joint.
     pub simulated: SimulatedDevice,
     out: VecDeque<u8>,
-    /// Clock of the real time.
+    /// Clock for real time.
     clock: Arc<dyn Clock>,
     /// Time of the next tick on the clock; `None` without real time.
     due: Option<Duration>,
 }
 
-/// Longest pause of the host that the device catches up with. After a longer pause the device's
-/// time has stopped meanwhile.
+/// Longest pause of the host that a device in real time catches up with. A longer pause is skipped:
+/// the device's time stands still meanwhile.
 pub const AWAY: Duration = Duration::from_millis(200);
 
 /// Warning that precedes every output about a simulated device.
 pub const SIMULATED: &str = "SIMULATED DEVICE: no motor moves or stops.";
 
 impl SimulatedWire {
-    /// Creates a powered device whose joint has rested long enough to be armed.
+    /// Creates the wire of a powered device whose joint has rested long enough (0.1 s) to be armed.
     pub fn new(simulated: SimulatedDevice) -> Self {
         Self::on_clock(simulated, Arc::new(ComputerClock))
     }
 
-    /// Turns the power on, as [`new`](Self::new) does; a clock sets the real time.
+    /// Creates the wire as [`new`](Self::new) does, with a given clock for real time.
     pub fn on_clock(mut simulated: SimulatedDevice, clock: Arc<dyn Clock>) -> Self {
         let ticks = (0.1 / simulated.sample_time_s()).ceil() as u32;
         simulated.ticks(ticks.max(1));

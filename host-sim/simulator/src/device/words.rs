@@ -151,7 +151,7 @@ pub fn refused(refused: &RequestRefusal) -> String {
     }
 }
 
-/// Output after the brown-out reset was turned on.
+/// Message after the brown-out reset was turned on.
 pub const BROWN_OUT_SET: &str = "\
 brown-out reset: on, at level 3 (2.7 V), in the option bytes of the microcontroller
 it takes effect at the next reset: press the reset button or switch the device off and on, and look
@@ -180,8 +180,8 @@ pub fn fault(report: &FaultReport, sample_time: f32) -> String {
     format!("{}{value}{when}", name(report.code))
 }
 
-/// Returns the JSON object of a fault, with its section of docs/reference/faults.md and the way it
-/// ends.
+/// Returns the JSON object of a fault, with its section of docs/reference/faults.md and what ends
+/// it: `command`, `parameters` or `reset`.
 pub fn fault_json(report: &FaultReport, sample_time: f32) -> serde_json::Value {
     let known = Fault::from_code(report.code);
     let ends = known.map(|fault| match FaultEnd::of(fault) {
@@ -218,8 +218,8 @@ impl FaultEnd {
 /// Command that clears a fault.
 const CLEAR: &str = "`faults --clear`";
 
-/// Returns what to do about a fault, with an introduction. `clear` names the command or button that
-/// clears one.
+/// Returns what to do about a fault; for a known fault the text starts with `what to do:`. `clear`
+/// names the command or button that clears a fault.
 pub fn remedy(code: u8, clear: &str) -> String {
     match Fault::from_code(code) {
         Some(_) => format!("what to do: {}", what_to_do(code, clear)),
@@ -245,7 +245,7 @@ pub fn advice(code: u8) -> String {
     what_to_do(code, CLEAR)
 }
 
-/// Returns how long a fault keeps the motor off.
+/// Returns the half sentence on how long a fault keeps the motor off.
 fn stays_off(code: u8) -> &'static str {
     match Fault::from_code(code).map(FaultEnd::of) {
         Some(FaultEnd::Command) => "the motor is off, and stays off until the fault is cleared",

@@ -1,4 +1,4 @@
-//! Answers to the questions, and what is assumed in place of missing ones.
+//! Answers to the questions, and assumptions in place of missing ones.
 
 use toml::Value;
 
@@ -18,10 +18,10 @@ pub struct Answer {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Answers([Option<Answer>; QUESTIONS.len()]);
 
-/// The source of a stiffness that was assumed.
+/// Source of an assumed stiffness.
 const OF_BACKLASH: &str = "assumed: winds up by the backlash at stall";
 
-/// The source of a place that was assumed.
+/// Source of an assumed position at which the load hangs.
 const HORIZONTAL: &str = "assumed: horizontal at power-on, the worst place";
 
 impl Answers {
@@ -64,7 +64,7 @@ impl Answers {
         }
     }
 
-    /// Returns both ends of a range; none of a single number.
+    /// Returns both ends of a range; `None` for a single number.
     pub fn only_range(&self, key: &str) -> Option<[f64; 2]> {
         self.get(key)?.value.as_array()?;
         self.range(key)
@@ -75,7 +75,7 @@ impl Answers {
         self.range(key).map(range::nominal)
     }
 
-    /// Whether a joint with these answers has the quantity of a question.
+    /// Returns whether a joint with these answers has the quantity of a question.
     pub fn asks(&self, question: &Question) -> bool {
         let driven_by = self.get("motor.driven_by").and_then(|answer| answer.value.as_str());
         match question.only {
@@ -103,16 +103,18 @@ impl Answers {
         QUESTIONS.iter().filter(is_open).copied().collect()
     }
 
-    /// Returns the answers that say something of the joint, with their questions.
+    /// Returns the answers with their questions, without those that do not apply to the joint or
+    /// state an absence, such as no backlash.
     pub fn given(&self) -> impl Iterator<Item = (&'static Question, &Answer)> {
         let all = QUESTIONS.iter().zip(&self.0);
         all.filter_map(|(question, answer)| Some((question, answer.as_ref()?)))
             .filter(|(question, answer)| self.asks(question) && !is_nothing(question, answer))
     }
 
-    /// Returns these answers with what is assumed of a joint with backlash or unbalance. Backlash
-    /// can only be simulated in a gear with a stiffness: it is taken to wind up by the backlash at
-    /// the motor's stall torque. An unbalanced load is taken to be horizontal at power-on.
+    /// Returns these answers with the assumptions on a joint with backlash or unbalance. Backlash
+    /// can only be simulated in a gear with a stiffness: by assumption, the gear winds up by the
+    /// backlash at the motor's stall torque. An unbalanced load is assumed to be horizontal at
+    /// power-on.
     #[must_use]
     pub fn with_assumptions(&self) -> Self {
         let mut all = self.clone();
@@ -129,7 +131,7 @@ impl Answers {
         all
     }
 
-    /// Returns the stiffness that is assumed of a gear with backlash, N m/rad; two digits.
+    /// Returns the assumed stiffness of a gear with backlash, N m/rad, with two digits.
     fn stiffness(&self) -> Option<f64> {
         let [_, backlash] = self.range("gear.backlash_deg").filter(|[_, high]| *high > 0.0)?;
         let stiffness = self.stall_nm()? / backlash.to_radians();
@@ -152,7 +154,7 @@ impl Answers {
     }
 }
 
-/// Whether an answer is the absence of its quantity: no backlash, a rigid gear.
+/// Returns whether an answer states the absence of its quantity: no backlash, a rigid gear.
 fn is_nothing(question: &Question, answer: &Answer) -> bool {
     match (question.kind, &answer.value) {
         (

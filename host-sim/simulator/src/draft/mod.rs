@@ -6,8 +6,8 @@
 //!
 //! [`questions`] lists the questions, [`answers`] holds the answers, [`trial`] checks each of them,
 //! [`typical`] answers all for three joints, [`range`] reads ranges, [`text`](text()) writes the
-//! file with the gains of the [rule book](crate::rules), and [`spread`] is how far its joint may be
-//! off. [`written`](written()) checks that the file runs.
+//! file with the gains of the [rule book](crate::rules), and [`spread`] has the ranges of its
+//! joint. [`written`](written()) checks that the file runs.
 
 pub mod answers;
 pub mod questions;

@@ -15,19 +15,19 @@ pub enum AnswerKind {
     Number,
     /// A number that is not below zero, or a range of such numbers.
     Range,
-    /// The same, or this word.
+    /// A `Range`, or this word.
     RangeOr(&'static str),
     /// A range that includes zero and extends to both sides of it, or this word.
     Around(&'static str),
     /// A whole number.
     Whole,
-    /// The same, or this word.
+    /// A whole number, or this word.
     WholeOr(&'static str),
     /// One of these words.
     Words(&'static [&'static str]),
 }
 
-/// Joints of which a question is put.
+/// Joints to which a question applies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum OnlyFor {
     /// The drive sets the motor's voltage.
@@ -40,20 +40,20 @@ pub enum OnlyFor {
     BehindAGear,
 }
 
-/// A question.
+/// Question about one quantity of a joint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Question {
     /// Key of the answer. A travel is written as two keys of `[limits]`.
     pub key: &'static str,
     /// Quantity, with its unit. It is also the comment of the key in the file.
     pub what: &'static str,
-    /// Hint for the person who answers; empty if there is none.
+    /// Hint for the user; empty if there is none.
     pub help: &'static str,
     /// Form of the answer.
     pub kind: AnswerKind,
-    /// Joints that have this quantity; none: all.
+    /// Joints that have this quantity; `None`: all joints.
     pub only: Option<OnlyFor>,
-    /// Answer in place of a missing one; none: the question must be answered.
+    /// Default answer; `None`: the question must be answered.
     pub otherwise: Option<&'static str>,
 }
 
@@ -180,19 +180,18 @@ pub const QUESTIONS: [Question; COUNT] = {
 };
 
 impl Question {
-    /// Returns the place of a key among the questions.
+    /// Returns the index of a key among the questions.
     pub fn place(key: &str) -> Option<usize> {
         QUESTIONS.iter().position(|question| question.key == key)
     }
 
-    /// Returns the option of the command line that answers it.
+    /// Returns the option of the command line that answers the question.
     pub fn option(&self) -> String {
         let (_, name) = self.key.split_once('.').unwrap_or(("", self.key));
         format!("--{}", name.replace('_', "-"))
     }
 
-    /// Reads an answer. What the other answers say of it is checked by
-    /// [`check`](super::trial::check).
+    /// Parses an answer. [`check`](super::trial::check) compares it with the other answers.
     ///
     /// # Errors
     /// Returns one sentence with what was typed and what to type instead.
@@ -255,7 +254,7 @@ fn of_range([low, high]: [f64; 2]) -> Value {
     Value::Array(vec![Value::Float(low), Value::Float(high)])
 }
 
-/// Writes a value as a person would type it.
+/// Formats a value as a user would type it.
 pub fn typed(value: &Value) -> String {
     match value {
         Value::String(word) => word.clone(),

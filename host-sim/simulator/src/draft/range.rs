@@ -1,9 +1,9 @@
-//! Ranges that a person types: `0.15..0.4`, or a single number.
+//! Ranges that a user types: `0.15..0.4`, or a single number.
 //!
-//! The number that stands for a range, its nominal, is the geometric mean of its ends. So it is off
-//! by the same factor at either end: friction between 0.15 and 0.4 N m is 0.2449 N m, within a
-//! factor of 1.63. Where the lower end is not above zero there is no such factor, and the nominal
-//! is the middle. It has four digits.
+//! The nominal of a range is the geometric mean of its ends. So both ends differ from it by the
+//! same factor: for 0.15 to 0.4 N m the nominal is 0.2449 N m, and the factor is 1.63. If the lower
+//! end is not above zero, there is no such factor, and the nominal is the middle. It has four
+//! digits.
 
 use files::typed_number;
 
@@ -18,7 +18,7 @@ pub fn read(typed: &str) -> Result<[f64; 2], String> {
     typed_number::parse(typed).map(|number| [number; 2])
 }
 
-/// Returns the number that stands for a range.
+/// Returns the nominal of a range.
 pub fn nominal([low, high]: [f64; 2]) -> f64 {
     if low.to_bits() == high.to_bits() {
         return low;
@@ -27,7 +27,7 @@ pub fn nominal([low, high]: [f64; 2]) -> f64 {
     format!("{mean:.3e}").parse().unwrap_or(mean)
 }
 
-/// Returns the rule by which [`nominal`] stands for a range, in words.
+/// Returns the rule of [`nominal`] for a range, in words.
 pub fn rule([low, _]: [f64; 2]) -> &'static str {
     if low > 0.0 { "geometric mean" } else { "middle" }
 }

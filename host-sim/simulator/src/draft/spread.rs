@@ -1,32 +1,33 @@
-//! How far the joint of a file may be off: the rules that every identification shares, and the text
-//! of `[identified]` and `[spread]`.
+//! Ranges of the joint of a file: the rules that every identification shares, and the text of
+//! `[identified]` and `[spread]`.
 //!
-//! A range is the error bar to either side, and at least a share of the value ([`LEAST`]): no error
-//! of less than a percent or two is to be taken for real. An inertia that may be none at all is
-//! known to be above half of what was found. Where the ranges of slip and stick friction overlap,
-//! they meet in the middle between both levels: no joint slips with more than it sticks with.
+//! A range is the error bar to either side, and at least a share of the value ([`LEAST`]): an error
+//! below one or two percent is not credible. The error bar of an inertia is limited to half of its
+//! value. If the ranges of slip and stick friction overlap, they meet in the middle between both
+//! levels: the slip friction of a joint never exceeds its stick friction.
 
 use std::fmt::Write as _;
 
 use super::answers::Answers;
 use super::range::nominal;
 
-/// Least share by which each of inertia, viscous friction, slip and stick may be off.
+/// Least error of inertia, viscous friction, slip friction and stick friction, as a share of the
+/// value.
 pub const LEAST: [f64; 4] = [0.02, 0.05, 0.02, 0.02];
 
-/// The range of a value with an error bar to either side, or at least a share of it; not below
-/// zero.
+/// Returns the range of a value: the error bar to either side, or at least a share of the value;
+/// not below zero.
 pub fn around(value: f64, off: f64, least: f64) -> [f64; 2] {
     let off = off.max(least * value);
     [(value - off).max(0.0), value + off]
 }
 
-/// The error bar of an inertia, of which no more than half is believed.
+/// Returns the error bar of an inertia, limited to half of the inertia.
 pub const fn of_inertia(inertia: f64, off: f64) -> f64 {
     off.min(0.5 * inertia)
 }
 
-/// Lets the ranges of slip and stick friction meet in the middle of both levels, where they
+/// Separates the ranges of slip and stick friction in the middle between both levels if they
 /// overlap.
 pub const fn part(slips: &mut [f64; 2], sticks: &mut [f64; 2], [slip, stick]: [f64; 2]) {
     let middle = 0.5 * (slip + stick);
@@ -35,12 +36,12 @@ pub const fn part(slips: &mut [f64; 2], sticks: &mut [f64; 2], [slip, stick]: [f
     }
 }
 
-/// To five digits.
+/// Rounds to five significant digits.
 pub fn rounded(value: f64) -> f64 {
     format!("{value:.4e}").parse().unwrap_or(value)
 }
 
-/// Writes the table of what an identification says of its result.
+/// Writes the table `[identified]`: verdict and doubts of an identification.
 pub fn identified(verdict: &str, doubts: &[impl AsRef<str>]) -> String {
     let quoted = |text: &str| toml::Value::String(text.into()).to_string();
     let mut text = format!(
@@ -57,7 +58,7 @@ pub fn identified(verdict: &str, doubts: &[impl AsRef<str>]) -> String {
     text
 }
 
-/// Writes the table of the ranges as it stands at the end of a file.
+/// Writes the table `[spread]` with these ranges, for the end of a file.
 pub fn table<'a>(ranges: impl IntoIterator<Item = (&'a str, [f64; 2])>) -> String {
     let mut text = "\n\
         # How far the joint may be off, by the error bars of its identification. `tune`\n\
@@ -71,15 +72,15 @@ pub fn table<'a>(ranges: impl IntoIterator<Item = (&'a str, [f64; 2])>) -> Strin
     text
 }
 
-/// A key with its range, and whether the range was answered and not assumed.
+/// Key with its range, and whether the range was answered; otherwise it is assumed.
 pub type KeyRange = (&'static str, [f64; 2], bool);
 
-/// Shares by which an inertia and a viscous friction may be off, if a single number was answered:
-/// those that `tune` assumes of a file without `[spread]`.
+/// Range to either side of an inertia and a viscous friction that were answered as a single number,
+/// as a share of the value: the same as `tune` assumes for a file without `[spread]`.
 const ASSUMED: [(&str, f64); 2] =
     [("load.inertia_kg_m2", 0.2), ("friction.viscous_nm_s_per_rad", 0.5)];
 
-/// Keys of the joint of which a range can be answered.
+/// Keys of the joint whose answer can be a range.
 const RANGED: [&str; 7] = [
     "load.inertia_kg_m2",
     "gear.backlash_deg",
@@ -93,7 +94,7 @@ const RANGED: [&str; 7] = [
 /// Share of the stall torque that no assumed friction exceeds.
 const OF_STALL: f64 = 0.99;
 
-/// Returns the `[spread]` of a joint, if the answer to any question was a range. A single number
+/// Returns the `[spread]` of a joint if the answer to any question is a range. Each single number
 /// beside it has the range that `tune` assumes: an inertia of 20 % and a viscous friction of 50 %
 /// to either side, a dynamic friction from 25 % below to the middle between both levels, and a
 /// static friction from there to 25 % above.
@@ -121,13 +122,13 @@ pub fn answered(answers: &Answers) -> Option<Vec<KeyRange>> {
     Some(RANGED.iter().filter_map(range).collect())
 }
 
-/// Returns the highest static friction of the joints that are drawn, N m; none without `[spread]`.
+/// Returns the highest static friction of the drawn joints, N m; `None` without `[spread]`.
 pub fn highest_stick(answers: &Answers) -> Option<f64> {
     let ranges = answered(answers)?;
     ranges.iter().find(|(key, ..)| *key == "friction.stick_nm").map(|(_, [_, high], _)| *high)
 }
 
-/// Writes the table of a joint's ranges with the source of each.
+/// Writes the table `[spread]` with the source of each range as a comment.
 pub fn commented(ranges: Vec<KeyRange>) -> String {
     let mut text = "\n\
         # Ranges of the joint. `tune`, `ensemble` and `device selftest` draw their joints from\n\

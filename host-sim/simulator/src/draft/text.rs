@@ -19,31 +19,32 @@ use files::document::Document;
 use files::error::{Error, rounded};
 use files::written::{laws, single};
 
-/// Where the comments of a line begin.
+/// Number of columns before the comment of a line.
 const COMMENT_AT: usize = 36;
 
 /// Sources of inertia, viscous friction, lowest and highest breakaway effort, in words.
 pub type Sources = [&'static str; 4];
 
-/// Text of a first file beside the answers.
+/// Text of a first file in addition to the answers.
 #[derive(Clone, Debug)]
 pub struct DraftStyle {
-    /// Begin of the first comment: what has written the file.
+    /// Start of the first comment: the command that has written the file.
     pub begin: String,
-    /// The title.
+    /// Title, unless an answer sets it.
     pub title: String,
-    /// Where the joint is from, if it is known.
+    /// Source of the joint, if it is known.
     pub source: Option<&'static str>,
     /// Further lines of `[drive]`.
     pub drive: &'static str,
     /// Further numbers, by table (one that has answers, or `limits`) and key, with a comment each.
     pub more: Vec<Line>,
-    /// Joint from which the gains follow, and the sources of its figures; none: the data sheet's.
+    /// Joint from which the gains follow, and the sources of its values; `None`: the joint of the
+    /// data sheet.
     pub joint: Option<(JointEstimate, Sources)>,
 }
 
 impl DraftStyle {
-    /// Returns the text of `stiction new`; a typical joint is named as its source.
+    /// Returns the style of `stiction new`; a typical joint is named as the source.
     pub fn of(like: Option<&Typical>) -> Self {
         Self {
             begin: "# Written by `stiction new`. ".into(),
@@ -56,18 +57,18 @@ impl DraftStyle {
     }
 }
 
-/// Writes the file `name` of a joint; a typical joint is named as its source.
+/// Returns the text of the file `name` of a joint; a typical joint is named as its source.
 ///
 /// # Errors
-/// Names an answer with which no joint can be simulated.
+/// Returns an error that names an answer with which no joint can be simulated.
 pub fn text(name: &str, answers: &Answers, like: Option<&Typical>) -> Result<String, Error> {
     text_with(name, answers, &DraftStyle::of(like))
 }
 
-/// Writes the file `name` of a joint with words of its own.
+/// Returns the text of the file `name` of a joint, in the given style.
 ///
 /// # Errors
-/// Names an answer with which no joint can be simulated.
+/// Returns an error that names an answer with which no joint can be simulated.
 pub fn text_with(name: &str, answers: &Answers, style: &DraftStyle) -> Result<String, Error> {
     let answers = &answers.with_assumptions();
     let DraftStyle { begin, title, source, drive, more, joint } = style;
@@ -167,7 +168,8 @@ pub fn text_with(name: &str, answers: &Answers, style: &DraftStyle) -> Result<St
     Ok(text)
 }
 
-/// Refuses gains that no controller may have, by the answer that they follow from.
+/// Checks the runs of a file whose data sheet has an unusual value; the error names that value as
+/// the cause.
 fn by_answers(name: &str, text: &str) -> Result<(), Error> {
     let document = Document::parse(name, text)?;
     let Some(suspect) = document.data_sheet()?.and_then(|sheet| sheet.suspect()) else {
@@ -203,7 +205,7 @@ type Line = (&'static str, &'static str, f64, &'static str);
 /// Share of critical damping of a load on its gear.
 const GEAR_DAMPING: f64 = 0.05;
 
-/// Returns the damping that is assumed of a gear with a stiffness, `2 zeta sqrt(K J)`.
+/// Returns the assumed damping of an elastic gear, `2 zeta sqrt(K J)`.
 fn of_the_gear(answers: &Answers) -> Option<Line> {
     let [stiffness, inertia] = ["gear.stiffness_nm_per_rad", "load.inertia_kg_m2"]
         .map(|key| answers.number(key).filter(|number| *number > 0.0));
@@ -212,9 +214,9 @@ fn of_the_gear(answers: &Answers) -> Option<Line> {
     Some(("gear", "damping_nm_s_per_rad", damping, "assumed: 5 % of critical, of the load"))
 }
 
-/// Returns the limits that follow from the answers: travel, and the breakaway effort of a joint
-/// that is known within ranges. The effort that is derived without it is that of the nominal
-/// friction, under which a joint at the upper end would count as stalled.
+/// Returns the limits that follow from the answers: the travel, and the breakaway effort if the
+/// answers have ranges. The default breakaway effort follows from the nominal friction; with it, a
+/// joint at the upper end of its range would count as stalled.
 fn of_the_limits(answers: &Answers, breakaway: f64) -> Vec<Line> {
     let mut lines = Vec::new();
     if let Some([low, high]) = answers.range("limits.travel_deg") {
@@ -233,7 +235,8 @@ fn of_the_limits(answers: &Answers, breakaway: f64) -> Vec<Line> {
     lines
 }
 
-/// Writes the limits of a move: `robust` has no gains of which a device could derive them.
+/// Writes `[profile]`, the limits of a move: `robust` has no gains from which a device could derive
+/// them.
 fn profile(MoveProfile { limits, limited_by }: &MoveProfile) -> String {
     let line =
         |key: &str, value: f32, why: &str| commented(&format!("{key} = {:?}", single(value)), why);
@@ -248,8 +251,9 @@ fn profile(MoveProfile { limits, limited_by }: &MoveProfile) -> String {
         + &line("jerk_deg_per_s3", limits.jerk, "reaches that within 0.1 s")
 }
 
-/// Returns the bounds of the joint that has been written so far, and the largest effort that starts
-/// any joint of its ranges against its load, V. An identified joint has bounds of its own.
+/// Returns the bounds of the joint in the text so far, and the largest effort that starts any joint
+/// within its ranges against its load, V. The bounds of an identified joint follow from its
+/// estimate.
 fn known(
     name: &str,
     begun: &str,
@@ -295,15 +299,14 @@ fn at_the_ends(sheet: &DataSheet, answers: &Answers) -> DataSheet {
     sheet
 }
 
-/// Returns the largest effort that starts a joint against its load, V: of the joints that are
-/// drawn.
+/// Returns the largest effort that starts any of the drawn joints against its load, V.
 fn breakaway(mut sheet: DataSheet, mapping: &Mapping, answers: &Answers) -> f64 {
     let drawn = spread::highest_stick(answers).unwrap_or(0.0);
     sheet.friction.stick_nm = sheet.friction.stick_nm.max(drawn);
     mapping.volts(sheet.resting_torque())
 }
 
-/// Controllers of a first file: name, law of its rule, and what it is good for.
+/// Controllers of a first file: name, law of its rule, and comment on its use.
 const CONTROLLERS: [(&str, &str, &str); 4] = [
     ("robust", "robust", "rests on the count in simulation"),
     ("srnf", "srnf", "rests within a few counts"),
@@ -355,7 +358,7 @@ fn controller(gains: &ControllerGains, joint: &JointBounds, sources: &Sources) -
     text
 }
 
-/// Returns a gain as a file has it.
+/// Returns a gain in the format of a file; `None` for a flag.
 fn written_value(about: &About, bits: u32) -> Option<String> {
     match about.kind {
         Kind::Number => Some(format!("{:?}", single(f32::from_bits(bits)))),
@@ -365,7 +368,7 @@ fn written_value(about: &About, bits: u32) -> Option<String> {
     }
 }
 
-/// Sources of a data sheet's figures.
+/// Sources of the values of a data sheet.
 const BY_SHEET: Sources = [
     "30 % off costs tracking, not the rest",
     "the slope of effort over speed",
@@ -398,7 +401,8 @@ fn why(key: &str, joint: &JointBounds, sources: &Sources) -> String {
     .into()
 }
 
-/// Keys that a joint may have beside those that are asked for, with their tables.
+/// Optional keys of a joint that no question covers, which the file has as comments: table, line,
+/// and explanation.
 const MORE: [(&str, &str, &str); 11] = [
     ("motor", "inductance_h = 1e-3", "the current lags"),
     ("motor", "no_load_rpm = 5000.0", "checks kt_nm_per_a"),
@@ -413,8 +417,9 @@ const MORE: [(&str, &str, &str); 11] = [
     ("encoder", "output = \"push-pull\"", "drives its lines: an open one is found at rest"),
 ];
 
-/// Largest position of the motion, deg, and the largest share of the travel that a motion takes.
+/// Largest position of the motion, deg.
 const FARTHEST_DEG: f64 = 25.0;
+/// Largest share of the travel that a motion uses.
 const OF_THE_TRAVEL: f64 = 0.8;
 
 /// Writes steps and a motion that every typical joint can make, within the travel.

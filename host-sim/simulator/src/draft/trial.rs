@@ -1,9 +1,9 @@
 //! Check of the answers so far: the data sheet that they make, with neutral values in place of the
 //! answers that are still missing.
 //!
-//! The neutral values refuse nothing: no friction, no load, a motor of 1 N m/A. So a refusal is due
-//! to the newest answer, if the others have passed before it. Each end of a range is a joint of its
-//! own, with a dynamic friction that is never above the static one.
+//! The neutral values cause no refusal: no friction, no load, a motor of 1 N m/A. So a refusal is
+//! due to the newest answer if the earlier ones have passed. Each end of a range is checked as a
+//! joint of its own, with a dynamic friction that is never above the static one.
 
 use toml::{Table, Value};
 
@@ -13,7 +13,7 @@ use super::range;
 use files::data_sheet::{DataSheet, Mapping, SheetTables, WrittenDrive};
 use files::error::rounded;
 
-/// Value of a range that a joint has.
+/// Function that picks the value of a joint from a range.
 type Pick = fn([f64; 2]) -> f64;
 
 /// Joints that are checked: the nominal one, and both ends of the ranges.
@@ -76,7 +76,7 @@ fn sheet(answers: &Answers, place: usize, pick: Pick) -> Result<DataSheet, Strin
         let number = answers.range(question.key).map(|ends| Value::Float(pick(ends)));
         let answer = || answers.get(question.key).map(|answer| answer.value.clone());
         let value = match (at <= place, neutral(question.key)) {
-            // The word of an absence.
+            // A word such as `rigid` leaves the key out.
             (true, _) if question.otherwise.is_some() && number.is_none() => {
                 answer().filter(Value::is_integer)
             }
@@ -90,7 +90,7 @@ fn sheet(answers: &Answers, place: usize, pick: Pick) -> Result<DataSheet, Strin
             table.insert(key.into(), value);
         }
     }
-    // Backlash waits for its stiffness.
+    // Until its stiffness is answered, the gear has a neutral one: backlash needs a stiffness.
     let waits = Question::place("gear.stiffness_nm_per_rad").is_some_and(|at| at > place);
     if let Some(Value::Table(gear)) = tables.get_mut("gear").filter(|_| waits) {
         gear.insert("stiffness_nm_per_rad".into(), Value::Float(1.0));
@@ -110,7 +110,7 @@ fn sheet(answers: &Answers, place: usize, pick: Pick) -> Result<DataSheet, Strin
     sheet.ok_or_else(|| "the motor is missing".into())
 }
 
-/// Returns the value of a missing answer with which nothing is refused.
+/// Returns the neutral value of a missing answer; `None`: the key is left out.
 fn neutral(key: &str) -> Option<Value> {
     match key {
         "motor.driven_by" => Some(Value::String("voltage".into())),

@@ -1,4 +1,4 @@
-//! Three joints that many look like, with the source of each number.
+//! Three typical joints, with the source of each number.
 
 use super::answers::Answers;
 use super::questions::QUESTIONS;
@@ -7,13 +7,13 @@ use files::error::{Error, suggestion};
 /// A typical joint.
 #[derive(Clone, Copy, Debug)]
 pub struct Typical {
-    /// Its name on the command line.
+    /// Name on the command line.
     pub name: &'static str,
     /// Description in a few words.
     pub title: &'static str,
-    /// Who measured it.
+    /// Source of the data of the joint.
     pub source: &'static str,
-    /// Key, answer, and where the answer comes from.
+    /// Key, answer, and source of the answer.
     answers: &'static [(&'static str, &'static str, &'static str)],
     /// Further lines of `[drive]`.
     pub drive: &'static str,
@@ -100,10 +100,10 @@ pub const TYPICAL: [Typical; 3] = [
 ];
 
 impl Typical {
-    /// Finds one by its name.
+    /// Returns the typical joint with a name.
     ///
     /// # Errors
-    /// Names the nearest one.
+    /// Returns an error that names the nearest one.
     pub fn find(name: &str) -> Result<Self, Error> {
         TYPICAL.iter().copied().find(|typical| typical.name == name).ok_or_else(|| {
             let near = suggestion(name, TYPICAL.iter().map(|typical| typical.name));
@@ -111,10 +111,10 @@ impl Typical {
         })
     }
 
-    /// Its answers.
+    /// Returns the answers of the joint.
     ///
     /// # Errors
-    /// None: a test reads them all.
+    /// Returns an error if an answer cannot be parsed; a test parses all of them.
     pub fn answers(&self) -> Result<Answers, Error> {
         let mut answers = Answers::default();
         for (key, typed, source) in self.answers {
@@ -133,7 +133,7 @@ mod tests {
     use dynamics::joint::presets;
     use files::document::Document;
 
-    /// Two places have the identified numbers, in two ways: rotor and gear here, the joint there.
+    /// The identified numbers are in two places: as rotor and gear here, as a joint in `presets`.
     #[test]
     fn the_harmonic_joint_without_its_load_is_the_identified_one() {
         let typical = Typical::find("harmonic").unwrap();

@@ -1,4 +1,4 @@
-//! The file of a set of answers, checked.
+//! Checked file of a set of answers.
 
 use super::answers::Answers;
 use super::questions::{QUESTIONS, Question};
@@ -8,7 +8,7 @@ use super::typical::{TYPICAL, Typical};
 use crate::experiment::{Document, Experiment};
 use files::error::Error;
 
-/// A file that runs.
+/// File that has passed all checks, with its runs.
 #[derive(Debug)]
 pub struct Written {
     /// Text of the file.
@@ -22,7 +22,7 @@ pub struct Written {
 /// Checks that every question has an answer, and the answers against each other.
 ///
 /// # Errors
-/// Returns a sentence with the missing options, or with what contradicts.
+/// Returns a sentence with the missing options, or with the contradiction.
 pub fn complete(answers: &Answers) -> Result<(), String> {
     let missing: Vec<String> = answers.open().iter().map(Question::option).collect();
     if !missing.is_empty() {
@@ -44,8 +44,8 @@ pub fn complete(answers: &Answers) -> Result<(), String> {
     trial::check(&answers.with_assumptions(), QUESTIONS.len())
 }
 
-/// Writes the text of a file, and checks that it runs: with its own numbers, and with those at both
-/// ends of its ranges.
+/// Writes the text of a file, and checks it: plans its runs, and draws the joints at both ends of
+/// its ranges.
 ///
 /// # Errors
 /// Returns an error that names the key.

@@ -51,8 +51,8 @@ impl RunPlan {
         })
     }
 
-    /// Builds the model of the encoder that closes the position loop. One on the load, beside that
-    /// of the motor, counts from the joint's zero, in the direction of the joint.
+    /// Builds the model of the encoder that closes the position loop. An encoder on the load, in
+    /// addition to the motor's, counts from the joint's zero, in the direction of the joint.
     ///
     /// # Errors
     /// Returns an error with the key, the value found and the allowed values.
@@ -68,7 +68,8 @@ impl RunPlan {
         }))
     }
 
-    /// Builds the model of the motor's encoder if the position loop has another one on the load.
+    /// Builds the model of the motor's encoder if a second encoder, on the load, closes the
+    /// position loop.
     ///
     /// # Errors
     /// Returns an error with the key, the value found and the allowed values.

@@ -53,7 +53,7 @@ impl RunPlan {
         let name = self.controller.as_deref().unwrap_or_default();
         let none = ParameterTable::default();
         let table = machine.controller.get(name).unwrap_or(&none);
-        // It can be negative, or too large for the core's type.
+        // The value can be negative, or too large for the core's type.
         let window = machine.sampling.velocity_window();
         if !(2..=MAX_WINDOW as i64).contains(&window) {
             let allowed = format!("a whole number from 2 to {MAX_WINDOW}");
@@ -77,8 +77,8 @@ impl RunPlan {
         Ok(machine.sampling.core(config))
     }
 
-    /// Returns the encoder that closes the position loop. That of a load beside the motor's counts
-    /// in the direction of the joint, without end.
+    /// Returns the encoder that closes the position loop. An encoder on the load, in addition to
+    /// the motor's, counts in the direction of the joint, with 32 bits.
     pub(super) fn position_encoder(&self) -> Encoder {
         let encoder = self.machine.encoder.core(Encoder::EXAMPLE);
         self.machine.load_encoder_in_loop().map_or(encoder, |load| Encoder {
@@ -90,7 +90,7 @@ impl RunPlan {
     }
 
     /// Returns the gains of this run's controller if it is a law of another program, for the joint
-    /// of the file. They carry the gains of PD for its monitors.
+    /// of the file. They include gains of PD, from which the thresholds of the monitors follow.
     fn guest(&self) -> Result<Option<ControllerGains>, Error> {
         let Some(name) = self.controller.as_deref() else { return Ok(None) };
         // A guest is a controller that lists no law.
@@ -101,16 +101,17 @@ impl RunPlan {
         Ok(Some(rule.gains(&self.joint_bounds()?)))
     }
 
-    /// Runs this plan by a function, with the controllers of a law of another program.
+    /// Calls a function that runs this plan. If the controller is a law of another program, the
+    /// call is a case of that law.
     ///
     /// # Errors
-    /// Returns the error of the function, or the first one of such a law.
+    /// Returns the error of the function, or the first error of that law.
     pub fn as_case<T>(&self, case: impl FnOnce() -> Result<T, Error>) -> Result<T, Error> {
         guest::run_case(self.guest()?.as_slice(), case)
     }
 
-    /// Returns the laws of this run's controller; empty for a ramp. Their errors have been reported
-    /// already.
+    /// Returns the laws of this run's controller; empty for a ramp, and for a configuration with an
+    /// error, which has been reported already.
     pub(crate) fn laws_in_use(&self) -> Vec<Gains> {
         self.controller_config()
             .map_or(vec![], |config| config.compensator.iter().copied().collect())
@@ -160,8 +161,8 @@ impl RunPlan {
         Ok(gains)
     }
 
-    /// Returns the law that reads the encoders of the loop: a file has one name for `robust` with
-    /// one encoder and with two.
+    /// Returns the law for the encoders of the loop: in a file, `robust` is the name of both the
+    /// law with one encoder and the law with two.
     fn law_of_its_encoders(
         &self,
         name: &str,

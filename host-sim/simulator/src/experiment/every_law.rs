@@ -15,11 +15,12 @@ pub fn every_controller() -> Vec<String> {
     [PD].into_iter().chain(laws.map(Gains::name)).map(str::to_owned).collect()
 }
 
-/// Returns the text of an experiment, with a table for each law that has no gains in it.
+/// Returns the text of an experiment, with a table added for each law that it lacks. An experiment
+/// without PD stays as it is.
 ///
 /// These tables have the example gains of the law's declaration, and PD's. So every test runs and
-/// measures a law as soon as it is in the core's list, and no experiment of the thesis must name
-/// it.
+/// measures a law as soon as it is in the core's list, and the experiments of the thesis need not
+/// name it.
 pub fn with_every_law(builtin: &Builtin) -> String {
     let text = builtin.toml;
     let has = |law: &str| text.contains(&format!("[controller.{law}]"));

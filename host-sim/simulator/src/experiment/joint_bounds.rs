@@ -1,13 +1,13 @@
-//! The joint of a machine's file as the rule book sees it.
+//! Bounds of the joint of a machine's file, for the rule book.
 
 use super::plan::RunPlan;
 use crate::rules::{JointBounds, JointEstimate, SampledLoop};
 use files::error::Error;
 
 impl RunPlan {
-    /// Returns the bounds of this run's joint: that of the data sheet or of `[joint]`. The file's
-    /// `[spread]` widens them by its lowest slip friction, highest stick friction and largest
-    /// unbalance, and of a gear between two encoders by its lowest stiffness and largest slack.
+    /// Returns the bounds of this run's joint, from the data sheet or `[joint]`. The file's
+    /// `[spread]` widens them: by its lowest slip friction, highest stick friction and largest
+    /// unbalance, and for a gear between two encoders by its lowest stiffness and largest slack.
     ///
     /// # Errors
     /// Returns an error that names the invalid value.

@@ -93,8 +93,8 @@ impl RunPlan {
         course.map_err(|error| self.explain(&error))
     }
 
-    /// Returns the duration of a closed loop's run, s: that of the file, or a default by its
-    /// kind.
+    /// Returns the duration of a closed loop's run, s: that of the file, or a default for the kind
+    /// of motion.
     pub fn duration_s(&self) -> f64 {
         let by_default = match &self.task {
             Task::Step(_) | Task::Ramp(_) => 10.0,
@@ -115,14 +115,14 @@ impl RunPlan {
         Ok(position)
     }
 
-    /// Returns a sine from the zero of the run.
+    /// Returns the motion of a sine that starts at the zero of the run.
     fn sine(&self, sine: &SineTable) -> Result<Motion, Error> {
         let SineTable { amplitude_deg, frequency_hz } = *sine;
         let key = |key: &str| format!("{}.{key}", self.asked_by);
         if amplitude_deg == 0.0 {
             return Err(self.refuse(&key("amplitude_deg"), "0", "an amplitude other than 0"));
         }
-        // The far turn is a position, too.
+        // The far turn, two amplitudes away, must be a valid position, too.
         let most = 0.5 * MAX_COUNTS * self.machine.count_deg();
         self.check(&key("amplitude_deg"), amplitude_deg, amplitude_deg.abs() <= most, || {
             let most = rounded(most);

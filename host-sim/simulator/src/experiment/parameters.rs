@@ -114,8 +114,8 @@ fn breakaway(plan: &RunPlan) -> Result<f32, Error> {
     Ok((rests_v + friction.added_v.max(0.0)) as f32)
 }
 
-/// Returns the lowest static friction of the joint of the file in either direction, V; none if the
-/// file has none.
+/// Returns the lowest static friction of the joint of the file in either direction, V; `None` if
+/// the file has no static friction.
 fn lowest_friction(plan: &RunPlan) -> Result<Option<f32>, Error> {
     let lowest_v = match plan.sheet()? {
         Some((sheet, mapping)) => mapping.volts(sheet.stick().into_iter().fold(f64::MAX, f64::min)),
@@ -172,7 +172,7 @@ mod tests {
             let (found, sequence) = Parameters::decode(&record(&plan).unwrap()).unwrap();
             assert_eq!(sequence, 1);
             assert!(!found.device.autostart && found.device.soft_start > 0.0);
-            // What only a device has, lies in the output stage: nothing of it is left.
+            // The additions of a device are in its output stage; here they are switched off.
             let device = DeviceConfig { soft_start: 0.0, nominal_supply: 0.0, ..found.device };
             let at_once = Parameters { device, ..found };
             let expected = (closed_loop.controller, plan.course().unwrap());
@@ -235,7 +235,7 @@ mod tests {
             let found = limits(&[&set[0], &set[1]]);
             assert_eq!((found.stall_effort, found.overspeed), (0.0, 0.0), "{off}");
         }
-        // Of what is no limit, and of another word, the refusal says what is allowed.
+        // A value that is no limit, or another word, is refused with the allowed values.
         for (set, expected) in [
             ("limits.stall_v=of", "`limits.stall_v` is \"of\"; must be a number or \"off\""),
             ("limits.stall_v=true", "`limits.stall_v` is true; must be a number or \"off\""),

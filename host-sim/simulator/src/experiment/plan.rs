@@ -16,8 +16,8 @@ use files::typed_number::of_value as number;
 /// Largest number of samples of all runs together: a gigabyte of memory.
 pub(super) const MAX_SAMPLES: f64 = 1e7;
 
-/// Largest number of samples of all ramps together. They are smaller, and ramps end much earlier
-/// than their longest time.
+/// Largest number of samples of all ramps together. More are allowed than of closed loops, since
+/// ramps end much earlier than their longest time.
 pub(super) const MAX_RAMP_SAMPLES: f64 = 1e8;
 
 /// Largest number of steps of `rk4` in all runs together: some minutes.

@@ -1,5 +1,5 @@
-//! Joint and plant of a run, for a device that runs longer than the run. Its joint can be moved by
-//! hand, unlike the Runge-Kutta axis.
+//! Joint and plant of a run, for a device, which can run longer than the run. Unlike the
+//! Runge-Kutta axis, this joint can be moved by hand.
 
 use super::plan::RunPlan;
 use crate::plant::{Delay, Plant};
@@ -51,8 +51,8 @@ impl RunPlan {
         Ok(RunJoint::at_rest(&self.axis()?, sample_time_s, substitute)?)
     }
 
-    /// Returns the joint of the data sheet if it has more effects than an axis in closed form,
-    /// without those of drive and encoder that only a run simulates. `times` scales inertia and
+    /// If the data sheet has more effects than an axis in closed form, returns its joint, without
+    /// the effects of drive and encoder that only a run simulates. `times` scales inertia and
     /// friction.
     ///
     /// # Errors
@@ -105,8 +105,8 @@ impl RunPlan {
         Ok(Mapping::of(&sheet, drive).map(|mapping| (sheet, mapping)))
     }
 
-    /// Returns joint and drive of the data sheet if it has more effects than the axis in closed
-    /// form.
+    /// If the data sheet has more effects than the axis in closed form, returns its joint and
+    /// drive.
     ///
     /// # Errors
     /// Returns an error that names the invalid value, or a solver that has no such joint.
@@ -142,7 +142,7 @@ impl RunPlan {
         )))
     }
 
-    /// Refuses a drive or a noise that only a run simulates.
+    /// Refuses a drive or an encoder noise that only a run simulates.
     fn has_a_plain_drive(&self, sheet: &DataSheet) -> Result<(), Error> {
         let Some(key) = sheet.has_a_drive_of_its_own() else { return Ok(()) };
         Err(Error::Input(format!(

@@ -28,7 +28,7 @@ const DERIVED_FROM: [&str; 11] = [
 
 impl RunPlan {
     /// Converts an error of the core to one with the key and the value of the file. The declaration
-    /// of the value has its table.
+    /// of the value names the table of the key.
     pub fn explain(&self, error: &stiction::InvalidValue) -> Error {
         let of_two_encoders = || RobustDualGains::ABOUT.iter().find(|about| about.key == error.key);
         let Some(about) = parameters::about(error.key).or_else(of_two_encoders) else {
@@ -93,7 +93,7 @@ impl RunPlan {
         } else {
             allowed.into()
         };
-        // The user is blamed for what the user wrote.
+        // The message names the value that the user wrote.
         let sheet = self.sheet().ok().flatten().map(|(sheet, _)| sheet);
         let suspect = sheet.as_ref().and_then(DataSheet::suspect);
         let derived_of = sheet.filter(|_| self.is_derived(key));
@@ -113,8 +113,8 @@ impl RunPlan {
         })
     }
 
-    /// Returns the message of a key that follows from a data sheet: the key that was set by hand is
-    /// blamed, or else those from which it follows are listed.
+    /// Returns the message for a key that follows from a data sheet. It names the key that was set
+    /// by hand, or else lists the keys from which the value follows.
     fn refuse_derived(&self, sheet: &DataSheet, key: &str, found: &str, allowed: &str) -> String {
         let set = DERIVED_FROM.into_iter().find(|from| self.origin.has_set(from));
         set.map_or_else(

@@ -4,17 +4,17 @@
 //! GuestLaw -> register -> GainRule -> ControllerGains -> servo -> tick: update -> Controller::tick
 //! ```
 //!
-//! A guest sees what a built-in law sees, in SI: the joint as the rule book knows it, counts, the
-//! set point, the velocity that the servo measures, and the effort that was applied. It returns an
-//! effort. Servo, monitors, soft start, noise and walls are those of every law, and the monitors
-//! have the thresholds that PD's gains give on the joint. A law that follows a path of its own
-//! states the following error that it needs.
+//! The inputs of a guest are those of a built-in law, in SI: the joint as in the rule book, counts,
+//! the set point, the velocity that the servo measures, and the effort that was applied. The guest
+//! returns an effort. Servo, monitors, soft start, noise and walls are those of every law, and the
+//! thresholds of the monitors follow from PD's gains on the joint. A law that follows a path of its
+//! own states the following error that it needs.
 //!
-//! In an ensemble a guest has the joints of the draw. A machine's own file has a guest as a
-//! controller that lists no law (`Document::add_controllers`): its joint is that of the file.
+//! In an ensemble a guest runs on the drawn joints. In a machine's file a guest is a controller
+//! that lists no law (`Document::add_controllers`), and runs on the joint of the file.
 //!
-//! A controller lives from its first tick to the end of its case, on one thread. A case can make
-//! several: arming, and an effort that is no number, begin a law anew.
+//! A controller lives from its first tick to the end of its case, on one thread. A case can create
+//! several: a law starts anew at each arming, and after an effort that is not a number.
 
 mod units;
 
@@ -30,25 +30,26 @@ use files::error::Error;
 
 /// A law of another program.
 pub trait GuestLaw: Send + Sync {
-    /// Name in tables and rows.
+    /// Returns the name, for tables and rows.
     fn name(&self) -> &str;
 
-    /// Version, as the law states it; it is in the header of rows.
+    /// Returns the version that the law states, for the header of rows.
     fn version(&self) -> &str;
 
-    /// Returns the following error that is a fault on a joint, rad. 0: that of PD. A law that
-    /// follows a path of its own needs another one.
+    /// Returns the following error above which a joint has a fault, rad; 0: the one of PD. A law
+    /// that follows a path of its own needs its own value.
     fn following_error(&self, _: &JointFacts) -> f64 {
         0.0
     }
 
-    /// Makes the controller of a joint at rest.
+    /// Creates the controller of a joint at rest.
     ///
     /// # Errors
     /// Returns a sentence with the reason.
     fn start(&self, joint: &JointFacts) -> Result<Box<dyn Controller>, String>;
 
-    /// Runs a case, all on this thread. A law that needs a lock in each tick takes it here once.
+    /// Runs a whole case on this thread. A law that needs a lock in each tick can acquire it here
+    /// once.
     fn around_case(&self, case: &mut dyn FnMut()) {
         case();
     }
@@ -56,7 +57,7 @@ pub trait GuestLaw: Send + Sync {
 
 /// Controller of one joint.
 pub trait Controller {
-    /// Returns the effort of a tick.
+    /// Returns the effort of a tick, in the unit of the joint's drive.
     ///
     /// # Errors
     /// Returns a sentence with the reason; the case ends as an error.
@@ -117,7 +118,8 @@ pub fn find(name: &str) -> Option<&'static GainRule> {
     laws.iter().rev().flatten().map(|one| one.rule).find(|rule| rule.law == name)
 }
 
-/// Returns the version of a guest, if a rule is one.
+/// Returns the version of the guest that a rule belongs to; `None` for a built-in or a released
+/// law.
 pub fn version(rule: &GainRule) -> Option<String> {
     let is_guest = !RULES.iter().any(|one| one.law == rule.law);
     let laws = LAWS.read().unwrap_or_else(PoisonError::into_inner);
@@ -125,7 +127,7 @@ pub fn version(rule: &GainRule) -> Option<String> {
     registered.as_ref().map(|one| one.law.version().to_owned())
 }
 
-/// Releases the law of a rule that [`register`] returned; the rule runs no more.
+/// Releases the law of a rule that [`register`] returned; the rule can no longer be run.
 pub fn release(rule: &GainRule) {
     let mut laws = LAWS.write().unwrap_or_else(PoisonError::into_inner);
     if let Some(registered) = laws.get_mut(rule.constant as usize) {
@@ -164,7 +166,8 @@ fn gains_with(joint: &JointBounds, number: f64) -> ControllerGains {
     PdLoop::of(joint).with_laws(vec![Gains::Guest(gains)])
 }
 
-/// Runs a case with the gains of its joints on this thread, and ends its controllers.
+/// Runs a case on this thread, and removes the guest controllers that it created. `gains` are those
+/// of the joints of the case.
 ///
 /// # Errors
 /// Returns the error of the case, or the first error of a guest in it.
@@ -189,7 +192,7 @@ pub fn run_case<T>(
     ended.unwrap_or_else(|| Err(Error::Run(format!("the law `{}` ran no case", law.name()))))
 }
 
-/// Computes a tick of a guest; an effort that is no number after an error.
+/// Returns the effort of a guest in a tick; NaN after an error.
 fn update(guest: &Guest, instance: &mut u32, input: &LawInput) -> f32 {
     // The case is an error already.
     if FAILED.with_borrow(Option::is_some) {

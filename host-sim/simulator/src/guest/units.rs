@@ -1,11 +1,10 @@
-//! What a guest sees, in SI. The effort is in the unit of the joint's drive.
+//! Inputs of a guest, in SI. The effort is in the unit of the joint's drive.
 
 use stiction::control::laws::{Guest, LawInput, Loop};
 
-/// The joint as the rule book knows it: the nominal joint and bounds, never the joint that is
-/// simulated.
+/// The joint as in the rule book: the nominal joint and bounds, never the simulated joint.
 ///
-/// It is laid out as `StictionLawJoint` of `stiction_law.h`.
+/// The layout is that of `StictionLawJoint` in `stiction_law.h`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C)]
 pub struct JointFacts {
@@ -25,7 +24,7 @@ pub struct JointFacts {
     pub breakaway_low: f64,
     /// Highest breakaway effort.
     pub breakaway_high: f64,
-    /// Largest load that drives the joint; 0: none does.
+    /// Largest load that drives the joint against its friction; 0: the friction holds the load.
     pub load: f64,
     /// Effort that holds the load where the joint is armed, within 20 %.
     pub hold_effort: f64,
@@ -35,9 +34,9 @@ pub struct JointFacts {
     pub encoder_at_load: bool,
 }
 
-/// One tick.
+/// Inputs of one tick.
 ///
-/// It is laid out as `StictionLawSample` of `stiction_law.h`.
+/// The layout is that of `StictionLawSample` in `stiction_law.h`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C)]
 pub struct Sample {
@@ -45,7 +44,7 @@ pub struct Sample {
     pub counts: i32,
     /// Whether the last effort was less than the law's.
     pub saturated: bool,
-    /// Set point, counts; it has a fraction.
+    /// Set point with its fraction, counts.
     pub target_counts: f64,
     /// Set point minus position, rad.
     pub error: f64,

@@ -6,8 +6,7 @@ use super::csv::{MOTOR_COUNTS, cell, has_motor, moments, signals_of};
 use crate::run::RunResult;
 
 /// Returns the columns of a run with their names, then the motor's counts if it has two encoders,
-/// then the signals of its law. An empty cell is
-/// NaN; a flag is 0 or 1.
+/// then the signals of its law. An empty cell is NaN; a flag is 0 or 1.
 pub fn arrays(result: &RunResult) -> Vec<(&'static str, Vec<f64>)> {
     let (moments, is_ramp) = moments(result);
     let of_columns = of_a_run().into_iter().map(|column| {

@@ -9,7 +9,7 @@ use stiction::control::signal::{self, SIGNALS, Signal};
 /// under the same names.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SeriesColumn {
-    /// Time since the begin, s.
+    /// Time since the start, s.
     Time,
     /// Set point theta_d, deg.
     Reference,

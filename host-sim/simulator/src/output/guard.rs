@@ -3,9 +3,9 @@
 //!
 //! A path is refused if its directory does not exist, if it is a directory, if it cannot be
 //! written, or if an existing file must not be replaced: a file that the same command reads, a
-//! machine's or an experiment's file, or, for files that a user edits, any file.
-//! `--force` replaces all of these. The check neither creates nor truncates a file. A hard link or
-//! a symbolic link counts as the file itself.
+//! machine's or an experiment's file, or, for files that a user edits, any file. With `--force`,
+//! all of these are replaced. The check neither creates nor truncates a file. A hard link or a
+//! symbolic link counts as the file itself.
 
 use std::ffi::OsStr;
 use std::fmt;
@@ -145,8 +145,8 @@ impl OutputFile {
         &self.path
     }
 
-    /// Writes the file whole or not at all, after another check: the file may have been made while
-    /// the command worked.
+    /// Writes the file whole or not at all, after another check: the file may have been created
+    /// while the command worked.
     ///
     /// # Errors
     /// Returns why the file cannot be written or must not be replaced.
@@ -223,8 +223,8 @@ fn unwritable(path: &Path, source: io::Error) -> Error {
     Error::File { action: "write", path: path.to_owned(), source }
 }
 
-/// Returns whether two paths lead to one file. Only regular files are opened: a pipe would block,
-/// and a serial port would change its control lines.
+/// Returns whether two paths refer to the same file. Only regular files are opened: a pipe would
+/// block, and a serial port would change its control lines.
 fn is_same_file(one: &Path, other: &Path) -> bool {
     let canonical = [one, other].map(|path| fs::canonicalize(path).ok());
     // For files that do not exist yet, only the paths can be compared.

@@ -14,7 +14,7 @@ use files::goal::GoalInBothUnits;
 /// Version of the object; raised when a key changes its meaning or is removed.
 const SCHEMA: u32 = 1;
 
-/// The whole object.
+/// Whole object of an experiment.
 #[derive(Serialize)]
 struct Report<'a, M> {
     schema: u32,

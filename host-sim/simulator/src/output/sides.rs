@@ -12,7 +12,7 @@ pub const REST: &str = "rest\ncounts";
 /// Column of the settling time of one side.
 pub const SETTLED: &str = "settled\ns";
 
-/// What is shown of the end of a motion.
+/// Columns that are shown for the end of a motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ShownSides {
     /// The encoder sees the load, and the file has no goal: other tables show rest and settling.
@@ -84,7 +84,7 @@ impl ShownSides {
     }
 }
 
-/// Returns the cell for a success.
+/// Returns the cell for a success: `met`, `missed`, or a dash.
 const fn in_a_word(success: Option<bool>) -> &'static str {
     match success {
         Some(true) => "met",

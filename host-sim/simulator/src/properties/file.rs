@@ -1,4 +1,5 @@
-//! A machine's file: any text is a machine or one sentence that names the file.
+//! Property of a machine's file: any text is read as a machine, or refused with one sentence that
+//! names the file.
 
 use crate::device::machine_file::{read, render};
 use crate::experiment::Document;
@@ -10,7 +11,8 @@ const NAME: &str = "joint.toml";
 /// decimals, or a motion that only holds.
 const NO_FILE: [&str; 2] = ["a value cannot be written exactly", "nothing to run"];
 
-/// Returns whether the text is a machine that a device can run.
+/// Reads the text, and asserts the property. Returns whether the text is a machine that a device
+/// can run.
 pub fn holds(text: &str) -> bool {
     let said = |error: &files::Error| {
         let said = error.to_string();

@@ -46,7 +46,7 @@ impl CheckedDevice {
         self.device.as_ref().map_or(NO_SESSION, Device::session)
     }
 
-    /// Resets the device, if only a reset ends its fault.
+    /// Resets the device if no command can clear its fault.
     pub fn revive(&mut self) {
         if let State::Faulted(fault) = self.state()
             && !fault.is_clearable()
@@ -56,8 +56,8 @@ impl CheckedDevice {
         }
     }
 
-    /// Receives bytes from the wire. Only a clear request or new parameters can end a fault; no
-    /// bytes latch one.
+    /// Receives bytes from the wire, and asserts that only a clear request or new parameters end a
+    /// fault, and that no bytes latch one.
     pub fn receive(&mut self, bytes: &[u8]) {
         let before = self.state();
         let mut may_clear = false;
@@ -91,7 +91,8 @@ impl CheckedDevice {
         }
     }
 
-    /// Runs one tick, after the joint has moved by `travel` counts.
+    /// Runs one tick, after the joint has moved by `travel` counts, and asserts the limits of the
+    /// output.
     pub fn tick(&mut self, travel: i32, supply: u16) {
         self.counter = self.counter.wrapping_add_signed(travel);
         let before = self.state();
@@ -121,7 +122,7 @@ impl CheckedDevice {
         self.faulted += u64::from(matches!(output.state, State::Faulted(_)));
     }
 
-    /// Lets the wire send up to `at_most` bytes.
+    /// Sends up to `at_most` bytes of the device to the wire.
     pub fn drain(&mut self, at_most: usize) {
         if let Some(device) = &mut self.device {
             device.transmit(&mut vec![0; at_most]);

@@ -4,8 +4,8 @@
 //! theta_b = (c F_hi + u_q)/Kp
 //! ```
 //!
-//! With c below 1 the joints of the most friction stop short; with c at 1, those of the least are
-//! struck with several times what they need.
+//! With c below 1 the joints with the most friction stop short; with c at 1, those with the least
+//! receive several times the effort that they need.
 
 use stiction::control::laws::{DiscontinuousNonlinearProportionalGains, Gains};
 

@@ -9,8 +9,8 @@
 //! least speed only has to be above zero.
 //!
 //! Tuned on 100 joints each of eight families, seed 1000001, profiled moves; success is the mean of
-//! the families. With a stick friction of 2 to 4 times the slip friction (`--hard`) it is that of
-//! four:
+//! the families. With a stick friction of 2 to 4 times the slip friction (`--hard`) it is the mean
+//! of four:
 //!
 //! | rule | success, % | with `--hard`, % |
 //! |---|---|---|

@@ -1,5 +1,5 @@
-//! The sum of feedforward and SRNF, `both` in a first file: feedforward follows, SRNF rests. Each
-//! has the gains of its own rule.
+//! The sum of feedforward and SRNF, `both` in a first file: feedforward acts in motion, SRNF at
+//! rest. Each has the gains of its own rule.
 
 use super::{GainRule, PdLoop, feedforward, smooth_robust_nonlinear as srnf};
 

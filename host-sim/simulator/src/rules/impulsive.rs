@@ -1,10 +1,10 @@
-//! Impulsive positioner: figures of the joint beside PD.
+//! Impulsive positioner: known values of the joint, beside the gains of PD.
 //!
 //! ```text
 //! J, F_lo, F_hi and u_m as known
 //! ```
 //!
-//! The law has no gain of its own to be picked.
+//! The law has no gain to tune.
 
 use stiction::control::laws::{Gains, ImpulsiveGains};
 

@@ -1,4 +1,4 @@
-//! Joint and loop as a rule sees them.
+//! Bounds of a joint and data of its loop: the input of a rule.
 //!
 //! | figure | from a data sheet |
 //! |---|---|
@@ -8,9 +8,10 @@
 //! | u_L | constant load and unbalance, if the lowest slip friction does not hold them; else 0 |
 //! | u_m, u_q | full scale times largest duty, and the volts of a code |
 //!
-//! A data sheet has no friction over place, direction and temperature, and an identification has
-//! that of one day: hence the factors of two. A load that the friction holds is a friction that
-//! depends on the direction (constant load) and on the place (unbalance).
+//! A data sheet does not state how the friction varies with position, direction and temperature,
+//! and an identification measures it on one day: hence the factors of two. A load that the friction
+//! holds acts as a friction that depends on the direction (constant load) and on the position
+//! (unbalance).
 
 use std::f64::consts::TAU;
 
@@ -23,7 +24,7 @@ use files::data_sheet::{DataSheet, Mapping};
 /// Margin of the bounds around the lowest and the highest friction that are known.
 const MARGIN: f64 = 2.0;
 
-/// Joint and loop as a rule sees them, in the core's units: volts, degrees, seconds.
+/// Bounds of a joint and data of its loop, in the core's units: volts, degrees, seconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct JointBounds {
     /// Nominal inertia J, V s^2/deg.
@@ -32,51 +33,52 @@ pub struct JointBounds {
     pub viscous: f64,
     /// Bounds of the breakaway effort F_lo and F_hi, V.
     pub breakaway: [f64; 2],
-    /// Largest load that drives the joint u_L, V; 0: none does.
+    /// Largest load u_L that drives the joint against its friction, V; 0: the friction holds it.
     pub load: f64,
     /// Effort that holds the load where the joint is armed, within 20 %, V; 0: none is needed.
     pub hold_effort: f64,
     /// Whether the encoder sits on the load, behind an elastic gear.
     pub encoder_at_load: bool,
-    /// Counts by which the encoder changes at rest.
+    /// Noise of the encoder at rest from peak to peak, counts.
     pub jitter: f64,
-    /// The motor's encoder, if `jitter` and `sampled.count` are those of another one on the load.
+    /// The motor's encoder, if the loop has a second one on the load. Then `jitter` and
+    /// `sampled.count` are those of the load's encoder.
     pub motor_encoder: Option<MotorEncoder>,
     /// The loop around the joint.
     pub sampled: SampledLoop,
 }
 
-/// Encoder of a motor whose joint has another one on its load.
+/// Encoder of the motor of a joint that has a second encoder on its load.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MotorEncoder {
     /// Angle of a count, deg of the joint.
     pub count: f64,
-    /// Counts by which it changes at rest.
+    /// Noise at rest from peak to peak, counts.
     pub jitter: f64,
-    /// The gear between both encoders; `None`: nothing is known of it.
+    /// The gear between both encoders; `None` if it is unknown.
     pub gear: Option<GearBounds>,
 }
 
 /// Gear between two encoders.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GearBounds {
-    /// Whole width of its slack, deg.
+    /// Whole width of the slack, deg.
     pub backlash: f64,
     /// Torsional stiffness K, V/deg.
     pub stiffness: f64,
 }
 
 impl GearBounds {
-    /// Returns the gear that is supposed where nothing is known: a degree of slack, and the softest
-    /// one that `robust` is made for. With the motor held still, a load of a fifth of the inertia
-    /// (V s^2/deg) swings on it at 5 Hz.
+    /// Returns the gear that is assumed if nothing is known: a degree of slack, and the lowest
+    /// stiffness that `robust` is made for. With the motor held still, a load of a fifth of the
+    /// inertia (V s^2/deg) swings on this gear at 5 Hz.
     fn softest(inertia: f64) -> Self {
         let frequency = TAU * 5.0;
         Self { backlash: 1.0, stiffness: 0.2 * inertia * frequency * frequency }
     }
 }
 
-/// Sampled loop around a joint: what its drive and its encoder resolve.
+/// Sampled loop around a joint: its largest effort, and the steps of effort, angle and time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SampledLoop {
     /// Largest effort u_m, V.
@@ -102,7 +104,7 @@ impl SampledLoop {
     }
 }
 
-/// Joint as a data sheet or an identification has it, in volts, degrees and seconds.
+/// Joint of a data sheet or an identification, in volts, degrees and seconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct JointEstimate {
     /// Inertia, V s^2/deg.
@@ -151,7 +153,7 @@ impl JointBounds {
         }
     }
 
-    /// Adds where the encoders of a data sheet sit, their noise, and the gear between them;
+    /// Adds the sides and the noise of the encoders of a data sheet, and the gear between them;
     /// `count_deg` is the angle of a count of `[encoder]`, deg.
     #[must_use]
     pub fn with_encoders_of(self, sheet: &DataSheet, mapping: &Mapping, count_deg: f64) -> Self {
@@ -186,8 +188,8 @@ impl JointBounds {
     /// ```
     ///
     /// with the slack bl, the stiffness K and the counts q and q_m of load and motor. A stiffness
-    /// that is configured too high makes them too small. An unknown gear counts as a soft one; its
-    /// w_max is wide enough for both.
+    /// that is configured too high makes both twists too small. An unknown gear counts as a soft
+    /// one, and its w_max is used for both.
     pub fn motor_config(&self) -> motor_encoder::MotorEncoder {
         let Some(motor) = &self.motor_encoder else { return motor_encoder::MotorEncoder::NONE };
         let counts = 2.0 * (self.sampled.count + motor.count);
@@ -213,7 +215,7 @@ impl JointBounds {
     }
 
     /// Returns the largest twist of a known gear between two encoders, deg: within it the motor can
-    /// be held or thrown back by its gear. Zero of an unknown gear, and with one encoder.
+    /// be held or thrown back by its gear. Zero for an unknown gear, and with one encoder.
     pub fn known_twist(&self) -> f32 {
         let is_known = self.motor_encoder.is_some_and(|motor| motor.gear.is_some());
         if is_known { self.motor_config().twist } else { 0.0 }

@@ -1,20 +1,22 @@
-//! The rule book: the gains of every law, from what is known of a joint, in a file each.
+//! The rule book: computes the gains of every law from the known bounds of a joint. Each law has a
+//! file.
 //!
 //! ```text
 //! data sheet, identification, drawn family -> JointBounds -> PdLoop, GainRule -> ControllerGains
 //!                                                         -> MoveProfile
 //! ```
 //!
-//! `new`, `identify --into`, `tune`, `benchmark`, `ensemble`, the self-test and the studio have
-//! their gains from here. A rule sees [`JointBounds`]: the nominal joint and bounds of its
-//! friction, never the joint that is simulated. Beside them it has at most one constant without a
-//! unit, picked among those that are listed as tried, on joints of the [tuning
-//! seeds](TUNING_SEEDS), which do not score: `stiction ensemble tune` runs that again.
+//! `new`, `identify --into`, `tune`, `benchmark`, `ensemble`, the self-test and the studio use
+//! these gains. The input of a rule is [`JointBounds`]: the nominal joint and bounds of its
+//! friction, never the simulated joint. In addition, a rule has at most one constant without a
+//! unit. It was picked among the listed candidates (`tried`) on joints of the [tuning
+//! seeds](TUNING_SEEDS), which do not count as results; `stiction ensemble tune` repeats the
+//! choice.
 //!
-//! Gains have four significant digits, because more are not known. They are rounded here, so a file
-//! and a computation have the same ones to the last bit.
+//! Gains have four significant digits, because the joint is not known more exactly. They are
+//! rounded here, so that a file and a computation have identical gains, bit for bit.
 //!
-//! A law gets a rule by a file here and its line in [`RULES`].
+//! To add a rule, add its file here and its line in [`RULES`].
 
 mod discontinuous_nonlinear_proportional;
 mod feedforward;
@@ -50,11 +52,11 @@ pub const TUNING_SEEDS: RangeInclusive<u64> = 1_000_000..=1_999_999;
 /// Gains of a law and of the PD loop around it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ControllerGains {
-    /// The PD loop; zero or without effect under a law that replaces it.
+    /// Gains of the PD loop; zero or without effect under a law that replaces PD.
     pub pd: PdGains,
-    /// Positions in the velocity's regression.
+    /// Number of positions in the velocity's regression.
     pub velocity_window: u32,
-    /// The laws that are added to PD; none is plain PD.
+    /// The laws that are added to PD; empty for plain PD.
     pub laws: Vec<Gains>,
 }
 
@@ -63,15 +65,15 @@ pub struct ControllerGains {
 pub struct GainRule {
     /// Name of the law in a machine's file; `pd` is plain PD.
     pub law: &'static str,
-    /// Figures of the joint that the law has its gains from, in words.
+    /// Values of the joint that the rule uses, in words.
     pub knows: &'static str,
     /// The rule in words.
     pub text: &'static str,
     /// The constant c of the rule.
     pub constant: f64,
-    /// The constants that were tried on the tuning seeds; none if there was no choice.
+    /// The constants that were tried on the tuning seeds; empty if there was no choice.
     pub tried: &'static [f64],
-    /// Returns the gains with a constant.
+    /// Function that returns the gains for a joint and a constant.
     pub gains_with: fn(&JointBounds, f64) -> ControllerGains,
 }
 
@@ -102,10 +104,10 @@ pub const RULES: &[GainRule] = &[
     proxy_sliding_mode::RULE,
 ];
 
-/// Returns the rules of the laws that are named, or all of them if none is.
+/// Returns the rules of the named laws, or all rules if no law is named.
 ///
 /// # Errors
-/// Names a law that has no rule, with the nearest one that has.
+/// Returns an error that names a law without a rule, and the most similar law with one.
 pub fn rules(names: &[String]) -> Result<Vec<&'static GainRule>, Error> {
     if names.is_empty() {
         return Ok(RULES.iter().collect());

@@ -7,10 +7,10 @@
 //! ```
 //!
 //! `robust` makes its own profile of 0.15 u_m / B, no more than 3 rad/s, and 0.25 u_m / J. A move
-//! from outside has no more than half of both, so that the inner profile does nothing but land. The
-//! limit 1.25 u_m / Kd also keeps its velocity below half of the speed at which the default monitor
-//! of the other laws trips. Then all three are made those that the core's generator can keep, with
-//! four digits.
+//! from outside uses no more than half of both, so that the inner profile only acts at the landing.
+//! The limit 1.25 u_m / Kd also keeps its velocity below half of the speed at which the default
+//! monitor of the other laws trips. All three limits are then adjusted to values of four digits
+//! that the core's generator can keep.
 
 use stiction::ProfileLimits;
 
@@ -19,20 +19,21 @@ use super::{JointBounds, PdLoop, four_digits, four_digits_single};
 /// Highest speed of a move, deg/s: half of 3 rad/s, the highest that the law `robust` chooses.
 const FASTEST: f64 = 86.0;
 
-/// Share of the largest effort that viscous friction takes at the largest velocity, and that
-/// accelerates the nominal inertia: half of those of `robust`.
+/// Shares of the largest effort: for viscous friction at the largest velocity, and for the
+/// acceleration of the nominal inertia. Both are half of those of `robust`.
 const SHARES: [f64; 2] = [0.075, 0.125];
 
-/// Half of the largest efforts at which the damping alone trips the default overspeed monitor.
+/// Largest effort of the damping Kd in a move, as a multiple of the largest effort: half of the
+/// value at which the default overspeed monitor trips.
 const OF_DAMPING: f64 = 1.25;
 
-/// Time within which a move reaches its acceleration, s, and the same in ticks. The generator
-/// averages over no more than 256.
+/// Longest time in which a move reaches its acceleration, s.
 const JERK_TIME_S: f64 = 0.1;
+/// The same in ticks; the generator averages over no more than 256.
 const JERK_TICKS: f64 = 200.0;
 
-/// Passes at most: rounding to four digits may leave the range that the core can keep, and the next
-/// pass corrects that.
+/// Largest number of passes: rounding to four digits can move a limit out of the range that the
+/// core can keep, and the next pass corrects that.
 const PASSES: u32 = 4;
 
 /// Limits of a move from rest to rest.
@@ -99,7 +100,7 @@ impl MoveProfile {
     }
 }
 
-/// Returns the largest number of four digits that is no more, or the smallest one that is no less.
+/// Rounds a value to four digits: up if `no_less`, otherwise down.
 fn one_sided(value: f64, no_less: bool) -> f32 {
     let digit = 10f64.powf(value.abs().log10().floor() - 3.0);
     let digits = value / digit;

@@ -10,7 +10,7 @@
 //! SRNF         v_ms = 0.5 sqrt(F_lo F_hi),  alpha = Kp/v_ms
 //! ```
 //!
-//! The loop is slower than PD's own at long sample times: the observer takes away the friction that
+//! The loop is slower than PD's own at long sample times: the observer cancels the friction that
 //! damps it. A ramp of 0.012 F_lo a sample exceeds the friction by some hundredths of it when the
 //! breakaway is seen, three or four samples late. The feedforward's inertia is less than the
 //! joint's, since the observer and a sample of delay add to it.
@@ -21,18 +21,18 @@ use stiction::control::laws::{
 
 use super::{ControllerGains, GainRule, JointBounds, PdLoop, four_digits_single};
 
-/// Positions in the velocity's regression: half a sample less delay than with the thesis's five,
-/// which counts where the observer has taken the friction away.
+/// Number of positions in the velocity's regression: the delay is half a sample less than with the
+/// thesis's five, which matters where the observer has cancelled the friction.
 const VELOCITY_WINDOW: u32 = 4;
 
 /// Damping ratio of the loop on the nominal joint.
 const DAMPING_RATIO: f64 = 0.87;
 
-/// The constant c of all three, 1/s.
+/// Constant c of the three rules, 1/s.
 const CONSTANT: f64 = 3.0;
 const TRIED: &[f64] = &[1.0, 3.0, 10.0];
 
-/// What all three know.
+/// Values of the joint that the three rules use.
 const KNOWS: &str = "inertia, viscous friction and both bounds of the breakaway effort";
 
 /// The rule of the observer alone.

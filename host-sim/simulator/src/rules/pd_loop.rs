@@ -7,14 +7,14 @@
 //!
 //! The velocity is (N - 1)/2 = 2 samples late, a held output half a sample, and a computation up to
 //! one more. On a joint of half the nominal inertia, the damping crosses over at 4 zeta w_n: at
-//! 0.1/h these 3.5 samples turn its phase by 1.26 rad of the pi/2 that there are. The thesis's own
-//! loop has 0.104/h. 8 Hz is below the resonance of most geared joints, and leaves a motor of a
-//! quarter of the nominal inertia as much phase at 1 kHz. 2 Hz is below the load behind a
-//! transmission.
+//! 0.1/h these 3.5 samples turn its phase by 1.26 rad, of an available pi/2. The thesis's own loop
+//! has 0.104/h. 8 Hz is below the resonance of most geared joints, and leaves a motor of a quarter
+//! of the nominal inertia as much phase at 1 kHz. 2 Hz is below the load behind a transmission.
 //!
 //! 0.14/h was the other choice. On 100 joints each of four families at 200 Hz, seed 1000001,
 //! profiled moves, six laws succeed in 40 % with 0.1/h and in 42 % with 0.14/h, and trip a monitor
-//! in 98 and in 221 of 2400 runs: nothing is wrong with those joints, so 0.1/h it is.
+//! in 98 and in 221 of 2400 runs: those joints have no fault, so the trips are false, and 0.1/h is
+//! used.
 
 use std::f64::consts::TAU;
 
@@ -26,19 +26,19 @@ use super::{ControllerGains, JointBounds, four_digits_single};
 /// Damping ratio on the nominal joint.
 pub const DAMPING_RATIO: f64 = 0.9;
 
-/// Largest natural frequency, Hz: of an encoder on the motor, and on the load.
+/// Largest natural frequency, Hz: with the encoder on the motor, and on the load.
 const HERTZ: [f64; 2] = [8.0, 2.0];
 
 /// Largest natural frequency times sample time, rad.
 const PHASE_PER_SAMPLE: f64 = 0.1;
 
-/// Positions in the velocity's regression if a rule has no reason for others: the thesis's.
+/// Default number of positions in the velocity's regression: that of the thesis.
 pub(super) const VELOCITY_WINDOW: u32 = 5;
 
 /// PD loop on a nominal joint, not rounded.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PdLoop {
-    /// w_n, rad/s.
+    /// Natural frequency w_n, rad/s.
     pub natural_frequency: f64,
     /// Kp, V/deg.
     pub kp: f64,

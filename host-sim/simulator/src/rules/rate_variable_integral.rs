@@ -1,4 +1,4 @@
-//! RVI: an integral that a speed of a few counts a sample takes away.
+//! RVI: an integral that leaks away at a speed of a few counts a sample.
 //!
 //! ```text
 //! Ki = c Kp w_n,  gamma_h = (1.85 q/h)^2             gamma = gamma_h h/(0.02 s)

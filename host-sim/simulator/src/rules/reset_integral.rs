@@ -1,4 +1,4 @@
-//! RI: the integral of a PID whose range is where PD comes to rest.
+//! RI: the integral of a PID, active within the range in which PD comes to rest.
 //!
 //! ```text
 //! Ki = c Kp w_n,  theta_ri = 1.25 F_hi/Kp

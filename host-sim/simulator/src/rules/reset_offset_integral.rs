@@ -4,7 +4,8 @@
 //! T_roi = c/w_n,  V_roi = F_lo/(Kd + B)
 //! ```
 //!
-//! A velocity error that takes less effort than the least friction is that of a joint at rest.
+//! A velocity error that requires less effort than the lowest friction counts as that of a joint at
+//! rest.
 //!
 //! The thesis's own c is 0.73.
 

@@ -1,11 +1,11 @@
-//! Robust: the joint as it is known, and nothing else; the law has its own rules for the rest
+//! Robust: only the known values of the joint; the law derives the rest by its own rules
 //! (`src/control/laws/robust/parameters.rs`).
 //!
 //! ```text
 //! J, B, F_lo, F_hi, side and jitter of the encoder, u_L, hold effort
 //! ```
 //!
-//! It replaces PD, whose gains are zero. Where the joint has more friction than F_hi or less than
+//! The law replaces PD, whose gains are zero. If the joint has more friction than F_hi or less than
 //! F_lo, nothing is guaranteed.
 
 use stiction::control::laws::robust::EncoderSide;
@@ -33,7 +33,7 @@ pub const RULE: GainRule = GainRule {
     },
 };
 
-/// Returns the law, which with an encoder on either side is the one for two.
+/// Returns the law: `robust` for one encoder, or its variant for two, on motor and load.
 fn law(joint: &JointBounds) -> Gains {
     match &joint.motor_encoder {
         Some(motor) => Gains::RobustDual(of_two(joint, motor)),
@@ -69,7 +69,7 @@ fn gains(joint: &JointBounds) -> RobustGains {
 }
 
 /// Sets inertia, viscous friction, bounds of the breakaway effort, and a load that drives the
-/// joint. All else stays, as the law on a device has it.
+/// joint. All other gains keep the values of the device.
 pub fn set_joint(gains: &mut RobustGains, joint: &JointBounds) {
     gains.inertia = four_digits_single(joint.inertia);
     gains.viscous = four_digits_single(joint.viscous);

@@ -6,7 +6,7 @@
 //! ```
 //!
 //! Kp Kd > Ki J holds for c < 1.8 on the nominal joint, and for c < 0.9 where the inertia is twice
-//! that. With a shorter T the friction enters the load.
+//! that. With a shorter T the friction enters the estimate of the load.
 
 use stiction::control::laws::{Gains, TwoResetPidGains};
 

@@ -1,4 +1,5 @@
-//! The gates: checks of the flash image for what the firmware must not contain.
+//! Gates of the flash image: no floating point in software, no panic and no call through a register
+//! in the control path, and a stack that fits its room.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -13,12 +14,13 @@ use crate::measure::stack_room;
 /// Handlers on which the motion depends: the control interrupt and the break input.
 const CONTROL: [&str; 2] = ["TIM3", "TIM1_BRK_TIM9"];
 /// Other handlers with a higher priority than the tasks of log and link: a panic in them would stop
-/// the motion as well. SPI1, which runs those tasks, may panic: the log can.
+/// the motion as well. SPI1, which runs those tasks, may panic, since the log can panic.
 const ABOVE_TASKS: [&str; 3] = ["USART1", "SPI2", "SysTick"];
 /// The function in which every panic ends.
 const PANIC: &str = "rust_begin_unwind";
 
-/// Passes an image that meets all gates; otherwise returns an error that names what it contains.
+/// Checks an image against all gates, and prints the results. Returns an error that names the first
+/// violation.
 pub fn pass(image: &Path) -> Result<(), Error> {
     let elf = fs::read(image).map_err(|source| Error::File {
         action: "read",

@@ -23,7 +23,7 @@ pub fn bless(page: &Path, table: &str) -> Result<(), Error> {
     Ok(())
 }
 
-/// Refuses a table that differs from the page's, if the same compiler built both images.
+/// Refuses a table that differs from that of the page, if both name the same compiler.
 pub fn compare(page: &Path, table: &str) -> Result<(), Error> {
     let text = read(page)?;
     let (_, golden, _) = split(page, &text)?;

@@ -1,5 +1,5 @@
-//! Measures the cost of the firmware, and checks the image for what it must not contain. `cargo
-//! xtask cost` and `cargo xtask gates` build the images for this program and run it.
+//! Measures the cost of the firmware, and checks its image against the gates. `cargo xtask cost`
+//! and `cargo xtask gates` build the images for this program and run it.
 
 mod gates;
 mod golden;

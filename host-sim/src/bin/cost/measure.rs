@@ -4,8 +4,8 @@
 //! every controller, three steps and two trajectories. Soft start and supply are those of
 //! [`counted`]. `drive.pwm_hz` is 2 kHz: at 22 kHz the PWM would take half of the emulator's time.
 //! No instruction of the control interrupt reads the PWM's counter or depends on its top. To check
-//! that, each controller's 2.5 deg step runs again with the PWM of the file and must take the same
-//! instructions in every tick. This also checks that a run repeats.
+//! that, each controller's 2.5 deg step runs again with the PWM of the file, and must cost the same
+//! in every tick. This also checks that runs are repeatable.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -26,10 +26,10 @@ const EXPERIMENTS: [&str; 2] = ["step-response", "trajectory"];
 const FAST: &str = "drive.pwm_hz=2000";
 /// The step that is run again with the PWM of the file.
 const AGAIN: (&str, &str, &str) = ("step-response", "step-2.5", "run.duration_s=2");
-/// The step that is also run as a profiled move, and its time. Within that time it waits for the
-/// soft start of 2 s, accelerates, slows down, lands and rests.
+/// The step that is also run as a profiled move, and its time. Within that time the move waits for
+/// the soft start of 2 s, accelerates, slows down, lands and rests.
 const PROFILED: (&str, &str, &str) = ("step-response", "step-5.0", "run.duration_s=5");
-/// The controller that provides the set points and positions for the yardsticks.
+/// Controller whose runs provide the set points and positions for the yardsticks.
 const FEEDS: &str = "srnf";
 
 /// Measured costs of the firmware and the yardsticks.
@@ -41,7 +41,7 @@ pub struct CostMeasurement {
     pub yardsticks: Vec<(&'static str, Vec<u32>)>,
     /// Sizes of the image's sections.
     pub size: Size,
-    /// Largest part of the stack that any run has written to, bytes.
+    /// Largest depth of the stack that any run has written to, bytes.
     pub painted: u32,
     /// Upper bound of the stack that the code can use.
     pub bound: StackBound,
@@ -97,7 +97,7 @@ pub fn measure(image: &Path, yardstick: &Path) -> Result<CostMeasurement, Error>
     })
 }
 
-/// Bytes between the beginning of the stack and the end of its room.
+/// Returns the room for the stack, bytes: from the start of the stack to the end of its room.
 pub fn stack_room(code: &Code) -> u32 {
     code.stack_start() - code.symbol("_stack_end").unwrap_or(code.stack_start())
 }
@@ -123,7 +123,7 @@ fn one_motion(
     Ok(plans)
 }
 
-/// The motions of every experiment.
+/// Plans all motions of the experiments under every controller, with keys set.
 fn every_motion(set: &[&str]) -> Result<Vec<RunPlan>, Error> {
     Ok(EXPERIMENTS.iter().map(|name| plans(name, set)).collect::<Result<Vec<_>, _>>()?.concat())
 }
@@ -143,7 +143,8 @@ fn feed() -> Result<Vec<[f32; 2]>, Error> {
     Ok(samples)
 }
 
-/// Compares the costs of two runs of a motion. The last tick of the shorter run may be incomplete.
+/// Refuses a second run of a motion whose ticks have other costs than those of the first. The
+/// second run may be shorter, and its last tick may be incomplete.
 fn repeats(label: &str, first: &[TickCost], second: &[TickCost]) -> Result<(), Error> {
     let same = first.iter().zip(second).take_while(|(a, b)| a == b).count();
     if same + 1 >= second.len() && second.len() <= first.len() && same > 0 {

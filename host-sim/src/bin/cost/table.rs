@@ -15,7 +15,8 @@ use stiction::positioner::{PdState, PositionerState, RunawayState};
 
 use crate::measure::CostMeasurement;
 
-/// Returns the size of the state of a step of the face, bytes.
+/// Returns the size of the state of a yardstick on the `positioner` interface, bytes; `None` for
+/// another yardstick.
 fn state_of_face(name: &str) -> Option<usize> {
     match name {
         "face-robust" => Some(size_of::<PositionerState>()),
@@ -30,7 +31,7 @@ fn state_of(name: &str) -> usize {
     Gains::EXAMPLES.iter().find(|law| law.name() == name).map_or(0, Gains::state_bytes)
 }
 
-/// Writes the table as text.
+/// Returns the table as text.
 pub fn table(measured: &CostMeasurement, compiler: &str) -> String {
     let mut text = format!("compiler {compiler}\n\n");
     let mut line = |line: String| {
@@ -126,7 +127,8 @@ fn ram(measured: &CostMeasurement) -> u64 {
     measured.size.variables + u64::from(measured.stack)
 }
 
-/// Formats the worst tick of each law, cycles, with all fetches cached and with no jump cached.
+/// Formats the estimated cycles and the time of each law's worst tick: if all instructions are
+/// cached, and if no target of a jump is.
 fn cycles(laws: &[(String, Vec<TickCost>)]) -> Vec<String> {
     let most = |ticks: &[TickCost], of: fn(&TickCost) -> u32| {
         let cycles = ticks.iter().map(of).max().unwrap_or(0);

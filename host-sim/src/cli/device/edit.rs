@@ -1,5 +1,5 @@
 //! `stiction device params edit` writes the parameters in use as a text and opens an editor. The
-//! device takes the edited text as a whole or not at all.
+//! device uses all of the edited parameters or none.
 
 use std::fs;
 use std::io::Write;
@@ -38,7 +38,7 @@ pub fn edit<W: Wire>(client: &mut Client<W>, machine: &str, save: bool) -> Resul
     let ran = run(&editor, &file);
     let edited = read(&file);
     if edited.as_ref().is_ok_and(|edited| *edited == text) {
-        // The file is temporary and holds what the device has, so a failure does no harm.
+        // The temporary file holds the parameters that the device has, so a failure does no harm.
         let _ = fs::remove_file(&file);
         return ran.map(|()| "nothing was changed, and nothing sent\n".into());
     }

@@ -11,7 +11,7 @@ use simulator::device::client::Client;
 use simulator::device::homed::HomeResult;
 use simulator::device::wire::Wire;
 
-/// The longest homing that a device allows, s: half an hour, a soft start of 10 s, and as much for
+/// Longest homing that a device allows, s: half an hour, a soft start of 10 s, and another 10 s for
 /// the driver's wake-up and the end.
 const LONGEST_S: u64 = 1820;
 
@@ -92,7 +92,7 @@ impl HomeArguments {
         }
     }
 
-    /// Returns the text for a person, or the JSON object.
+    /// Returns the result as text, or with `--json` as a JSON object.
     pub fn shown(&self, result: &HomeResult, warning: Option<&str>) -> String {
         if self.json {
             return format!("{:#}\n", result.json(warning));
@@ -102,7 +102,7 @@ impl HomeArguments {
     }
 }
 
-/// Returns an error unless the stop was found, so that a script stops.
+/// Returns an error unless the stop was found and the joint is referenced, so that a script stops.
 pub fn found(result: &HomeResult) -> Result<(), Error> {
     match result.found.ended {
         HomeEnd::Stop if result.is_referenced => Ok(()),

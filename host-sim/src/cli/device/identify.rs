@@ -173,7 +173,7 @@ impl DeviceIdentifyArguments {
     }
 }
 
-/// Options that set the bounds at which an identification ends.
+/// Options that set the bounds of an identification. An error names them if a bound ended it.
 const OPTIONS: &str = " (--effort, --travel, --speed, --time)";
 
 /// Writes the file of an identified joint, and returns what it keeps, contradicts and leaves out.

@@ -74,7 +74,7 @@ impl JogArguments {
         }
     }
 
-    /// Returns the text for a person, or the JSON object.
+    /// Returns the result as text, or with `--json` as a JSON object.
     pub fn shown(&self, jogged: &JogResult, warning: Option<&str>) -> Result<String, Error> {
         let JogResult { parameters, found } = jogged;
         if !self.json {

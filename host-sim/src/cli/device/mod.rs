@@ -65,8 +65,8 @@ pub struct DeviceArguments {
     action: Action,
 }
 
-/// Returns the controller that the device starts with: the option's, or SRNF for a built-in
-/// experiment that has it. Without either the file decides.
+/// Returns the controller that the device starts with: that of the option, or SRNF for a built-in
+/// experiment that has it. Otherwise returns `None`, and the device starts with the file's own.
 fn begins_with<'a>(machine: &str, controller: Option<&'a str>) -> Option<&'a str> {
     const USUAL: &str = "srnf";
     let has_it = || {
@@ -244,8 +244,8 @@ fn emulated(arguments: &DeviceArguments, output: Option<&OutputFile>) -> Result<
     )
 }
 
-/// Plans the run of a simulated device's joint. With a `truth`, the device has the joint of that
-/// file.
+/// Plans the run of a simulated device's joint. With `truth`, the device has the joint of that file
+/// instead.
 pub(super) fn planned(
     machine: &str,
     controller: Option<&str>,
@@ -258,7 +258,7 @@ pub(super) fn planned(
     }
 }
 
-/// Refuses a true joint for a board.
+/// Returns the error that refuses `--truth` for a board.
 fn truth_of_a_board(truth: &str) -> Error {
     Error::Input(format!(
         "--truth {truth}: a board on a --port has its own joint; leave --truth out, or use \
@@ -399,7 +399,8 @@ fn with(
 
 impl Action {
     /// Returns whether Ctrl-C ends the command in order: logged samples are written, and a motor
-    /// that the command drives is turned off. The self-test does so as soon as it moves.
+    /// that the command drives is turned off. The self-test sets this up itself, just before its
+    /// moves.
     const fn ends_on_ctrl_c(&self) -> bool {
         matches!(
             self,
@@ -413,7 +414,7 @@ impl Action {
     }
 }
 
-/// Ends each wait of a client on Ctrl-C.
+/// Makes Ctrl-C end each wait of a client.
 fn end_on_ctrl_c<W: Wire>(client: &mut Client<W>) -> Result<(), Error> {
     let interrupt = Arc::default();
     interrupt::end_on_ctrl_c(&interrupt)?;
@@ -421,8 +422,8 @@ fn end_on_ctrl_c<W: Wire>(client: &mut Client<W>) -> Result<(), Error> {
     Ok(())
 }
 
-/// Waits, and returns the status at the end. If Ctrl-C ended the wait, it returns that error as
-/// well; the samples until then are kept.
+/// Runs `wait`, and returns the status at its end. If Ctrl-C ended the wait, its error is returned
+/// beside the status, and the samples until then are kept.
 fn kept<W: Wire>(
     client: &mut Client<W>,
     wait: impl FnOnce(&mut Client<W>) -> Result<Status, Error>,
@@ -464,12 +465,13 @@ fn then_off<W: Wire, T>(
     }
 }
 
-/// Returns the sentence on the output if the end of the command turned it off.
+/// Returns the sentence that the motor is off now, if the status from before the stop is armed;
+/// otherwise an empty text.
 const fn off(status: &Status) -> &'static str {
     if matches!(status.state, StateCode::Armed) { OFF } else { "" }
 }
 
-/// Returns an error if the loop opened before the requested time.
+/// Returns an error if the output went off before the requested time.
 fn ended(what: &str, status: &Status) -> Result<(), Error> {
     if status.state == StateCode::Armed {
         return Ok(());
@@ -495,7 +497,7 @@ fn lost<W: Wire>(client: &Client<W>) -> String {
 }
 
 fn time(option: &str, seconds: f64) -> Result<Duration, Error> {
-    // The bound is a day.
+    // The upper bound is a day.
     if !(0.0..=86_400.0).contains(&seconds) {
         return Err(Error::Input(format!("{option} {seconds}: must be a number from 0 to 86400")));
     }

@@ -24,12 +24,13 @@ use simulator::experiment::Document;
 use simulator::output::sides::sentence;
 use simulator::output::{OutputFile, OverwriteGuard};
 
-/// Time of a step, s.
+/// Least time for which the loop stays closed after a step, s, without `--for`.
 const STEP_S: f64 = 5.0;
-/// Time for which a joint is watched after its set point rests, s: an integral needs a second.
+/// Least time for which a joint is watched after its set point rests, s: an integral needs a
+/// second.
 const SETTLES_S: f64 = 2.0;
 
-/// Longest wait for a sample.
+/// Longest wait for the first sample of a joint that is armed already.
 const FIRST_SAMPLE: Duration = Duration::from_millis(200);
 
 #[derive(Debug, clap::Args)]
@@ -56,7 +57,7 @@ pub struct MoveArguments {
 }
 
 impl MoveArguments {
-    /// Checks the file of the log, if there is one.
+    /// Checks the path of the log's file, if there is one.
     pub fn output(&self, guard: &OverwriteGuard) -> Result<Option<OutputFile>, Error> {
         let log = self.log.as_ref().map(|path| guard.results("--log", path)).transpose()?;
         check_standard_output(self.json, log.as_ref())?;
@@ -64,7 +65,7 @@ impl MoveArguments {
     }
 }
 
-/// Text of the result, and an error if the move was ended before its time.
+/// Text of the result, and an error if the move ended before its time.
 pub struct MoveReport {
     pub text: String,
     pub ended: Result<(), Error>,
@@ -72,7 +73,7 @@ pub struct MoveReport {
     pub alone: bool,
 }
 
-/// Criteria of a move's end, from the machine's file.
+/// Criteria by which the end of a move is judged, from the machine's file.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct MoveCriteria {
     goal: PositionGoal,
@@ -80,7 +81,7 @@ pub struct MoveCriteria {
 }
 
 impl MoveCriteria {
-    /// Reads the criteria from a machine's file, and prints what is doubtful about its joint.
+    /// Reads the criteria from a machine's file, and prints the doubts about its joint as warnings.
     ///
     /// # Errors
     /// Reports what is wrong with the file.
@@ -211,7 +212,8 @@ mod tests {
         }
     }
 
-    /// Returns a client of a device with travel from -10 to 20 deg and a pushed joint.
+    /// Returns a client of a device with travel from -10 to 20 deg, whose joint was pushed to a
+    /// position.
     fn client(pushed_deg: f64) -> Client<DriveWatchingWire> {
         let joint = simulator::experiment::find("step-response").unwrap().toml;
         let limits = "[limits]\nposition_min_deg = -10.0\nposition_max_deg = 20.0\n";
@@ -250,7 +252,8 @@ mod tests {
         }
     }
 
-    /// One count decides, at any position of the joint.
+    /// Both refuse the same targets around the ends of the range, to the count, at any position of
+    /// the joint.
     #[test]
     fn the_look_before_arming_refuses_what_the_armed_device_refuses() {
         for pushed in [0.0, 3.0, -7.7] {

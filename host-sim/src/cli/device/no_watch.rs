@@ -8,15 +8,15 @@ use simulator::device::wire::Wire;
 /// Refuses the command before the device receives anything.
 ///
 /// # Errors
-/// Always, with the command that builds the view in.
+/// Always returns an error, with the command that builds a program with the view.
 pub fn on_a_terminal() -> Result<(), Error> {
     Err(not_built("device watch", "the live view is", "watch"))
 }
 
-/// Replaces the view; never reached.
+/// Replaces the view. It is not reached, since `on_a_terminal` refuses the command first.
 ///
 /// # Errors
-/// Always.
+/// Always returns an error.
 pub fn watch<W: Wire>(_: &mut Client<W>) -> Result<String, Error> {
     on_a_terminal().map(|()| String::new())
 }

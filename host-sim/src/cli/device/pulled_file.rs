@@ -17,8 +17,8 @@ pub fn keep<W: Wire>(client: &mut Client<W>, save: bool) -> Result<&'static str,
     Ok("in use now, not saved: `params save` keeps them across a reset\n")
 }
 
-/// Writes parameters of the device as a machine's file with the joint of `machine`. If the device
-/// is not a board, the file begins with a warning.
+/// Returns parameters of the device as the text of a machine's file with the joint of `machine`. If
+/// the device is not a board, the file begins with a warning.
 pub fn pulled<W: Wire>(
     client: &Client<W>,
     found: &Parameters,

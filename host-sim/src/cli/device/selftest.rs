@@ -43,7 +43,7 @@ pub struct SelftestReport {
     pub ended: Result<(), Error>,
 }
 
-/// Predicts the moves, makes them, and compares.
+/// Predicts the moves, makes them, and compares the two.
 ///
 /// # Errors
 /// Reports why nothing was moved, or the state of the drive.

@@ -33,7 +33,7 @@ pub enum PromptReply<T> {
     Back,
 }
 
-/// Interface that shows questions and returns the answers.
+/// Interface that shows questions to the user and returns the answers.
 pub trait Prompt {
     /// Shows choices, with the cursor on one of them, and returns the place of the chosen one.
     ///
@@ -72,9 +72,9 @@ const IS_FIRST: &str = "This is the first question. Ctrl-C ends without a file."
 
 /// The dialogue.
 pub struct Dialogue<'a> {
-    /// Answers by options: their questions are left out.
+    /// Answers that options have set: their questions are left out.
     pub options: &'a Answers,
-    /// Title that is proposed.
+    /// Proposed title.
     pub title: &'a str,
     /// Check of the whole file.
     pub complete: FileCheck,
@@ -85,7 +85,7 @@ pub struct Dialogue<'a> {
 struct SoFar {
     own: Answers,
     like: Option<Typical>,
-    /// Answers of that typical joint.
+    /// Answers of the typical joint `like`.
     proposed: Answers,
 }
 
@@ -117,7 +117,8 @@ impl Dialogue<'_> {
         Ok((self.all(&so_far), so_far.like))
     }
 
-    /// Returns whether a question is asked: the joint has its quantity, and no option answers it.
+    /// Returns whether a question must be asked: the joint has the quantity, and no option has set
+    /// it.
     fn is_put(&self, all: &Answers, place: usize) -> bool {
         let is_open =
             |question: &Question| self.options.get(question.key).is_none() && all.asks(question);
@@ -128,7 +129,8 @@ impl Dialogue<'_> {
         (at + 1..=QUESTIONS.len()).find(|next| self.is_put(all, next - 1))
     }
 
-    /// Returns the user's answers, then those of the options, then those of the typical joint.
+    /// Returns all answers. The user's replace those of the options, which replace those of the
+    /// typical joint.
     fn all(&self, so_far: &SoFar) -> Answers {
         so_far.own.or(self.options).or(&so_far.proposed)
     }
@@ -173,7 +175,8 @@ impl Dialogue<'_> {
         Ok(true)
     }
 
-    /// Returns the proposed answer: the previous one, or that of the typical joint.
+    /// Returns the proposed answer: the user's previous answer, or else that of the typical joint
+    /// or a default.
     fn proposed(&self, so_far: &SoFar, all: &Answers, question: &Question) -> Option<String> {
         let key = question.key;
         if let Some(own) = so_far.own.get(key) {

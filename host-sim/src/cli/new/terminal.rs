@@ -14,7 +14,7 @@ use files::error::Error;
 /// Largest width of a message, columns.
 const WIDTH: usize = 78;
 
-/// The terminal of the standard input.
+/// Prompt on the terminal of the standard input.
 #[derive(Clone, Copy, Debug)]
 pub struct Terminal;
 

@@ -19,7 +19,8 @@ enum Key {
 }
 use Key::{CtrlC, Escape, Type};
 
-/// A user that acts at the questions of the script, in its order, and accepts all other proposals.
+/// Scripted user. It acts at the questions of the script, in their order, and accepts the proposal
+/// at every other question.
 struct Script {
     steps: VecDeque<(&'static str, Key)>,
     /// Questions in the order in which they were shown, with their proposals.
@@ -147,7 +148,7 @@ fn the_answers_of_a_dialogue_are_the_file() {
     // All motions stay within 0.8 of the travel.
     let farthest = machine.reference.steps_deg.iter().copied().fold(0.0, f64::max);
     assert!(farthest <= 10.0 && text.contains("corner_positions_deg = [0.0, 10.0, 10.0, 0.0]"));
-    // Nothing of the dialogue speaks of an option.
+    // The dialogue mentions no option.
     let all = [&script.shown[..], &script.notes[..]].concat().join("\n");
     assert!(!all.contains("--"), "{all}");
     assert!(QUESTIONS.iter().all(|question| !question.help.contains("--")));

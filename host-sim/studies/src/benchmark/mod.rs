@@ -1,9 +1,9 @@
-//! The thesis's control benchmark (section 3.3.1) on one table: which controller does best on a
-//! joint.
+//! Benchmark of controllers on the joint of a file, as one table: the thesis's control benchmark
+//! (section 3.3.1).
 //!
-//! Every controller takes the joint through the same steps and trajectories; each is judged by its
-//! worst run. Steps are run once as the file says and once for 120 s: hunting is slow, and a
-//! controller that looks at rest after 10 s may have been waiting for its integral.
+//! Every controller runs the same steps and trajectories, and is judged by its worst run. Steps run
+//! twice: with the duration of the file, and for 120 s. Hunting is slow: a controller that seems to
+//! rest after 10 s can be waiting for its integral.
 
 mod ranking;
 
@@ -18,49 +18,51 @@ use simulator::experiment::{Document, Experiment, RunPlan, Task};
 use simulator::progress::Progress;
 use simulator::run::{RunDriver, RunResult, RunTrace, run_all_driven};
 
-/// How long a step is watched for hunting.
+/// Setting of the steps that are watched for hunting: a duration of 120 s.
 const HUNTING_DURATION: &str = "run.duration_s=120";
 
-/// One controller's row. A value is none if it never settled, or if nothing of that kind was run.
+/// Row of a controller. A value is `None` if no run has it; a settling time also if a step never
+/// settles.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Score {
-    /// The name of the controller.
+    /// Name of the controller.
     pub controller: String,
     /// Largest rest error of a step, counts.
     pub rest_error_counts: Option<f64>,
     /// Largest overshoot of a step, deg.
     pub overshoot_deg: Option<f64>,
-    /// Longest settling of a step, s; `None` if any never settles.
+    /// Longest settling time of a step, s; `None` if a step never settles.
     pub settling_time_s: Option<f64>,
     /// Largest rms error of a trajectory, deg.
     pub tracking_rms_deg: Option<f64>,
     /// Largest total variation of the drive's output in steps and trajectories, V/s.
     pub chatter_v_per_s: Option<f64>,
-    /// Largest peak-to-peak of a step watched for 120 s, counts; zero if none hunts.
+    /// Largest peak-to-peak amplitude of hunting in the steps of 120 s, counts; 0 if none hunts.
     pub hunting_counts: Option<f64>,
-    /// Most times that the joint stuck while a trajectory was at speed: stair-stepping.
+    /// Largest number of stops of the joint in a trajectory, while the set point moves at more than
+    /// half of its top speed: stair-like motion.
     pub sticks_in_motion: Option<f64>,
-    /// Worst of its steps on both sides of the gear, by the file's goal.
+    /// Worst rest, settling and success of the steps on both sides of the gear, by the file's goal.
     #[serde(flatten)]
     pub sides: BothSides,
-    /// Longest settling of a step at the encoder, s. It ranks in the place of
-    /// `settling_time_s` where the encoder cannot see slack.
+    /// Longest settling time of a step at the encoder, s. If the encoder cannot see slack, this
+    /// time is ranked instead of `settling_time_s`.
     #[serde(skip)]
     pub settling_time_at_encoder_s: Option<f64>,
-    /// Whether the encoder cannot see slack. No law corrects what its encoder cannot see, so that
-    /// rest and settling are ranked at the encoder.
+    /// Whether the gear has slack that the encoder cannot see. No law corrects this slack, so rest
+    /// and settling are ranked at the encoder.
     #[serde(skip)]
     pub is_ranked_at_encoder: bool,
-    /// Whether any of its runs is unstable or diverged.
+    /// Whether a run of the controller is unstable or diverged.
     pub unstable: bool,
-    /// The reason why it is not ranked, if there is one. Its other values say little then.
+    /// Reason why the controller is not ranked, if any; its other values then mean little.
     pub disqualified: Option<Disqualification>,
-    /// Weighted mean of its places in the columns, 1 if it is the best in every one; none if it is
-    /// disqualified.
+    /// Weighted mean of the controller's places in the columns: 1 if it is the best in each; `None`
+    /// if it is disqualified.
     pub mean_place: Option<f64>,
 }
 
-/// The table, best first, and the runs that it was made of (without those of 120 s).
+/// Table of a benchmark, best controller first, and its runs without those of 120 s.
 #[derive(Clone, Debug)]
 pub struct Benchmark {
     /// One row for each controller.
@@ -69,15 +71,15 @@ pub struct Benchmark {
     pub results: Vec<Vec<RunResult>>,
     /// Slack of the gear that the encoder cannot measure.
     pub unseen_slack: Option<UnseenSlack>,
-    /// The goal of the first document.
+    /// Goal of the first document.
     pub goal: PositionGoal,
 }
 
-/// Runs the benchmark on documents that name the same controllers; variants other than the plain
-/// one are left out.
+/// Runs the benchmark on documents with the same controllers. Runs of a variant or with a delay are
+/// left out.
 ///
 /// # Errors
-/// Returns an error with the file and the key that is wrong, or that of `progress`.
+/// Returns an error with the file and the invalid key, or the error of `progress`.
 pub fn benchmark(
     documents: &[Document],
     weights: &Weights,
@@ -109,10 +111,11 @@ pub fn benchmark(
     Ok(Benchmark { scores, results, unseen_slack, goal })
 }
 
-/// The runs of a document that the benchmark judges: every controller, and no variant.
+/// Returns the runs of a document that the benchmark judges: those of every controller, without
+/// variant and delay.
 ///
 /// # Errors
-/// Says what is wrong with the document.
+/// Returns an error about the document.
 pub fn plain_runs(document: &Document) -> Result<Vec<RunPlan>, Error> {
     let mut plans = Experiment::plan(document, &[], &[])?.runs;
     plans.retain(RunPlan::is_plain);
@@ -168,8 +171,9 @@ fn score(controller: &str, results: &[&RunResult], watched: &[RunResult]) -> Sco
     }
 }
 
-/// Returns whether a step came to stay at its target: by the file's goal, or within 0.05 deg if the
-/// file has none; at the encoder if that cannot see slack.
+/// Returns whether a step settles. If the file has a goal, the step must meet it at the encoder.
+/// Otherwise the joint must stay within 0.05 deg of its target; the encoder's side, if the encoder
+/// cannot see slack.
 fn settles(result: &RunResult) -> bool {
     let metrics = &result.metrics;
     if !result.plan.machine.goal.is_default() {
@@ -182,7 +186,7 @@ fn settles(result: &RunResult) -> bool {
     settled_s.is_some()
 }
 
-/// Returns whether the joint left its place by a count.
+/// Returns whether the joint moved by more than a count from its first position.
 fn moves(result: &RunResult) -> bool {
     let RunTrace::Loop(moments) = &result.trace else { return false };
     let count_deg = result.plan.machine.count_deg();
@@ -236,8 +240,8 @@ mod tests {
         let heavy = ["loop.controller=srnf", "joint.friction.stick_v=6", "joint.friction.slip_v=6"];
         let (stuck, _) = judged("step-response", &heavy);
         assert_eq!(stuck.disqualified, Some(Disqualification::NeverMoves));
-        // SRNF climbs at 0.02 deg/s: each stick of the solver's is one, but for that at the end. At
-        // the thesis's own speeds it has none.
+        // At 0.02 deg/s, SRNF moves in stairs: each stick of the solver counts as a stop, except
+        // the one at the end. At the thesis's own speeds there are none.
         let slow = [
             "loop.controller=srnf",
             "reference.trajectories=[{corner_times_s=[1, 101], corner_positions_deg=[0, 2], \

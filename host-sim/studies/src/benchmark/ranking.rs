@@ -1,10 +1,10 @@
-//! The ranking of controllers by their places in the columns of the benchmark.
+//! Ranks controllers by their places in the columns of the benchmark.
 //!
 //! A controller is disqualified if one of its runs is unstable, if it moves the joint in none of
-//! them, or if a step never settles: what is not done has no quality that could be weighed against
-//! what is done. Those that are left are ranked in each column, the best first. Equal values share
-//! the mean of the places that they take, so a value that many reach is worth little. The rank is
-//! the weighted mean of the places; a column that has no values leaves it.
+//! them, or if a step never settles: a task that is not done cannot be weighed against one that is.
+//! The others are ranked in each column, the best first. Equal values share the mean of their
+//! places, so a value that many controllers reach counts little. The rank is the order of the
+//! weighted means of the places. A column without values is not included in the mean.
 
 use serde::Serialize;
 
@@ -18,7 +18,7 @@ pub struct Column {
     of: fn(&Score) -> Option<f64>,
 }
 
-/// The columns that are ranked. Less is better in each of them.
+/// Ranked columns; less is better in each of them.
 pub const COLUMNS: [Column; 7] = [
     Column { name: "rest", of: rest_counts },
     Column { name: "overshoot", of: |score| score.overshoot_deg },
@@ -53,8 +53,8 @@ pub enum Disqualification {
     Unstable,
     /// The joint did not move by a count in any run.
     NeverMoves,
-    /// A step did not come to stay within the file's goal, or within 0.05 deg if it has none; at
-    /// the encoder, if that cannot see slack.
+    /// A step did not meet the file's goal at the encoder. If the file has no goal: a step did not
+    /// stay within 0.05 deg, at the encoder if the encoder cannot see slack.
     NeverSettles,
 }
 
@@ -69,7 +69,7 @@ impl Disqualification {
     }
 }
 
-/// The weight of each column in the mean of the places, in the order of [`COLUMNS`].
+/// Weights of the columns in the mean of the places, in the order of [`COLUMNS`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Weights([f64; COLUMNS.len()]);
 
@@ -81,11 +81,11 @@ impl Default for Weights {
 }
 
 impl Weights {
-    /// Reads `COLUMN=WEIGHT` pairs; a column that is not named has the weight 1.
+    /// Parses `COLUMN=WEIGHT` pairs. A column without a pair has the weight 1.
     ///
     /// # Errors
-    /// Names a pair that is none, a column that is none, a weight that is not allowed, or weights
-    /// that are all zero.
+    /// Returns an error that names the malformed pair, the unknown column or the invalid weight, or
+    /// an error if all weights are zero.
     pub fn read(pairs: &[String]) -> Result<Self, Error> {
         let mut weights = Self::default();
         for pair in pairs {
@@ -114,8 +114,8 @@ impl Weights {
     }
 }
 
-/// Gives each row that is not disqualified the weighted mean of its places, and sorts by it. The
-/// disqualified ones stand behind them, in the order of their rest errors.
+/// Sets the weighted mean of the places of each row that is not disqualified, and sorts the rows by
+/// it. Disqualified rows are last, in the order of their rest errors.
 pub fn rank(scores: &mut [Score], weights: &Weights) {
     let qualified: Vec<Score> =
         scores.iter().filter(|score| score.disqualified.is_none()).cloned().collect();
@@ -138,8 +138,8 @@ pub fn rank(scores: &mut [Score], weights: &Weights) {
     });
 }
 
-/// The place of a row in a column, which equal ones share; none if no row has a value there. A
-/// value that only this row lacks is the worst.
+/// Returns the place of a row in a column; `None` if no row has a value there. Equal values share
+/// the mean of their places. A row without a value is worse than all rows with one.
 fn place(score: &Score, all: &[Score], of: fn(&Score) -> Option<f64>) -> Option<f64> {
     all.iter().any(|other| of(other).is_some()).then(|| {
         let value = |score: &Score| of(score).unwrap_or(f64::INFINITY);
@@ -201,7 +201,7 @@ mod tests {
         );
     }
 
-    /// No law corrects what its encoder cannot see.
+    /// No law corrects slack that its encoder cannot see.
     #[test]
     fn rest_and_settling_are_ranked_at_the_encoder_where_it_cannot_see_slack() {
         let joint = |name: &str, at_load: f64, at_encoder: f64| Score {

@@ -1,6 +1,6 @@
 //! An arm under one law at each joint: both step at once, and both follow a trajectory at once.
 //!
-//! A row of it is that of the worse joint in each measure, so a success is one of both.
+//! Each measure in its row is that of the worse joint, so a success is one of both joints.
 
 use super::arm_rig::ArmRig;
 use super::assemble::{self, TrackedTrajectory};
@@ -11,8 +11,8 @@ use super::motions::Approach;
 use files::error::Error;
 use simulator::rules::ControllerGains;
 
-/// Runs step and trajectory. What is shown of a sample is the first joint, and as the error of a
-/// load that of the second.
+/// Runs step and trajectory. A sample that `show` receives is that of the first joint; its
+/// `load_error` is the error of the second joint.
 ///
 /// # Errors
 /// If the core refuses gains.
@@ -40,7 +40,7 @@ pub fn run(
     Ok(row)
 }
 
-/// Both joints as one sample.
+/// Returns the sample of the first joint with the error of the second one as `load_error`.
 fn shown([first, second]: [CaseSample; 2]) -> CaseSample {
     CaseSample { load_error: second.error, ..first }
 }

@@ -1,8 +1,8 @@
 //! The draw of a geared arm of two links, with a controller for each joint.
 //!
 //! Each joint is one of the family `rigid`: friction, rotor and step are drawn as there. The links
-//! are drawn so that gravity takes no more than half of either joint's slip friction, whatever the
-//! pose: the arm stays where it is let go.
+//! are drawn so that in every pose gravity is no more than half of either joint's slip friction: a
+//! released arm stays where it is.
 //!
 //! ```text
 //! w_2 = m_2 l_2 g = U(0.2, 1) min(0.5 F_c2, 0.4 F_c1 / (1 + l_1/l_2))
@@ -25,7 +25,7 @@ use dynamics::joint::{
 use dynamics::mechanism::{GRAVITY, Mechanism as _, TwoLinkArm};
 use simulator::plant::Delay;
 
-/// One joint of it, without what the links add.
+/// One joint of an arm, without the inertia of the links.
 struct Drawn {
     curve: StribeckCurve,
     rotor: f64,

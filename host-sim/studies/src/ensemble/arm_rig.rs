@@ -1,8 +1,8 @@
 //! An arm on the bench: a servo with all of its monitors at each of its two joints, stepped tick by
 //! tick.
 //!
-//! It is armed and moved as one joint is ([`super::rig`]). A fault of either servo ends the motion
-//! of both.
+//! The arm is armed and moved as a single joint is ([`super::rig`]). A fault of either servo ends
+//! the motion of both.
 
 use stiction::control::reference::Reference;
 use stiction::safety::fault::Fault;
@@ -22,13 +22,13 @@ pub struct ArmRig {
     arm: GearedArm,
     joints: [Amplified; 2],
     bounds: [JointBounds; 2],
-    /// Where the servos were armed, counts.
+    /// Positions at arming, counts.
     armed_at: [i64; 2],
     sample_time_s: f64,
 }
 
 impl ArmRig {
-    /// Arms a servo on each joint of an arm, and lets them hold it until their soft start is over.
+    /// Arms a servo on each joint of an arm. They hold the arm until their soft start is over.
     ///
     /// # Errors
     /// If there is no arm or no gains for both joints, gains are not allowed, or a servo refuses to
@@ -57,19 +57,19 @@ impl ArmRig {
         Ok(rig)
     }
 
-    /// Has both servos follow a reference each from the next tick on; returns whether they do.
+    /// Commands each servo to follow its reference from the next tick on; returns whether both do.
     #[must_use]
     pub fn follow(&mut self, references: [Reference; 2]) -> bool {
         let pairs = self.joints.iter_mut().zip(references);
         pairs.fold(true, |all, (joint, reference)| joint.servo.follow(reference).is_ok() && all)
     }
 
-    /// Returns where the servos were armed, counts.
+    /// Returns the positions at arming, counts.
     pub fn armed_at(&self) -> [f64; 2] {
         self.armed_at.map(|counts| counts as f64)
     }
 
-    /// Has both servos go to a target each, in counts from where they were armed.
+    /// Commands each servo to go to its target, in counts from its position at arming.
     ///
     /// # Errors
     /// If the core refuses the limits of a profile.
@@ -85,7 +85,7 @@ impl ArmRig {
         self.joints.iter().find_map(|joint| joint.servo.fault.map(|(latched, _)| latched.fault))
     }
 
-    /// Runs a tick, and moves the arm on to the next one; returns where its joints were at the
+    /// Runs a tick, and moves the arm on to the next one; returns the samples of both joints at the
     /// tick. `count` is the angle of a count, rad.
     pub fn step(&mut self, count: f64) -> [CaseSample; 2] {
         let turns = [self.arm.turn(0), self.arm.turn(1)];

@@ -1,5 +1,5 @@
-//! The parameters of a servo for a law on a joint: what a machine's file with the same figures
-//! gives it, with every limit and every time at its default.
+//! Parameters of a servo for a law on a joint: the same as from a machine's file with the same
+//! figures, with every limit and every time at its default.
 
 use stiction::control::drive::DriveConfig;
 use stiction::control::encoder::{CounterBits, Encoder};
@@ -14,11 +14,11 @@ use files::error::Error;
 use simulator::experiment::position;
 use simulator::rules::{ControllerGains, JointBounds};
 
-/// Makes the parameters of a servo that holds its joint where it is armed.
+/// Returns the parameters of a servo that holds its joint where it is armed.
 ///
-/// The monitors know the bounds of the law: the joint breaks away with the largest friction and the
-/// largest load, and is accelerated by twice what the nominal inertia gives (as a machine's file
-/// derives it from its joint).
+/// The limits of the monitors follow from the bounds of the law: the joint breaks away with the
+/// largest friction and the largest load, and is accelerated by up to twice what the nominal
+/// inertia yields (as a machine's file derives it from its joint).
 pub fn parameters(bounds: &JointBounds, gains: &ControllerGains) -> Parameters {
     let encoder = Encoder {
         resolution: bounds.sampled.count as f32,
@@ -38,7 +38,7 @@ pub fn parameters(bounds: &JointBounds, gains: &ControllerGains) -> Parameters {
     let device = DeviceConfig::CAUTIOUS;
     let breakaway = (bounds.breakaway[1] + bounds.load) as f32;
     let gain = (1.0 / bounds.inertia) as f32;
-    // Every encoder here lives. A probe of it would move joints that a law leaves where they stick.
+    // Every encoder here works. A probe of it would move joints that a law leaves where they stick.
     let limits = Limits {
         breakaway_min: breakaway,
         play: bounds.known_twist(),
@@ -51,11 +51,11 @@ pub fn parameters(bounds: &JointBounds, gains: &ControllerGains) -> Parameters {
 
 /// A trajectory with the ticks in which it is judged.
 pub struct TrackedTrajectory {
-    /// What is followed.
+    /// Reference that is followed.
     pub reference: Reference,
-    /// From the begin of the first blend to the end of the last.
+    /// First and last judged tick: from the start of the first blend to the end of the last.
     pub window: [u32; 2],
-    /// Its largest speed, counts a tick.
+    /// Largest speed of the reference, counts a tick.
     pub top: f64,
 }
 
@@ -63,12 +63,12 @@ pub struct TrackedTrajectory {
 /// 1 + A/V, 1 + A/V + D and 1 + 2 A/V + D s.
 ///
 /// # Errors
-/// If the core refuses it, which it does at a rate that has no tick in half a blend.
+/// If the core refuses the trajectory, for example at a rate without a tick in half a blend.
 pub fn trapezoid(case: &Case) -> Result<TrackedTrajectory, Error> {
     trapezoid_of(case, &case.trapezoid)
 }
 
-/// Returns that of either joint of a case.
+/// Returns the trapezoid of either joint of a case.
 ///
 /// # Errors
 /// As [`trapezoid`].

@@ -1,4 +1,4 @@
-//! One case under one law: a step, a trajectory, and a row of moves if it is asked for.
+//! One case under one law: a step, a trajectory, and a row of moves if it is requested.
 
 use super::case_result::{CaseResult, JudgedMotion, goal, near_counts};
 use super::drawn_case::Case;
@@ -11,7 +11,7 @@ use files::error::Error;
 use simulator::guest;
 use simulator::rules::ControllerGains;
 
-/// Runs a case under a law with its gains, of each of its joints. An arm makes no moves in a row.
+/// Runs a case under a law; `gains` has those of each joint. An arm makes no moves in a row.
 ///
 /// # Errors
 /// If the core refuses the gains.
@@ -114,18 +114,19 @@ fn ran(
 
 type Judged<M> = Result<(M, Option<String>), Error>;
 
-/// What a step comes to.
+/// Result of a step.
 struct Stepped {
     measures: StepMeasures,
     /// Time at which the set point came to rest at the target, s.
     rests_s: f64,
     fault: Option<String>,
-    /// When the law gave up before a wall (s), and the largest effort afterwards.
+    /// Time at which the law gave up before a wall (s), and the largest effort afterwards.
     end: Option<(f64, f64)>,
     law_signals: String,
 }
 
-/// Runs the step. A fault ends it: the servo lets go, and its brake is no part of the joint.
+/// Runs the step. A fault ends it: the servo turns its output off, and the brake that would then
+/// hold the joint is not simulated.
 fn stepped(
     case: &Case,
     gains: &ControllerGains,

@@ -1,4 +1,4 @@
-//! Conditions that the joints of any family can be run under, and that no law knows.
+//! Conditions that the joints of a family can be run under. No law is configured for them.
 //!
 //! ```text
 //! drift                 friction x 0.6 to 1.6 and back: levels and viscous friction move from one
@@ -14,9 +14,10 @@
 //!                       theta + 1.33 mrad sin(theta + phi)
 //! ```
 //!
-//! Of each pair the joints have a half: friction that rises, and friction that falls. With an
-//! eccentric disc a joint is judged where its disc shows it. The back-EMF of a hot winding is part
-//! of the viscous friction and stays. A bristle has no such friction, and arms have no conditions.
+//! With `drift`, friction rises on half of the joints and falls on the other half. With an
+//! eccentric disc, a joint is judged by the position that its disc shows. The back-EMF of a hot
+//! winding is part of the viscous friction and stays the same. A bristle has no drift, unevenness
+//! or dwell, and arms have no conditions.
 
 use std::f64::consts::TAU;
 
@@ -70,7 +71,7 @@ pub enum Condition {
 
 /// Friction at the start and at the end of a drift.
 const DRIFT: [f64; 2] = [0.6, 1.6];
-/// Its time constant, s.
+/// Time constant of a drift, s.
 const DRIFT_S: f64 = 5.0;
 /// Relative amplitude of uneven friction.
 const DEPTH: f64 = 0.3;
@@ -107,7 +108,7 @@ impl Condition {
         name_of(&self)
     }
 
-    /// Returns the condition after the name of a family, as tables have it.
+    /// Returns the suffix that tables append to the name of a family; empty for `Nominal`.
     pub(super) fn suffix(self) -> String {
         if self == Self::Nominal { String::new() } else { format!(", {}", self.name()) }
     }
@@ -125,8 +126,8 @@ impl Condition {
         }
     }
 
-    /// Puts a joint whose degree is `degree` of its unit under the condition, by two draws. Returns
-    /// the angle at which what depends on the angle begins, rad.
+    /// Applies the condition to a joint, with two draws; `degree` is the angle of a degree in the
+    /// unit of the joint. Returns the phase of uneven friction and of an eccentric disc, rad.
     pub(super) fn apply(self, joint: &mut Description, degree: f64, draws: &mut Draws) -> f64 {
         let rises = draws.coin();
         let phase = draws.uniform(0.0, TAU);
@@ -164,7 +165,7 @@ impl Condition {
         phase
     }
 
-    /// Returns the delay of the output, for a joint that is drawn with `drawn`.
+    /// Returns the delay of the output; `drawn` is the joint's own.
     pub(super) fn delay(self, drawn: Delay) -> Delay {
         if self == Self::LateOutput { Delay::TwoSamples } else { drawn }
     }
@@ -218,13 +219,14 @@ impl JitteringTicks {
 pub(super) struct EccentricDisc {
     /// Largest error of a reading, in the unit of the joint.
     amplitude: f64,
-    /// Radians of a unit of the joint.
+    /// Angle of a unit of the joint, rad.
     per_unit: f64,
     phase: f64,
 }
 
 impl EccentricDisc {
-    /// A disc on a joint whose degree is `degree` of its unit, which begins at an angle, rad.
+    /// Creates a disc with a phase, rad; `degree` is the angle of a degree in the unit of the
+    /// joint.
     pub fn new(degree: f64, phase: f64) -> Self {
         let per_unit = degree.recip().to_radians();
         Self { amplitude: ECCENTRICITY / per_unit, per_unit, phase }

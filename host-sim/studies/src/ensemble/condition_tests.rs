@@ -1,4 +1,4 @@
-//! Conditions: each does what its line says, and nothing else.
+//! Conditions: each one has the effect of its line in the table, and no other.
 
 use std::f64::consts::TAU;
 
@@ -33,7 +33,7 @@ fn a_condition_is_the_only_difference_to_the_joint_of_its_family() {
     }
 }
 
-/// exp(-T) times the levels at the end.
+/// The levels at the start are exp(-T) times those at the end.
 #[test]
 fn friction_drifts_from_three_fifths_to_eight_fifths_of_its_levels_or_back() {
     let (mut rising, cases) = (0, 200);
@@ -54,7 +54,7 @@ fn friction_drifts_from_three_fifths_to_eight_fifths_of_its_levels_or_back() {
     assert!(rising.abs_diff(cases / 2) < 36, "{rising}");
 }
 
-/// A turn is 2 pi rad of one and 360 deg of the other.
+/// A turn is 2 pi rad for one family and 360 deg for the other.
 #[test]
 fn uneven_friction_has_its_periods_in_a_turn() {
     for (family, turn) in [(Family::Rigid, TAU), (Family::ThesisAxis, 360.0)] {

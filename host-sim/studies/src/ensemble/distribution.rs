@@ -15,7 +15,7 @@
 use chacha20::ChaCha8Rng;
 use chacha20::rand_core::{Rng, SeedableRng};
 
-/// What is drawn for a case. Draws of one purpose do not move those of another.
+/// Purpose of draws. The draws of one purpose do not change those of another.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Purpose {
     /// The joint, its encoder, its loop and the step.

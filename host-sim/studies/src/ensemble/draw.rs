@@ -1,6 +1,6 @@
 //! The draw of a case: a joint of a family, its loop and the bounds that the rules know.
 //!
-//! The draws of a case are made in the order of the functions below, each joint anew.
+//! The numbers of a case are drawn in the order of the code below, independently for each joint.
 //! docs/how-to/ensembles.md has the distributions as a table.
 
 use std::f64::consts::{LN_2, PI, TAU};
@@ -21,11 +21,11 @@ use dynamics::joint::{
 use simulator::plant::Delay;
 use simulator::rules::{JointBounds, MotorEncoder};
 
-/// The largest load that drives a joint, in multiples of its stick friction.
+/// Range of a load that drives a joint, in multiples of its stick friction.
 const OVERHAULING: [f64; 2] = [0.5, 3.0];
 
 impl Case {
-    /// Draws a case.
+    /// Draws case `number` of a family, under the condition of `kind`.
     pub fn draw(seed: u64, family: Family, number: u64, kind: DrawOptions) -> Self {
         let draws = &mut Draws::new(seed, family.number(), Purpose::Joint, number);
         let mut case = match family {
@@ -41,16 +41,16 @@ impl Case {
     }
 }
 
-/// A joint of about 0.34 kg m^2 with 2 to 6 N m of slip friction.
+/// Draws a joint of the SI families: about 0.34 kg m^2, with 2 to 6 N m of slip friction.
 fn in_si(draws: &mut Draws, family: Family, number: u64, kind: DrawOptions) -> Case {
     let [inertia, viscous] = NOMINAL.map(|nominal| nominal * draws.uniform(0.5, 1.5));
     let coulomb = draws.uniform(2.0, 6.0);
-    // A load of three times a hard joint's friction would be more than the motor has.
+    // A load of three times a hard joint's friction would exceed the motor's largest effort.
     let hard = kind.hard && !family.is_overhauling();
     let ratio = if hard { draws.uniform(2.0, 4.0) } else { draws.uniform(1.05, 2.0) };
     let stribeck_velocity = draws.log_uniform(5e-3, 0.2);
     let curve = StribeckCurve { coulomb, stick: ratio * coulomb, stribeck_velocity, viscous };
-    // So far that the coarse encoder has more counts than the wall is before the target.
+    // Long enough that the wall is ahead of the joint with the coarse encoder, too.
     let least = if family.has_wall() { 0.01 } else { 1e-3 };
     let step = draws.sign() * draws.log_uniform(least, 0.5);
     let counts_per_turn = if number.is_multiple_of(2) { 1e5 } else { 1e4 };
@@ -126,7 +126,7 @@ fn in_si(draws: &mut Draws, family: Family, number: u64, kind: DrawOptions) -> C
             Train::Rigid(Body { inertia, friction: SetValuedFriction { dwell, ..curve.into() } })
         }
         Family::Drifting => {
-            // The levels begin at half to twice of what they tend to.
+            // The levels start at half to twice their final values.
             let thermal = Some(Thermal {
                 start_k: 100.0 * draws.uniform(-LN_2, LN_2),
                 heating_k_per_w: 0.0,
@@ -153,7 +153,7 @@ fn in_si(draws: &mut Draws, family: Family, number: u64, kind: DrawOptions) -> C
     let largest_load = if is_braked { OVERHAULING[1] * BREAKAWAY[1] } else { 0.0 };
     let bounds =
         scale.bounds(NOMINAL, breakaway, largest_load, EFFORT, [count, 1.0 / kind.rate_hz]);
-    // Last of all, so that the joints are the same without it.
+    // Drawn after the joint, so that the joint is the same without it.
     let known = if is_braked { draws.uniform(0.8, 1.2) } else { 0.0 };
     let is_noise_known = matches!(family, Family::NoisyDeclared | Family::TwoEncodersNoisy);
     let jitter = if is_noise_known { 2.0 } else { 0.0 };
@@ -194,14 +194,14 @@ fn in_si(draws: &mut Draws, family: Family, number: u64, kind: DrawOptions) -> C
     }
 }
 
-/// A load that drives the joint, in multiples of its stick friction.
+/// Draws a load that drives the joint, in multiples of its stick friction.
 fn overhauling(draws: &mut Draws) -> f64 {
     let [least, most] = OVERHAULING;
     draws.uniform(least, most)
 }
 
-/// A twist of the shaft that holds a load's torque, and beside it up to nine tenths of what the
-/// friction of both sides holds, rad.
+/// Draws the twist of the shaft at the start, rad. Its torque differs from the one that holds the
+/// load by up to nine tenths of the smaller stick friction of motor and load. Zero without a shaft.
 fn wound_up(draws: &mut Draws, train: &Train, load_torque: f64) -> f64 {
     let Train::Flexible { motor, load, shaft } = train else { return 0.0 };
     let holds = motor.friction.curve.stick.min(load.friction.curve.stick);
@@ -209,7 +209,7 @@ fn wound_up(draws: &mut Draws, train: &Train, load_torque: f64) -> f64 {
     torque / shaft.stiffness + torque.signum() * 0.5 * shaft.backlash
 }
 
-/// Two inertias and a shaft, and how far the load slides when it breaks away.
+/// Draws two inertias and a shaft; also returns how far the load slides when it breaks away, rad.
 fn flexible(
     draws: &mut Draws,
     inertia: f64,
@@ -253,7 +253,7 @@ mod tests {
         (0..CASES).map(|number| Case::draw(1, family, number, kind)).collect()
     }
 
-    /// Mean of a value over cases.
+    /// Returns the mean of a value over cases.
     fn mean(cases: &[Case], of: impl Fn(&Case) -> f64) -> f64 {
         cases.iter().map(of).sum::<f64>() / cases.len() as f64
     }

@@ -16,16 +16,16 @@ pub(super) const EFFORT: [f64; 2] = [60.0, 0.06];
 /// Bounds of the breakaway effort of the SI families, N m: F_c U(2, 6) times U(1.05, 2).
 pub(super) const BREAKAWAY: [f64; 2] = [2.0, 12.0];
 
-/// The same of a hard joint: times U(2, 4).
+/// Bounds of the breakaway effort of a hard joint, N m: F_c U(2, 6) times U(2, 4).
 pub(super) const HARD_BREAKAWAY: [f64; 2] = [2.0, 24.0];
 
-/// Backlash of a real gear at the joint, deg.
+/// Range of the backlash of a real gear at the joint, deg.
 pub(super) const GEAR_BACKLASH_DEG: [f64; 2] = [0.1, 1.0];
 
-/// How far before its target a joint meets the wall, counts.
+/// Distance of a wall before the target, counts.
 const WALL: f64 = 5.0;
 
-/// What an ensemble varies beside the seed.
+/// Options of the draw beside the seed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DrawOptions {
     /// Stick friction of 2 to 4 times the slip friction, instead of 1.05 to 2 times.
@@ -55,9 +55,9 @@ pub struct UnitScale {
 pub struct Trapezoid {
     /// Distance to the place, in the unit of the joint.
     pub distance: f64,
-    /// Its speed, per s.
+    /// Speed, in the unit of the joint per s.
     pub speed: f64,
-    /// Time between there and back, s.
+    /// Rest between there and back, s.
     pub dwell_s: f64,
     /// Half the time of a blend, s.
     pub half_blend_s: f64,
@@ -66,23 +66,23 @@ pub struct Trapezoid {
 /// One joint with its loop and its moves.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Case {
-    /// Its family.
+    /// Family of the joint.
     pub family: Family,
-    /// Its number.
+    /// Number of the case in its family.
     pub number: u64,
     /// The joint.
     pub joint: Description,
-    /// Its encoder.
+    /// Encoder of the joint.
     pub encoder: JointEncoder,
     /// Encoder of the motor beside it, if there are two.
     pub motor_encoder: Option<JointEncoder>,
     /// Computation delay.
     pub delay: Delay,
-    /// Units.
+    /// Factors from the core's units to those of the joint.
     pub scale: UnitScale,
     /// Bounds from which the laws have their gains.
     pub bounds: JointBounds,
-    /// The step, in the unit of the joint.
+    /// Distance of the step, in the unit of the joint.
     pub step: f64,
     /// The trajectory.
     pub trapezoid: Trapezoid,
@@ -93,13 +93,13 @@ pub struct Case {
     pub jump_counts: Option<f64>,
     /// Condition of the joint and its drive.
     pub condition: Condition,
-    /// Angle at which an uneven friction or an eccentric disc begins, rad.
+    /// Phase of uneven friction or of an eccentric disc, rad.
     pub phase: f64,
-    /// Of an arm both joints; `joint` is its first one without the links' motion then.
+    /// Both joints of an arm; `joint` is then the first one, without the motion of the links.
     pub arm: Option<Box<ArmCase>>,
 }
 
-/// What an arm has beside its first joint.
+/// Additional data of an arm's case: the arm and its second joint.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ArmCase {
     /// The arm.
@@ -108,11 +108,11 @@ pub struct ArmCase {
     pub is_coupled: bool,
     /// Bounds of the second joint.
     pub bounds: JointBounds,
-    /// Its step, rad.
+    /// Distance of the second joint's step, rad.
     pub step: f64,
-    /// Its trajectory.
+    /// Trajectory of the second joint.
     pub trapezoid: Trapezoid,
-    /// Its computation delay.
+    /// Computation delay of the second joint.
     pub delay: Delay,
 }
 
@@ -167,7 +167,7 @@ impl UnitScale {
     }
 }
 
-/// A wall before the target of a step.
+/// Returns a wall before the target of a step.
 pub(super) fn wall(step: f64, count: f64) -> Stops {
     let at = step - step.signum() * WALL * count;
     if step > 0.0 {

@@ -1,5 +1,5 @@
-//! A sensor or the coupling of a joint with two encoders fails, under several laws: whether the
-//! bridge is turned off, and how far the load goes until it rests.
+//! Failures of a sensor or the coupling of a joint with two encoders, under several laws: whether
+//! the bridge is turned off, and how far the load goes until it rests.
 //!
 //! The joint makes profiled moves there and back. An encoder fails half way through the first move;
 //! a wrong configuration is there from the start, and so is an open coupling. The whole table is in
@@ -18,16 +18,16 @@ use simulator::rules::{GearBounds, MotorEncoder, rules};
 /// Time after the failure for which the joint is watched, s.
 const WATCHED_S: f64 = 8.0;
 
-/// Failure of one of both sides.
+/// Failure of a joint with two encoders.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Failure {
     /// The encoder counts a part of its travel from halfway on.
     Encoder(DiscSide, f64),
-    /// It does so from the start.
+    /// The encoder counts a part of its travel from the start.
     Configured(DiscSide, f64),
     /// The motor turns without its load.
     Coupling,
-    /// None, but a wall is in the load's way.
+    /// No failure, but a wall is in the load's way.
     Wall,
 }
 
@@ -47,11 +47,11 @@ const FAILURES: [(&str, Failure); 9] = [
 #[derive(Clone, Copy, Debug)]
 struct Outcome {
     fault: Option<Fault>,
-    /// Farthest way of the load after the failure, beyond the targets of its moves, deg.
+    /// Largest distance of the load beyond the targets of its moves, after the failure, deg.
     travel_deg: f64,
 }
 
-/// Opens the coupling of a joint: its slack is without end.
+/// Opens the coupling of a joint, by slack that it never crosses.
 fn uncouple(train: &mut Train) {
     if let Train::Flexible { shaft, .. } = train {
         *shaft = ShaftDescription { backlash: 1e6, ..*shaft };
@@ -85,7 +85,7 @@ fn fail(law: &str, number: u64, failure: Failure, is_gear_known: bool) -> Outcom
     assert!(rig.go_to(Approach::Profiled, target).unwrap());
     match failure {
         Failure::Encoder(side, part) => {
-            // A law that stops short of the half fails there.
+            // If a law stops short of half the way, the encoder fails there.
             let _ = (0..2000).any(|_| {
                 at = rig.step().position;
                 (at - start).abs() >= 0.5 * target.abs()
@@ -112,7 +112,7 @@ fn fail(law: &str, number: u64, failure: Failure, is_gear_known: bool) -> Outcom
     outcome
 }
 
-/// Joints with one failure under a law.
+/// Outcomes of joints with one failure under a law, sorted by travel.
 struct Outcomes {
     all: Vec<Outcome>,
 }
@@ -138,7 +138,7 @@ impl Outcomes {
     }
 }
 
-/// With a gear that is known, the load goes less than half as far.
+/// If the gear is configured, the load goes less than half as far.
 #[test]
 fn dead_encoder_and_open_coupling_end_the_motion_of_robust() {
     for (name, failure) in FAILURES {
@@ -167,7 +167,7 @@ fn wrong_direction_of_either_encoder_ends_the_first_move_under_every_law_that_mo
     }
 }
 
-/// The gear is known, so that the limit is as narrow as it gets.
+/// The gear is configured, so that the limit is as narrow as possible.
 #[test]
 fn healthy_encoders_never_disagree() {
     for law in ["robust", "pd", "pid", "srnf"] {
@@ -179,7 +179,9 @@ fn healthy_encoders_never_disagree() {
     }
 }
 
-/// Prints the table of tests/evidence/two-encoders.md. 98, 99 and 100 of 100 were seen.
+/// Prints the table of tests/evidence/two-encoders.md. Under `robust` and with a configured gear, a
+/// fault stopped 98 of 100 joints with a dead encoder of the load, 99 with one of the motor, and
+/// 100 with an open coupling.
 #[test]
 #[ignore = "half a minute: cargo xtask test --all"]
 fn table_of_failed_sensors() {

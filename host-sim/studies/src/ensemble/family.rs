@@ -1,4 +1,4 @@
-//! The families of joints: what they are called, and what is asked of the joints of each.
+//! The families of joints: their names, their units, and the requirements on their joints.
 
 use files::error::{Error, suggestion};
 
@@ -8,62 +8,65 @@ use files::error::{Error, suggestion};
 pub enum Family {
     /// One inertia with a set-valued Stribeck curve.
     Rigid,
-    /// The same with a constant load that is less than the friction.
+    /// A rigid joint with a constant load that is less than the friction.
     Loaded,
-    /// The same with a pendulum that is less than the friction.
+    /// A rigid joint with a pendulum that is less than the friction.
     Gravity,
-    /// The same with a constant load that drives the joint when the motor is off.
+    /// A rigid joint with a constant load of 0.5 to 3 times the friction at rest. A load above it
+    /// drives the joint when the motor is off.
     Overhauling,
     /// One inertia on a bristle that breaks away after 3 to 10 counts, with a constant load.
     LuGre,
     /// Two inertias and a shaft with little backlash; the encoder sits on the motor.
     FlexibleMotor,
-    /// The same with up to 20 counts of backlash.
+    /// `FlexibleMotor` with up to 20 counts of backlash.
     FlexibleBacklash,
-    /// The same with the backlash of a real gear, 0.1 to 1 deg at the joint.
+    /// `FlexibleMotor` with the backlash of a real gear, 0.1 to 1 deg at the joint.
     GearBacklash,
-    /// The same with little backlash; the encoder sits on the load.
+    /// Two inertias and a shaft with little backlash; the encoder sits on the load.
     FlexibleLoad,
     /// The thesis's axis and its neighbours, at 20 ms.
     ThesisAxis,
     /// A geared arm of two links, with a controller for each joint.
     Arm,
-    /// The same arms without what the motion of one joint does to the other.
+    /// The arms of `Arm` without the effect of one joint's motion on the other joint.
     ArmUncoupled,
     /// One inertia with a pendulum that drives the joint when the motor is off.
     OverhaulingGravity,
     /// One inertia on a bristle, with a constant load that drives it.
     OverhaulingLuGre,
-    /// Two inertias and a shaft, encoder on the motor, with a constant load that drives the load.
+    /// Two inertias and a shaft, encoder on the motor, with a constant torque that drives the load.
     OverhaulingFlexible,
     /// A rigid joint with a wall before its target.
     EndStop,
-    /// The same of a joint on a bristle.
+    /// A joint on a bristle with a wall before its target.
     EndStopLuGre,
-    /// The same of a flexible joint, whose load meets the wall.
+    /// A flexible joint whose load meets a wall before its target.
     EndStopFlexible,
-    /// The same of the thesis's axis.
+    /// The thesis's axis with a wall before its target.
     EndStopThesis,
     /// A rigid joint whose stick friction grows while it rests.
     Dwell,
-    /// A rigid joint whose friction drifts from its begin on.
+    /// A rigid joint whose friction drifts from the start on.
     Drifting,
-    /// A rigid joint whose encoder is a count off in two readings of three, which no law knows.
+    /// A rigid joint whose encoder is a count off in two readings of three. No law is configured
+    /// for this noise.
     Noisy,
-    /// The same joints, and `robust` knows the encoder's jitter.
+    /// The joints of `Noisy`; `robust` is configured with the encoder's jitter.
     NoisyDeclared,
     /// Two inertias and a shaft with little backlash, an encoder on either side; the shaft is wound
-    /// up at the begin.
+    /// up at the start.
     TwoEncoders,
-    /// The same with up to 20 counts of backlash.
+    /// `TwoEncoders` with up to 20 counts of backlash.
     TwoEncodersBacklash,
-    /// The same with the backlash of a real gear, 0.1 to 1 deg at the joint.
+    /// `TwoEncoders` with the backlash of a real gear, 0.1 to 1 deg at the joint.
     TwoEncodersGearBacklash,
-    /// The same with a constant load that drives the load, and little backlash.
+    /// `TwoEncoders` with a constant torque that drives the load.
     TwoEncodersOverhauling,
-    /// The same with encoders that are a count off in two readings of three, which `robust` knows.
+    /// `TwoEncoders` whose encoders are a count off in two readings of three; `robust` is
+    /// configured with this jitter.
     TwoEncodersNoisy,
-    /// The same with a wall before the target of the load.
+    /// `TwoEncoders` with a wall before the target of the load.
     TwoEncodersEndStop,
 }
 
@@ -82,7 +85,7 @@ impl Family {
         Self::Arm,
     ];
 
-    /// Those that are run where they are named only: they ask one question each.
+    /// Families that run only if they are named: each of them answers one question.
     pub const SPECIAL: [Self; 19] = [
         Self::GearBacklash,
         Self::ArmUncoupled,
@@ -145,9 +148,9 @@ impl Family {
         }
     }
 
-    /// Returns the number that its draws begin with. A number that was given never means another
-    /// family. An arm is the same with its coupling and without, and a joint whatever is known of
-    /// it.
+    /// Returns the number of the family, which is part of the key of its draws. A number is never
+    /// used again for another family. Families with the same number have the same joints: arms with
+    /// and without coupling, and noise that is declared or not.
     pub const fn number(self) -> u8 {
         match self {
             Self::Rigid => 1,
@@ -183,7 +186,7 @@ impl Family {
     /// Returns the family of a name.
     ///
     /// # Errors
-    /// Names the nearest one.
+    /// Returns an error that names the nearest family.
     pub fn named(name: &str) -> Result<Self, Error> {
         // The name of this family before `noisy-declared`; scripts may use it.
         let name = if name == "noisy-told" { "noisy-declared" } else { name };
@@ -193,8 +196,8 @@ impl Family {
         })
     }
 
-    /// Returns the unit of its angles: those of the thesis's axis are in degrees, and its efforts
-    /// in volts; all others are in rad and N m.
+    /// Returns the units of the joints: deg and V for the thesis's axis, rad and N m for all
+    /// others.
     pub const fn units(self) -> FamilyUnits {
         match self {
             Self::ThesisAxis | Self::EndStopThesis => FamilyUnits { angle: "deg", effort: "V" },
@@ -202,7 +205,7 @@ impl Family {
         }
     }
 
-    /// Returns how long a step is watched, s.
+    /// Returns the simulated time of a step, s.
     pub const fn duration_s(self) -> f64 {
         match self {
             Self::ThesisAxis | Self::EndStopThesis => 20.0,
@@ -257,7 +260,7 @@ impl Family {
         )
     }
 
-    /// Returns whether an encoder on the load says where the joint is.
+    /// Returns whether the joint is positioned by an encoder on the load.
     pub const fn is_positioned_at_load(self) -> bool {
         matches!(self, Self::FlexibleLoad) || self.has_two_encoders()
     }
@@ -272,18 +275,18 @@ impl Family {
         matches!(self, Self::Arm | Self::ArmUncoupled)
     }
 
-    /// Returns the error below which a joint counts as close to its target, in its unit. A settling
-    /// into it is reported beside that into 2 counts.
+    /// Returns the error below which a joint counts as close to its target, in the family's unit.
+    /// Settling within it is reported beside settling within 2 counts.
     pub const fn near(self) -> Option<f64> {
         match self {
-            // Settled means that on the thesis's axis everywhere else
+            // Everywhere else, a settled joint of the thesis's axis is one within this error
             // (docs/how-to/choose-a-law.md).
             Self::ThesisAxis => Some(0.05),
             _ => None,
         }
     }
 
-    /// Returns whether the joint has a load whose place is another than the encoder's.
+    /// Returns whether the load is behind a shaft and the only encoder is on the motor.
     pub const fn has_unseen_load(self) -> bool {
         matches!(
             self,
@@ -299,9 +302,9 @@ impl Family {
 /// The units of a family's joints.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FamilyUnits {
-    /// Of positions.
+    /// Unit of positions.
     pub angle: &'static str,
-    /// Of efforts.
+    /// Unit of efforts.
     pub effort: &'static str,
 }
 

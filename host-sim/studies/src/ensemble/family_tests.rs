@@ -1,4 +1,4 @@
-//! Families that ask one question each: arms, walls, loads that drive.
+//! Families that answer one question each: arms, walls, loads that drive.
 
 use super::case;
 use super::case_result::CaseResult;
@@ -25,7 +25,7 @@ fn an_arm_moves_under_two_controllers_and_a_success_is_one_of_both() {
         assert!(row.is_success(5.0) && row.rest_counts <= 2.0, "{row:?}");
         assert!(row.tracking_rms.is_some_and(|rms| rms > 0.0), "{row:?}");
     }
-    // A second joint that nothing moves is no success, however well the first one does.
+    // If the second joint is stuck, the case is no success, however well the first one does.
     let mut case = Case::draw(4, Family::Arm, 0, EASY);
     let curve = &mut case.arm.as_mut().unwrap().arm.friction[1];
     (curve.coulomb, curve.stick) = (100.0, 100.0);
@@ -35,7 +35,7 @@ fn an_arm_moves_under_two_controllers_and_a_success_is_one_of_both() {
 }
 
 /// The first joint of an arm at rest is driven, and the second one is held by friction beyond any
-/// reaction. Lagrange's equation of the second one, at rest at the begin: friction holds
+/// reaction. Lagrange's equation of the second one, at rest at the start: friction holds
 /// `M_21 q1'' + g_2`, with g_2 = m_2 g l_2 sin(q_1 + q_2) and M_21 = m_2 (l_2^2 + l_1 l_2 cos q_2).
 /// So it breaks away from less friction than that, and stays with more; uncoupled it is g_2 alone.
 #[test]
@@ -49,7 +49,7 @@ fn a_joint_of_an_arm_pushes_the_other_one_only_if_they_are_coupled() {
         + drawn.rotor[0];
     let second = m2 * l2 * l2 + drawn.rotor[1];
     assert!(coupling > 0.02 * second, "there is nothing to see: {coupling} {second}");
-    // So fast that the reaction is four times what gravity asks of the second joint, and more.
+    // Fast enough that the reaction is four times the gravity torque of the second joint, and more.
     let acceleration = (4.0 * gravity.abs() + 5.0) / coupling;
     let load = drawn.mass[0] * dynamics::mechanism::GRAVITY * l1 * q1.sin()
         + m2 * dynamics::mechanism::GRAVITY * (l1 * q1.sin() + l2 * (q1 + q2).sin());
@@ -70,7 +70,7 @@ fn a_joint_of_an_arm_pushes_the_other_one_only_if_they_are_coupled() {
     assert!(!moves(false, 0.8));
 }
 
-/// Each of these families is a rigid joint but for one thing, which is to be seen at the rig.
+/// Each of these families is a rigid joint except for one property, whose effect the rig must show.
 #[test]
 fn noise_dwell_and_drift_each_change_what_a_joint_does() {
     let case = Case::draw(2, Family::Noisy, 0, EASY);

@@ -134,11 +134,11 @@ fn figure(
     let points = |of: fn(&CaseSample) -> f64| -> Vec<(f64, f64)> {
         samples.iter().map(|(time_s, sample)| (*time_s, of(sample))).collect()
     };
-    // What is left after a step's first second decides the range.
+    // The errors after a step's first second decide the range.
     let from_s = judged_from_s(samples.last().map_or(0.0, |(time_s, _)| *time_s));
     let settled = samples.iter().filter(|(time_s, _)| !is_step || *time_s >= from_s);
     let far = |error: f64| error.abs().min(1e4);
-    // Each curve that is drawn, so that none is beyond the panel for good.
+    // All curves that are drawn count, so that none stays beyond the panel.
     let has_other = joint.family.has_unseen_load() || joint.family.is_arm();
     let farther =
         |s: &CaseSample| far(s.error).max(if has_other { far(s.load_error) } else { 0.0 });

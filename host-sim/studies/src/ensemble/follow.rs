@@ -1,11 +1,11 @@
 //! Slow set points: whether a joint follows a ramp of a few counts a second without steps.
 //!
-//! A joint is armed, and the set point leaves it with a constant speed for 20 s. It is judged from
-//! 2 s on at the encoder, by the true error: root mean square, largest, and stops
-//! ([`TrackingJudge`](super::measures::TrackingJudge)). A joint *follows* a ramp if no monitor ends
-//! it and its error stays within 2.5 counts, or within what the set point travels in 20 ms if that
-//! is more. The *slowest speed without steps* is the lowest of the ramps at which 9 of 10 joints
-//! follow, here and at each faster ramp.
+//! A joint is armed; then the set point moves at a constant speed for 20 s. From 2 s on the joint
+//! is judged at the encoder, by the root mean square and the largest value of its true error, and
+//! by its stops ([`TrackingJudge`](super::measures::TrackingJudge)). A joint *follows* a ramp if no
+//! monitor ends it and its error stays within 2.5 counts, or within what the set point travels in
+//! 20 ms if that is more. The *slowest speed without steps* is the lowest of the ramps at which 9
+//! of 10 joints follow, here and at each faster ramp.
 //!
 //! Does badly: a ramp has one speed, so what a law does at a reversal is not seen; a true error of
 //! half a count is that of the encoder's resolution.
@@ -40,13 +40,13 @@ pub(super) const JUDGED_FROM_S: f64 = 2.0;
 /// Error within which a joint follows, counts: two counts and the half that an encoder hides.
 pub(super) const BAND_COUNTS: f64 = 2.5;
 
-/// Time by which a joint may be off that moves evenly, s: a fiftieth is no step to the eye.
+/// Time by which a joint can lag and still follow, s: to the eye a fiftieth is no step.
 pub(super) const BAND_S: f64 = 0.02;
 
 /// Share of the joints that have to follow.
 const SHARE: f64 = 0.9;
 
-/// A joint that follows a ramp under a law, or does not.
+/// Result of one joint on one ramp under one law.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FollowedRamp {
     /// Name of the family.
@@ -61,30 +61,30 @@ pub struct FollowedRamp {
     pub rms_counts: Option<f64>,
     /// Largest error, counts; none if a fault ended the ramp.
     pub peak_counts: Option<f64>,
-    /// Stops on the way.
+    /// Number of stops on the way.
     pub stops: u32,
     /// Fault that ended the ramp.
     pub fault: Option<String>,
 }
 
-/// A law on one ramp, over all joints of a family.
+/// Results of a law on one ramp, over all joints of a family.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RampSummary {
     /// Speed of the set point, counts a second.
     pub counts_per_s: f64,
-    /// Root mean square and largest errors, counts; a ramp that a fault ended is infinite.
+    /// Root mean squares of the error, counts; infinite if a fault ended the ramp.
     pub rms_counts: SortedValues,
-    /// The largest errors, counts.
+    /// Largest errors, counts; infinite if a fault ended the ramp.
     pub peak_counts: SortedValues,
-    /// Stops.
+    /// Number of stops of each joint.
     pub stops: SortedValues,
-    /// Joints that follow.
+    /// Number of joints that follow.
     pub follow: usize,
-    /// Joints.
+    /// Number of joints.
     pub joints: usize,
 }
 
-/// A law on a family.
+/// Results of a law on a family.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FollowSummary {
     /// Name of the family.
@@ -107,7 +107,8 @@ fn band_counts(counts_per_s: f64) -> f64 {
 }
 
 impl FollowSummary {
-    /// Returns the slowest speed without steps, counts a second; none if the fastest ramp has some.
+    /// Returns the slowest speed without steps, counts a second; `None` if too few joints follow
+    /// the fastest ramp.
     pub fn slowest(&self) -> Option<f64> {
         let is_followed = |ramp: &&RampSummary| ramp.follow as f64 >= SHARE * ramp.joints as f64;
         self.ramps.iter().rev().take_while(is_followed).last().map(|ramp| ramp.counts_per_s)
@@ -115,7 +116,7 @@ impl FollowSummary {
 }
 
 /// Runs every ramp on every joint under every law of an ensemble, and returns the rows in order.
-/// The ensemble's approach and moves play no part.
+/// The ensemble's approach and moves are ignored.
 ///
 /// # Errors
 /// If a family has two joints or a wall, or the core refuses gains.
@@ -164,7 +165,7 @@ pub(super) fn over_joints<Row: Send>(
     Ok(all.into_iter().flat_map(|(_, rows)| rows).collect())
 }
 
-/// The families of `all`: the usual ones that have one joint.
+/// Returns the families that `all` selects here: the usual ones that have one joint.
 pub fn followed_families() -> impl Iterator<Item = Family> {
     Family::USUAL.into_iter().filter(|family| !family.is_arm())
 }
@@ -213,7 +214,7 @@ fn ramp(
     })
 }
 
-/// Puts the rows of each law on each family together.
+/// Summarises the rows of each law on each family.
 pub fn follow_summaries(rows: &[FollowedRamp]) -> Vec<FollowSummary> {
     let same = |a: &FollowedRamp, b: &FollowedRamp| (&a.family, &a.law) == (&b.family, &b.law);
     let of = |of_law: &[FollowedRamp], speed: f64| {
@@ -259,7 +260,7 @@ mod tests {
         }
     }
 
-    /// Ten joints: at each speed the first of them are within the band.
+    /// Returns the slowest speed of ten joints, of which the first `follow[k]` follow ramp `k`.
     fn slowest(follow: [u64; 7]) -> Option<f64> {
         let rows: Vec<FollowedRamp> = (0..10)
             .flat_map(|case| {
@@ -276,7 +277,7 @@ mod tests {
     fn the_slowest_speed_is_the_lowest_from_which_nine_of_ten_joints_follow_every_ramp() {
         assert_eq!(slowest([9; 7]), Some(1.0));
         assert_eq!(slowest([8, 9, 10, 9, 9, 9, 9]), Some(3.0));
-        // A ramp between is not followed: what is slower does not count.
+        // A ramp in between is not followed: slower ones do not count.
         assert_eq!(slowest([10, 10, 10, 10, 8, 9, 9]), Some(300.0));
         assert_eq!(slowest([10, 10, 10, 10, 10, 10, 8]), None);
     }
@@ -322,7 +323,7 @@ mod tests {
         }
     }
 
-    /// Pulses throw a load to and fro behind its gear: of 40 joints, they tripped six.
+    /// With pulses, which throw a load to and fro behind its gear, six of 40 joints tripped.
     #[test]
     fn a_load_behind_a_soft_gear_trips_no_monitor_on_a_slow_ramp() {
         let rules = rules(&["robust".into()]).unwrap();

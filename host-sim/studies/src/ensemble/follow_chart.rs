@@ -5,7 +5,7 @@ use super::follow_sine::SinesSummary;
 use super::statistics::SortedValues;
 use figure::chart::{Chart, ChartContent, Layer, LayeredPanel, LogAxis, Mark};
 
-/// A law on the motions of a family: where each is on the horizontal axis, and its errors.
+/// Errors of a law on the motions of a family; each motion has a place on the horizontal axis.
 struct Curve<'a> {
     family: &'a str,
     law: &'a str,

@@ -1,4 +1,4 @@
-//! Ramps and sines as reports have them: CSV, JSON, and tables for people.
+//! Reports of ramps and sines: CSV, JSON, and tables for people.
 
 use serde::Serialize;
 use serde_json::{Map, Value, json};
@@ -59,12 +59,12 @@ pub fn follow_json(ensemble: &Ensemble, summaries: &[FollowSummary]) -> Value {
     Value::Object(object)
 }
 
-/// Returns a quantile; none if it is infinite, which a fault has made it.
+/// Returns a quantile; `None` if a fault made it infinite.
 fn quantile(values: &SortedValues, p: f64) -> Option<f64> {
     values.quantile(p).filter(|value| value.is_finite())
 }
 
-/// Returns the options of the command, which each JSON begins with.
+/// Returns the options of the command, with which each JSON report begins.
 fn options(ensemble: &Ensemble) -> Map<String, Value> {
     let DrawOptions { hard, rate_hz, condition } = ensemble.kind;
     Map::from_iter([

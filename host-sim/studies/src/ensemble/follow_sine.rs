@@ -36,7 +36,7 @@ const MOST: [f64; 2] = [0.1, 0.5];
 const LASTS_S: f64 = 20.0;
 const JUDGED_FROM_S: f64 = 10.0;
 
-/// A joint that follows a sine under a law.
+/// Result of one joint on one sine under one law.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FollowedSine {
     /// Name of the family.
@@ -55,20 +55,20 @@ pub struct FollowedSine {
     pub fault: Option<String>,
 }
 
-/// A law on one sine, over all joints of a family.
+/// Results of a law on one sine, over all joints of a family.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SineSummary {
     /// Frequency of the set point, Hz.
     pub hz: f64,
-    /// Root mean squares of the error, mrad; of a sine that a fault ended it is infinite.
+    /// Root mean squares of the error, mrad; infinite if a fault ended the sine.
     pub rms_mrad: SortedValues,
-    /// Largest errors at a reversal, mrad.
+    /// Largest errors at a reversal, mrad; infinite if a fault ended the sine.
     pub reversal_mrad: SortedValues,
-    /// Joints.
+    /// Number of joints.
     pub joints: usize,
 }
 
-/// A law on the sines of a family.
+/// Results of a law on the sines, over all joints of a family.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SinesSummary {
     /// Name of the family.
@@ -131,7 +131,7 @@ fn sine(case: &Case, law: &str, gains: &ControllerGains, hz: f64) -> Result<Foll
     })
 }
 
-/// Puts the rows of each law on each family together.
+/// Summarises the rows of each law on each family.
 pub fn sine_summaries(rows: &[FollowedSine]) -> Vec<SinesSummary> {
     let of = |of_law: &[FollowedSine], hz: f64| {
         let sines: Vec<&FollowedSine> = of_law.iter().filter(|row| row.hz == hz).collect();
@@ -173,8 +173,8 @@ mod tests {
         sine(&case, law, &gains, hz).unwrap()
     }
 
-    /// A PD loop with the feedforward of nothing lags by `(J a + B v + F) / Kp` at most, of the
-    /// joint's truth. Its rms is below that, and above what the friction alone does at its best.
+    /// A PD loop without feedforward lags by `(J a + B v + F) / Kp` at most, with the true values
+    /// of the joint. Its rms is below that, and above what the friction alone does at its best.
     #[test]
     fn pd_lags_a_sine_by_what_the_motion_needs_and_no_more() {
         for number in 0..4 {
@@ -198,8 +198,8 @@ mod tests {
         }
     }
 
-    /// With jitter the fast observer is off, since with it a sine is followed worse: the median of
-    /// nine joints at 1 Hz.
+    /// With jitter the fast observer is off, since a joint follows a sine worse with it: the median
+    /// of nine joints at 1 Hz.
     #[test]
     fn a_fast_observer_follows_better_without_jitter_and_worse_with_it() {
         let median = |jitter: bool, tracking: f32| {

@@ -6,25 +6,27 @@ use super::family::Family;
 use files::data_sheet::UnseenSlack;
 use files::goal::PositionGoal;
 
-/// A family as reports need it.
+/// A family, or a machine's file, as reports need it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Group {
-    /// Its name.
+    /// Name of the family or file.
     pub name: String,
-    /// Unit of its angles.
+    /// Unit of angles.
     pub unit: String,
-    /// Unit of its efforts.
+    /// Unit of efforts.
     pub effort_unit: String,
     /// Time in which a joint has to settle, s.
     pub settles_within_s: f64,
-    /// Whether it is a family, whose laws have their gains by rules; else it is a machine's file.
+    /// Whether this is a family, whose laws have their gains by rules; otherwise it is a machine's
+    /// file.
     pub is_family: bool,
-    /// Error below which a joint counts as close to its target, in its unit, if that is judged.
+    /// Error below which a joint counts as close to its target, in the unit of angles; `None` if
+    /// that is not judged.
     pub near: Option<f64>,
     /// Whether a wall stands before the target.
     pub has_wall: bool,
-    /// By which a joint is judged: the file's `[goal]`, or two counts.
+    /// Goal by which a joint is judged: the file's `[goal]`, or two counts.
     pub goal: PositionGoal,
     /// Slack of a machine's file that its encoder cannot see.
     pub unseen_slack: Option<UnseenSlack>,

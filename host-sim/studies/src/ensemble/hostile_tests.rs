@@ -1,22 +1,24 @@
 //! Random commands to the ensemble's joints, whose encoder's lines are cut, pick up noise and are
 //! repaired: duty, heat and travel stay within bounds that were stated before the first run.
 //!
-//! Travel is true travel of the encoder's side outside of the set points since arming, with the
-//! place of the arming itself. The servo knows the bounds of the family's friction, the nominal
-//! inertia and the derived limits, so it is wrong about each joint. Families whose load is more
-//! than their friction are not among them: nothing holds such a joint while its encoder is dead.
+//! Travel is the true travel of the encoder's side beyond the range of the set points since arming,
+//! which includes the place of arming. The servo is configured with the bounds of the family's
+//! friction, the nominal inertia and the derived limits, so it is wrong about each joint. Families
+//! whose load is more than their friction are left out: nothing holds such a joint while its
+//! encoder is dead.
 //!
 //! ```text
 //! sound lines   following_error + encoder_jump
 //! cut lines     v (T - J/b (1 - e^(-T b/J))),   v = (F - C + |load|) / b,   T = 4 s
 //! ```
 //!
-//! F is `stall_v`; C, b and J are the true slip level, viscous friction and inertia. This is the
-//! way under the stall threshold from rest, in twice the time after which a silent encoder has to
-//! prove itself. The bound of the first run left viscous friction out and was wider; T is the same.
+//! F is `stall_v`; C, b and J are the true slip level, viscous friction and inertia. The bound is
+//! the distance from rest under the stall threshold, in twice the time after which a silent encoder
+//! has to prove itself. The bound of the first run left viscous friction out and was wider; T is
+//! the same.
 //!
-//! Negative result: noise that counts is a living encoder below the highest friction of the file,
-//! and has no bound here. Its travel is printed.
+//! Negative result: below the highest friction of the file, noise that counts looks like a living
+//! encoder. The travel under it has no bound here and is printed.
 
 use stiction::control::drive::Drive;
 use stiction::control::reference::{Reference, Step};
@@ -46,17 +48,18 @@ const FAMILIES: [Family; 8] = [
     Family::ThesisAxis,
 ];
 
-/// Commands to a joint, from 0.2 to 1.8 s apart, and one of eight for 8 s: a silent encoder has the
-/// time to show.
+/// Number of commands to a joint. They are 0.2 to 1.7 s apart, but one of eight lasts 8 s, so that
+/// a silent encoder can be detected.
 const COMMANDS: u32 = 60;
 
-/// T, s.
+/// T in the bound of cut lines, s.
 const SILENT_S: f64 = 4.0;
 
-/// The motor bears `continuous_v` for ever; its model and the sum here differ by a tick.
+/// Largest ratio of the rms effort to `continuous_v`, which the motor tolerates forever. The model
+/// of the servo and the sum here differ by a tick.
 const HEAT: f64 = 1.005;
 
-/// The lines of the encoder.
+/// State of the encoder's lines.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Lines {
     Sound,
@@ -64,7 +67,7 @@ enum Lines {
     Noisy(OpenLineDecoder, i64),
 }
 
-/// A joint with its servo and what they did.
+/// A joint with its servo, and a record of what they did.
 struct Hostile<'a> {
     case: &'a Case,
     parameters: Parameters,
@@ -74,18 +77,18 @@ struct Hostile<'a> {
     drive: Drive,
     random: chacha20::ChaCha8Rng,
     lines: Lines,
-    /// True count at the last tick, and what the decoder has.
+    /// True count at the last tick, and the decoder's count.
     disc: i64,
     counter: i64,
-    /// Mean square of the effort over `thermal_s`, V^2: a second computation.
+    /// Mean square of the effort over `thermal_s`, V^2, computed independently of the servo.
     heat: f64,
-    /// Set points since arming and the place of the arming, deg.
+    /// Range of the set points since arming, relative to the place of arming, and that place, deg.
     span: [f64; 2],
     place: f64,
     was_armed: bool,
-    /// The worst lines since arming: sound, cut, noisy.
+    /// Worst state of the lines since arming: 0 sound, 1 cut, 2 noisy.
     worst: usize,
-    /// Per kind of lines: the largest travel outside of the set points.
+    /// Largest travel outside of the set points for each worst state of the lines, deg.
     outside: [f64; 3],
     armed: u32,
     trips: u32,
@@ -161,7 +164,7 @@ impl<'a> Hostile<'a> {
         self.joint.hold(f64::from(code) * per_code, self.case.bounds.sampled.sample_time);
     }
 
-    /// Checks what holds in every tick.
+    /// Checks the bounds that hold in every tick.
     fn judge(&mut self, output: &Output, before: f64, name: &str) {
         let is_armed = output.state == State::Armed;
         if is_armed != self.was_armed {
@@ -201,7 +204,7 @@ impl<'a> Hostile<'a> {
         assert!(outside <= bound, "{name}: {outside} of {bound} deg, lines {kind}");
     }
 
-    /// The bound of cut lines, deg.
+    /// Returns the bound of travel with cut lines, deg.
     fn silent_deg(&self) -> f64 {
         let TrueJoint { inertia, viscous, slip, load, .. } = TrueJoint::of(self.case);
         let push = f64::from(self.parameters.limits.stall_effort) - slip + load.abs();
@@ -209,7 +212,7 @@ impl<'a> Hostile<'a> {
         push / viscous * (SILENT_S - settling_s * (1.0 - (-SILENT_S / settling_s).exp()))
     }
 
-    /// A client asks for something, or arms again.
+    /// Sends a random command; if the servo is not armed, clears its fault and arms it again.
     fn command(&mut self) {
         let to_deg = [0.1, 0.4, 1.0, 5.0, 20.0][self.below(5) as usize];
         let sign = [-1.0, 1.0][self.below(2) as usize];
@@ -219,7 +222,7 @@ impl<'a> Hostile<'a> {
         let Course::Profile(profile) = course else { unreachable!("it is a profiled move") };
         let kind = self.below(10);
         if self.servo.state() != State::Armed {
-            // Refusals are answers, too.
+            // A refusal is a valid answer, too.
             let _ = self.servo.clear();
             let _ = self.servo.arm_for_link(None);
             return;
@@ -240,8 +243,8 @@ impl<'a> Hostile<'a> {
         };
     }
 
-    /// The lines break or are repaired. A person then turns the joint to and fro, if its encoder is
-    /// in doubt.
+    /// Breaks the lines, or repairs them. After a repair, a person turns the joint to and fro if
+    /// its encoder is in doubt.
     fn disturb(&mut self, name: &str) {
         if self.lines == Lines::Sound {
             let seed = u64::from(self.below(u32::MAX));
@@ -304,7 +307,7 @@ fn random_commands_to_drawn_joints_move_heat_and_drive_them_no_further_than_the_
             "{name}: {sound:.2} and {cut:.2} of the bounds of sound and of cut lines; noise moved \
              it by up to {noisy_deg:.0} deg; armed for {armed_s:.0} s, {trips} trips"
         );
-        // The commands have reached what they are to test.
+        // The joints were armed long enough and tripped often enough to test the bounds.
         assert!(armed_s > 200.0 && trips > 20, "{name}: {armed_s} s, {trips} trips");
     }
 }

@@ -1,9 +1,8 @@
-//! The identification of the ensemble's joints: the servo's own, on joints whose parameters are
-//! known.
+//! Identification of the ensemble's joints, whose true parameters are known, by the servo's own
+//! sequence.
 //!
-//! It runs the core's sequence as a device does, with all monitors and the default bounds. The
-//! limits follow from the bounds of the breakaway effort and the nominal inertia, as those of a law
-//! do.
+//! The servo runs the core's sequence as a device does, with all monitors and the default bounds.
+//! The limits follow from the bounds of the breakaway effort and the nominal inertia, as for a law.
 
 use rayon::prelude::*;
 use stiction::identification::{IdentificationRequest, MapPoint, Outcome, SPEEDS, Summary};
@@ -20,38 +19,39 @@ use simulator::output::grid;
 use simulator::plant::DelayLine;
 use simulator::rules::RULES;
 
-/// Rigid joints whose friction varies with the angle, beside the families of the ensemble.
+/// Name of rigid joints whose friction varies with the angle. They are none of the ensemble's
+/// families.
 pub const UNEVEN: &str = "rigid-uneven";
 
-/// What the joint is in truth, in volts, degrees and seconds of the core.
+/// True parameters of a joint, in volts, degrees and seconds of the core.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrueJoint {
     /// Inertia, V/(deg/s^2).
     pub inertia: f64,
     /// Viscous friction, V/(deg/s).
     pub viscous: f64,
-    /// Level of sliding, V.
+    /// Slip friction, V.
     pub slip: f64,
-    /// Level of breakaway, V.
+    /// Stick friction, V.
     pub stick: f64,
     /// Constant load that the effort has to hold, V.
     pub load: f64,
 }
 
-/// A joint that was identified.
+/// Result of the identification of one joint.
 #[derive(Clone, Debug)]
 pub struct IdentifiedCase {
     /// Number of the case.
     pub number: u64,
-    /// What it is.
+    /// True parameters of the joint.
     pub truth: TrueJoint,
-    /// What was found; none if a fault ended it.
+    /// Summary of the findings; `None` if the servo refused the sequence or a fault ended it.
     pub summary: Option<Summary>,
-    /// The map.
+    /// Mean effort over velocity: each speed in both senses, the fastest first.
     pub map: [[MapPoint; 2]; SPEEDS],
-    /// Why the servo ended it, if it did.
+    /// Fault with which the servo ended the sequence, if any.
     pub fault: Option<stiction::Fault>,
-    /// Time that the identification took, s.
+    /// Duration of the sequence, s.
     pub time_s: f64,
     /// Largest distance from the start, counts.
     pub farthest: u32,
@@ -59,8 +59,8 @@ pub struct IdentifiedCase {
     pub lsb: f64,
 }
 
-/// Identifies the joint of a case. There is no summary of one that the servo refuses, because a
-/// load moves it.
+/// Identifies the joint of a case. If the servo refuses because a load moves the joint, the result
+/// has no summary.
 ///
 /// # Errors
 /// If a bound is not allowed.
@@ -94,7 +94,7 @@ pub fn identify(case: &Case, asked: &IdentificationRequest) -> Result<Identified
     // A joint that a load moves is refused: it is never at rest.
     let is_armed = servo.identify(&settings).is_ok();
     let start = servo.position();
-    // The device ends by itself; the bound only ends what does not.
+    // The sequence ends automatically; the time limit is only a safeguard.
     while servo.state() == State::Armed
         && f64::from(ticks) * case.bounds.sampled.sample_time < 3600.0
     {
@@ -116,7 +116,7 @@ pub fn identify(case: &Case, asked: &IdentificationRequest) -> Result<Identified
 }
 
 impl TrueJoint {
-    /// Returns the true values of a case's joint; of two bodies, the sum of their inertias.
+    /// Returns the true parameters of a case's joint; for two bodies, their sums.
     pub fn of(case: &Case) -> Self {
         let [effort, angle] = [case.scale.effort, case.scale.angle];
         let of = |bodies: &[Body]| {
@@ -139,7 +139,7 @@ impl TrueJoint {
     }
 }
 
-/// The names of those of some families whose joints can be identified, and [`UNEVEN`].
+/// Returns the names of those families whose joints can be identified, and [`UNEVEN`].
 pub fn identified_names(families: impl IntoIterator<Item = Family>) -> Vec<&'static str> {
     let single = families.into_iter().filter(|family| !family.is_arm());
     single.map(Family::name).chain([UNEVEN]).collect()
@@ -148,7 +148,7 @@ pub fn identified_names(families: impl IntoIterator<Item = Family>) -> Vec<&'sta
 /// Draws a joint of a family, or a rigid one whose friction varies with the angle.
 ///
 /// # Errors
-/// If there is no such family, or its joints are two.
+/// If there is no such family, or it has two joints.
 pub fn drawn(name: &str, seed: u64, number: u64) -> Result<Case, Error> {
     let kind = DrawOptions::ORDINARY;
     if name != UNEVEN {
@@ -168,8 +168,8 @@ pub fn drawn(name: &str, seed: u64, number: u64) -> Result<Case, Error> {
     }
     let mut case = Case::draw(seed, Family::Rigid, number, kind);
     if let Train::Rigid(body) = &mut case.joint.train {
-        // From the eccentricity of a gear to the waves of a harmonic drive; no more than the
-        // published quarter.
+        // Periods from those of an eccentric gear to the waves of a harmonic drive. The depth is at
+        // most the published quarter.
         let place = number as f64;
         let depth = 0.15 + 0.1 * (place * 0.618).fract();
         let cycles = 2.0 * 50f64.powf((place * 0.414).fract());
@@ -178,53 +178,54 @@ pub fn drawn(name: &str, seed: u64, number: u64) -> Result<Case, Error> {
     Ok(case)
 }
 
-/// What came out on the joints of a family: shares of all joints, of `cases`.
+/// Results over the joints of a family: numbers of joints, out of `cases`.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Rates {
     /// Name of the family.
     pub family: String,
     /// Number of joints.
     pub cases: usize,
-    /// Joints with a whole sequence.
+    /// Joints whose sequence did all of its steps.
     pub done: usize,
-    /// Joints of which something is doubted, or whose sequence did not end.
+    /// Joints whose result is doubted, or whose sequence did not do all of its steps.
     pub flagged: usize,
-    /// Joints whose breakaway is within 3 % of the truth, slip 3 %, viscous friction 10 %, inertia
-    /// 5 %.
+    /// Joints whose breakaway, slip level, viscous friction and inertia are within 3 %, 3 %, 10 %
+    /// and 5 % of the truth: one number for each of the four values.
     pub within: [usize; 4],
-    /// Joints with the true breakaway, slip level, viscous friction and inertia within two standard
-    /// deviations.
+    /// Joints whose true value is within two standard deviations of the estimate: one number for
+    /// each value of `within`.
     pub held: [usize; 4],
-    /// Joints that are not flagged though one of these is out of its bound.
+    /// Joints that are not flagged although one of the four values is out of its bound.
     pub unseen: usize,
-    /// Those of them of which it is out of its error bar as well: who takes them for true is
-    /// misled.
+    /// Joints of `unseen` with a value that is out of its error bar as well as its bound: such a
+    /// result is misleading.
     pub misled: usize,
     /// Mean time of a sequence, s.
     pub time_s: f64,
 }
 
-/// The bounds of the proof: of breakaway, slip, viscous friction and inertia.
+/// Bounds of the proof, as largest relative errors: of breakaway, slip level, viscous friction and
+/// inertia.
 const WITHIN: [f64; 4] = [0.03, 0.03, 0.1, 0.05];
 
 impl IdentifiedCase {
-    /// Returns whether something is doubted, or the sequence did not end.
+    /// Returns whether the result is doubted, or the sequence did not do all of its steps.
     pub fn is_flagged(&self) -> bool {
         self.summary
             .as_ref()
             .is_none_or(|summary| summary.outcome != Outcome::Done || !summary.doubts.is_none())
     }
 
-    /// Returns breakaway, slip level, viscous friction and inertia, with their standard deviations
-    /// and the truth. A loaded joint's breakaway is the mean of both senses, and so is its
-    /// deviation: what both have in common is most of it.
+    /// Returns estimate, standard deviation and true value of breakaway, slip level, viscous
+    /// friction and inertia. The breakaway is the mean of both senses, because of loaded joints.
+    /// Its deviation is the mean as well, since most of it is common to both senses.
     fn against_the_truth(&self) -> Option<[[f64; 3]; 4]> {
         let summary = self.summary.as_ref()?;
         let estimate = summary.estimate.as_ref()?;
         let TrueJoint { inertia, viscous, slip, stick, .. } = self.truth;
         let half = |of: [f64; 2]| 0.5 * (of[0] + of[1]);
         let level = half(summary.breakaway.map(|way| f64::from(way.median)));
-        // One place has no deviation, and so holds no truth.
+        // A single place has no deviation, so its value never counts as held.
         let deviation = half(
             summary.breakaway.map(|way| breakaway_deviation(&way, self.lsb).unwrap_or(f64::NAN)),
         );
@@ -239,7 +240,7 @@ impl IdentifiedCase {
 }
 
 impl Rates {
-    /// Takes a joint.
+    /// Adds the result of a joint.
     pub fn count(&mut self, found: &IdentifiedCase) {
         self.cases += 1;
         self.time_s += (found.time_s - self.time_s) / self.cases as f64;
@@ -288,7 +289,7 @@ pub fn rates_within(
     Ok(rates)
 }
 
-/// The columns of a table: the name, and what it counts.
+/// Column of the tables: its title and its number of joints.
 type Column = (&'static str, fn(&Rates) -> usize);
 const COLUMNS: [Column; 12] = [
     ("whole", |rates| rates.done),
@@ -306,7 +307,7 @@ const COLUMNS: [Column; 12] = [
 ];
 
 impl Rates {
-    /// The cells of a row: the family, its joints, the shares in percent, and the time.
+    /// Returns the cells of a row: family, number of joints, shares in percent, and mean time in s.
     fn cells(&self) -> Vec<String> {
         let share = |count: usize| format!("{:.1}", 100.0 * count as f64 / self.cases as f64);
         let mut cells = vec![self.family.clone(), self.cases.to_string()];
@@ -324,7 +325,7 @@ fn heads() -> Vec<&'static str> {
 /// Returns the tables of some families, within 80 columns: how often an identification succeeded,
 /// then how far its values are off.
 pub fn rates_table(all: &[Rates]) -> String {
-    /// The columns of the whole table that each has.
+    /// Columns of the whole table that each of both tables has.
     const PARTS: [&[usize]; 2] = [&[0, 1, 2, 3, 12, 13, 14], &[0, 4, 5, 6, 7, 8, 9, 10, 11]];
     // Shorter words, so that none is broken by the width.
     let short = |head: &str| head.replace("viscous", "vis-\ncous").replace("inertia", "iner-\ntia");
@@ -344,7 +345,7 @@ pub fn rates_table(all: &[Rates]) -> String {
     format!("{}\n\n{}\n", part(PARTS[0]), part(PARTS[1]))
 }
 
-/// Makes the same table in Markdown.
+/// Renders all columns as one table in Markdown.
 pub fn rates_markdown(all: &[Rates]) -> String {
     let row = |cells: &[String]| format!("| {} |\n", cells.join(" | "));
     let heads = heads().iter().map(|head| head.replace('\n', " ")).collect::<Vec<_>>();
@@ -357,7 +358,8 @@ pub fn rates_markdown(all: &[Rates]) -> String {
 mod tests {
     use super::*;
 
-    /// The proof of docs/how-to/identify.md, on its joints: nine of ten at least.
+    /// The proof of docs/how-to/identify.md, on its joints: at least nine of ten are within each
+    /// bound.
     #[test]
     fn joints_of_the_model_are_found_within_the_bounds_of_the_proof_and_are_not_doubted() {
         for family in ["rigid", "loaded", "gravity", "thesis-axis"] {
@@ -370,8 +372,8 @@ mod tests {
             let asked = if family == "loaded" { [180, 180, 180, 176] } else { [180; 4] };
             let is_held = found.held.iter().zip(asked).all(|(held, asked)| *held >= asked);
             assert!(is_held, "{family}: {found:?}");
-            // Two standard deviations that hold the truth of all joints are no such deviations.
-            // Those of the breakaway are, as the page says: their rounding is evenly distributed.
+            // Error bars that hold the truth of all joints are too wide. Those of the breakaway
+            // are, as the page says: their rounding is evenly distributed.
             assert!(found.held[1..].iter().all(|held| *held < 198), "{found:?}");
         }
     }
@@ -388,8 +390,8 @@ mod tests {
         }
     }
 
-    /// What gives way before a joint breaks away is not its friction. Who takes it for that pushes
-    /// too weakly, takes the joint for a heavy one, and heats the motor.
+    /// Bristles and shafts give way before the joint breaks away. An identification that took this
+    /// for friction would push too weakly, find too large an inertia, and heat the motor.
     #[test]
     fn joints_on_bristles_and_shafts_are_reported_as_such_and_overheat_no_motor() {
         for family in ["lugre", "flexible-motor", "flexible-backlash"] {

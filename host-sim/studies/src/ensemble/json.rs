@@ -1,4 +1,4 @@
-//! The summary as one JSON object, schema 1. Keys are promises: they may be added, never renamed.
+//! The summary as one JSON object, schema 1. Keys can be added, but are never renamed.
 //!
 //! A quantile that is infinite, because a joint never settled or a fault ended its motion, is
 //! `null`.
@@ -11,7 +11,7 @@ use super::statistics::SortedValues;
 use super::summary::{LawSummary, MovesSummary, SideSummary};
 use super::trips::{EndedMotion, FalseTrip};
 
-/// Makes the object.
+/// Returns the summary as a JSON object.
 pub fn object(header: &EnsembleHeader, families: &[(Group, Vec<LawSummary>)]) -> Value {
     let of_family = |(group, summaries): &(Group, Vec<LawSummary>)| {
         let mut laws = Map::new();
@@ -40,7 +40,7 @@ pub fn object(header: &EnsembleHeader, families: &[(Group, Vec<LawSummary>)]) ->
     })
 }
 
-/// The share of cases that succeed, as its interval has it; none of no case.
+/// Returns the share of cases that succeed, from 0 to 1; `None` without cases.
 fn share(successes: usize, cases: usize) -> Option<f64> {
     (cases > 0).then(|| successes as f64 / cases as f64)
 }

@@ -1,10 +1,10 @@
 //! An ensemble around a machine's own file: its joint with keys that vary, under its controllers.
 //!
-//! Each key is drawn from a uniform distribution, `KEY=LOW..HIGH`. Only the joint varies: the
-//! gains, and the limits of the monitors, are those that the file as it stands gives. The servo
-//! runs as `stiction run --target servo` does, so the move begins when it is armed, and settling
-//! has the soft start in it. The first step and the first trajectory of the file are judged, by the
-//! file's `[goal]`, at the encoder and at the load. Positions are in degrees, efforts in volts.
+//! Each key is drawn from a uniform distribution, `KEY=LOW..HIGH`. Only the joint varies: the gains
+//! and the limits of the monitors are those of the unchanged file. As in `stiction run --target
+//! servo`, the move begins when the servo is armed, so the settling time includes the soft start.
+//! The first step and the first trajectory of the file are judged, by the file's `[goal]`, at the
+//! encoder and at the load. Positions are in degrees, efforts in volts.
 
 use std::path::Path;
 use std::sync::{Mutex, PoisonError};
@@ -25,14 +25,14 @@ use simulator::closed_loop::LoopSample;
 use simulator::experiment::{Document, Experiment, RunPlan, Task, parameters};
 use simulator::target::WatchedServo;
 
-/// So long a step is watched, s.
+/// Simulated time of a step, s, unless the goal needs more.
 const DURATION_S: f64 = 30.0;
 
-/// Time to settle of a file whose `[goal]` has none, s.
+/// Largest settling time if the `[goal]` of the file has none, s.
 const SETTLES_WITHIN_S: f64 = 5.0;
 
 /// Returns the goal by which the steps of an ensemble around a file are judged: the file's, with a
-/// time to settle of 5 s if it has none.
+/// largest settling time of 5 s if it has none.
 #[must_use]
 pub fn goal_of_steps(goal: PositionGoal) -> PositionGoal {
     PositionGoal { settle_s: goal.settle_s.or(Some(SETTLES_WITHIN_S)), ..goal }
@@ -49,7 +49,7 @@ impl KeySpread {
     /// Reads `KEY=LOW..HIGH`.
     ///
     /// # Errors
-    /// Says what is allowed.
+    /// Returns an error that states what is allowed.
     pub fn read(text: &str) -> Result<Self, Error> {
         let refuse = |why: &str| Err(Error::Input(format!("--spread {text}: {why}")));
         let Some((key, range)) = text.split_once('=') else {
@@ -78,10 +78,10 @@ pub fn drawn_keys(spreads: &[KeySpread], seed: u64, number: u64) -> Vec<String> 
     spreads.iter().map(|spread| spread.draw(draws)).collect()
 }
 
-/// How far the joint of a file may be off by its own `[spread]`, as `KEY=LOW..HIGH`.
+/// Returns the ranges of the file's own `[spread]`, as `KEY=LOW..HIGH`.
 ///
 /// # Errors
-/// Names what is wrong with the file.
+/// Returns an error that states what is wrong with the file.
 pub fn written_spreads(document: &Document) -> Result<Vec<String>, Error> {
     let spread = document.machine()?.spread;
     Ok(spread.into_iter().map(|(key, [low, high])| format!("{key}={low:?}..{high:?}")).collect())
@@ -91,11 +91,12 @@ pub fn written_spreads(document: &Document) -> Result<Vec<String>, Error> {
 #[derive(Clone, Debug)]
 pub struct MachineEnsemble {
     document: Document,
-    /// The name of the family: that of the file.
+    /// Group of the rows in reports; it has the name of the file.
     pub group: Group,
     /// Names of the controllers.
     pub laws: Vec<String>,
-    /// Those of the file. A law of another program must not see a joint that is drawn.
+    /// Names of the file's own controllers. Drawn joints are planned with these only: a law of
+    /// another program must not see a drawn joint.
     of_file: Vec<String>,
     spreads: Vec<KeySpread>,
     nominal: Vec<RunPlan>,
@@ -119,14 +120,16 @@ impl MachineEnsemble {
     /// Opens a machine's file, whose `controllers` are run (all of them if none is named).
     ///
     /// # Errors
-    /// Names what is wrong with the file, or a controller that it does not have.
+    /// Returns an error that names what is wrong with the file, or a controller that the file
+    /// lacks.
     pub fn open(file: &str, around: MachineOptions<'_>) -> Result<Self, Error> {
         let mut machine = Self::around(file, Document::open(file)?, around, DURATION_S)?;
         machine.written.insert(0, Document::text(file)?);
         Ok(machine)
     }
 
-    /// Does the same with a document that has been opened, and watches its steps for `duration_s`.
+    /// Creates the ensemble around an open document. Its steps are simulated for `duration_s`, or
+    /// longer if the goal needs more.
     ///
     /// # Errors
     /// As [`open`](Self::open).
@@ -142,7 +145,7 @@ impl MachineEnsemble {
         }
         let goal = goal_of_steps(document.machine()?.goal);
         let settles_within_s = goal.settle_s.unwrap_or(SETTLES_WITHIN_S);
-        // Long enough for a goal of much time.
+        // Long enough for a goal with a long settling or hold time.
         let duration_s = duration_s.max(3.0 * settles_within_s + goal.hold_s.unwrap_or(0.0));
         let mut written = vec![format!("run.duration_s={duration_s:?}")];
         if let Some(rate_hz) = rate_hz {
@@ -185,16 +188,16 @@ impl MachineEnsemble {
         self.nominal.first().map_or(0.0, |plan| 1.0 / plan.machine.sampling.sample_time_s())
     }
 
-    /// Returns the text of the file and the keys that are set or vary: other ensembles differ in
-    /// them.
+    /// Returns the text of the file, and the keys that are set or vary: they distinguish ensembles.
     pub fn written(&self) -> Vec<String> {
         self.written.clone()
     }
 
-    /// Runs all of `cases` joints; the rows are in the order of cases, and of controllers in each.
+    /// Runs all `cases` joints. The rows are in the order of cases, and within a case in that of
+    /// controllers.
     ///
     /// # Errors
-    /// Names a value that no joint can have.
+    /// Returns an error that names a value that no joint can have.
     pub fn run(&self, seed: u64, cases: u64) -> Result<Vec<CaseResult>, Error> {
         let rows = Mutex::new(Vec::new());
         self.run_some(
@@ -211,8 +214,8 @@ impl MachineEnsemble {
         Ok(rows)
     }
 
-    /// Runs the cases for which `wanted` says so (number of the case, controller), and gives each
-    /// row to `take` as soon as it is there, in any order.
+    /// Runs the cases for which `wanted` returns true (number of the case, controller), and passes
+    /// each row to `take` as soon as it is there, in any order.
     ///
     /// # Errors
     /// Returns the first error of a case or of `take`. Other cases can have been run before it.
@@ -262,7 +265,7 @@ impl MachineEnsemble {
     }
 }
 
-/// The runs of a file, without its variants.
+/// Returns the runs of a file, without its variants.
 fn plans(document: &Document, controllers: &[String]) -> Result<Vec<RunPlan>, Error> {
     Experiment::without_variants(document, controllers)
 }
@@ -277,7 +280,7 @@ struct Driven {
 }
 
 impl Driven {
-    /// Chooses the joint's side of two.
+    /// Returns the value at the joint's side.
     fn of<T>(&self, at_encoder: T, at_load: T) -> T {
         match self.side {
             DiscSide::Motor => at_encoder,
@@ -324,7 +327,7 @@ fn drive_with<S: AxisSolver>(
         });
     };
     closed_loop.step(&mut servo, &mut plant, samples, on_moment, |_| {});
-    // What comes after a fault is not the law's.
+    // Samples after a fault do not count for the law.
     let end = servo.fault.map_or(seen.len(), |(_, tick)| tick as usize);
     seen.iter().take(end).for_each(&mut see);
     Ok(servo.fault.map(|(latched, _)| latched.fault.describe().to_owned()))
@@ -370,7 +373,7 @@ fn trajectory(row: &mut CaseResult, nominal: &RunPlan, joint: &RunPlan) -> Resul
     let top = pairs.map(|(t, p)| ((p[1] - p[0]) / (t[1] - t[0])).abs()).fold(0.0, f64::max);
     let window = [from_s, until_s].map(|time_s| (time_s / h).round() as u32);
     let mut judge = TrackingJudge::new(window, top * h / count);
-    // To the end of the motion, however long a step is watched.
+    // To the end of the motion, whatever the simulated time of a step.
     let driven = drive([nominal, joint], window[1] + 1, |sample| judge.see(sample))?;
     let found = judge.measures(h);
     let [at_encoder, at_load] =

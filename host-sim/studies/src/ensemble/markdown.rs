@@ -1,5 +1,5 @@
 //! The summary as tables in Markdown, for pages: a row for each family, a column for each law. A
-//! family whose load rests otherwise than its encoder's side has a second row.
+//! family whose results differ between encoder and load has a second row.
 
 use super::group::Group;
 use super::rows::EnsembleHeader;
@@ -11,7 +11,7 @@ pub fn markdown(header: &EnsembleHeader, families: &[(Group, Vec<LawSummary>)]) 
         let percent = |share: f64| format!("{:.0}", 100.0 * share);
         let [low, high] = interval.map(percent);
         let share = count as f64 / law.cases.max(1) as f64;
-        // A share that is rounded to the whole is not the whole.
+        // Only a share of all cases is 100: one that is rounded to 100 has a decimal.
         let share = if count == law.cases { "100".into() } else { format!("{:.1}", 100.0 * share) };
         format!("{share} ({low}-{high})")
     };
@@ -34,7 +34,7 @@ pub fn markdown(header: &EnsembleHeader, families: &[(Group, Vec<LawSummary>)]) 
     blocks.join("\n")
 }
 
-/// Tracking errors in rad are small numbers.
+/// Returns the unit of tracking errors: mrad for rad, since these are small numbers.
 fn unit(group: &Group) -> String {
     if scale(group) > 1.0 { format!("m{}", group.unit) } else { group.unit.clone() }
 }
@@ -43,7 +43,7 @@ fn scale(group: &Group) -> f64 {
     if group.unit == "rad" { 1e3 } else { 1.0 }
 }
 
-/// Two digits, and more of what is large.
+/// Formats a scaled value with about three digits; an infinite one is `fault`.
 fn quantile(value: Option<f64>, scale: f64) -> String {
     match value.map(|value| scale * value) {
         None => "-".into(),
@@ -57,7 +57,8 @@ fn quantile(value: Option<f64>, scale: f64) -> String {
 
 type Cell<'a> = &'a dyn Fn(&Group, &LawSummary) -> String;
 
-/// Success of each family; of one with two sides, that at the load as well.
+/// Renders the success of each family; if the results at encoder and load differ, that at the load
+/// as well.
 fn successes(
     header: &EnsembleHeader,
     families: &[(Group, Vec<LawSummary>)],

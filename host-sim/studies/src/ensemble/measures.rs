@@ -1,8 +1,8 @@
-//! What a case is judged by, sample by sample: nothing of a run is kept.
+//! Measures of a case, computed sample by sample: no samples are stored.
 //!
 //! Errors are the set point minus the *true* position, not quantised, in counts. Settling, rest and
-//! tracking are judged at the encoder and at the load; the rest is of the encoder's side. Time zero
-//! is the tick that is given the step, or in which the trajectory begins.
+//! tracking are judged at the encoder and at the load, all other measures at the encoder's side
+//! only. Time zero is the first tick of the step, of the profiled move or of the trajectory.
 //!
 //! | measure | over | meaning |
 //! |---|---|---|
@@ -12,25 +12,27 @@
 //! | hunting | last half of the step | at least 3 reversals: retreats of more than a count from the last extreme |
 //! | variation | last half, or motion | total variation of the held effort per second |
 //! | held effort | last half of the step | root mean square: its square is the motor's heat |
-//! | tracking | from the begin of the first blend to the end of the last | root mean square of the error |
-//! | sticks | there, where the set point has more than half of its speed | times that the joint comes to a stop |
+//! | tracking | from the start of the first blend to the end of the last | rms of the error |
+//! | sticks | the same, while the set point has more than half of its top speed | number of stops |
 
 use files::goal::{PositionGoal, TOLERANCE_COUNTS};
 use simulator::settling::Settling;
 
-/// A joint that is this near is where it should be, counts.
+/// Largest error with which a joint counts as at its target, counts.
 pub const BAND_COUNTS: f64 = TOLERANCE_COUNTS;
 
-/// Fewer reversals than these are no hunting.
+/// Smallest number of reversals that counts as hunting.
 pub const HUNTING_REVERSALS: u32 = 3;
 
-/// A set point nearer to its target than this has arrived, counts: a profile has steps of 2^-8.
+/// Largest distance from its target at which a set point has arrived, counts: a profile has steps
+/// of 2^-8.
 const ARRIVED: f64 = 0.01;
 
-/// A retreat of more than this is a reversal, counts.
+/// Retreat from the last extreme beyond which a reversal is counted, counts.
 const RETREAT_COUNTS: f64 = 1.0;
 
-/// A joint has stopped below this share of the set point's speed, and goes on above the other.
+/// Ratios of the joint's speed to the set point's: below the first one a joint has stopped, and
+/// from the second one on a stopped joint moves again.
 const STOPPED: [f64; 2] = [0.1, 0.5];
 
 /// A joint and its loop at one sampling instant.
@@ -40,17 +42,17 @@ pub struct CaseSample {
     pub error: f64,
     /// Set point minus the true position of the load, counts.
     pub load_error: f64,
-    /// True position at the encoder's side, counts.
+    /// True position at the encoder's side, counts; for a machine's file, the joint's own position.
     pub position: f64,
-    /// True speed of that side over the set point's, where that has one.
+    /// Ratio of the true speed of the same side to the speed of the set point; 0 if that is zero.
     pub speed_ratio: f64,
     /// Set point's speed, counts a tick.
     pub speed: f64,
-    /// Effort that is held from now on, in the unit of the joint.
+    /// Effort that is held until the next sample, in the unit of the joint.
     pub effort: f64,
 }
 
-/// The judgement of a step.
+/// Verdict on a step, sample by sample.
 #[derive(Clone, Debug)]
 pub struct StepJudge {
     half: u32,
@@ -58,7 +60,7 @@ pub struct StepJudge {
     k: u32,
     sample_time_s: f64,
     near: f64,
-    /// Target of a set point that moves, counts; none of a step.
+    /// Target of a set point that moves there, counts; `None` for a step.
     target: Option<f64>,
     rests_from: Option<u32>,
     far_until: Option<u32>,
@@ -71,31 +73,32 @@ pub struct StepJudge {
     square: f64,
 }
 
-/// One side of the gear in a step.
+/// Measures of a step at one side of the gear.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SideMeasures {
-    /// Time after which it stays within the tolerance, s; none if it does not.
+    /// Time after which the error stays within the tolerance, s; `None` if it does not.
     pub settled_s: Option<f64>,
-    /// Largest error of the last half, counts.
+    /// Largest error in the last half, counts.
     pub rest_counts: f64,
-    /// Whether it met the goal.
+    /// Whether this side met the goal.
     pub is_success: bool,
 }
 
 /// Measures of a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct StepMeasures {
-    /// The side of the encoder.
+    /// Measures at the encoder's side.
     pub at_encoder: SideMeasures,
-    /// The load.
+    /// Measures at the load.
     pub at_load: SideMeasures,
-    /// Time after which the encoder's side stays within the wider band, s.
+    /// Time after which the error at the encoder stays within the wider band, s; `None` if it does
+    /// not.
     pub near_s: Option<f64>,
-    /// Reversals of the last half.
+    /// Number of reversals in the last half.
     pub reversals: u32,
-    /// Distance of the extremes in the last half, counts.
+    /// Distance between the extremes in the last half, counts.
     pub swing_counts: f64,
-    /// Twice the mean time between reversals, s; none of fewer than two.
+    /// Twice the mean time between reversals, s; `None` with fewer than two.
     pub period_s: Option<f64>,
     /// Total variation of the effort in the last half, per second.
     pub variation_per_s: f64,
@@ -104,8 +107,8 @@ pub struct StepMeasures {
 }
 
 impl StepJudge {
-    /// Judges `samples` samples after the first, which are `sample_time_s` apart, within two counts
-    /// and without a limit of time; `near` is the wider band, counts.
+    /// Creates the verdict on a step of `samples` samples after the first, `sample_time_s` apart.
+    /// The goal is two counts without a time limit; `near` is the wider band, counts.
     pub fn new(samples: u32, near: f64, sample_time_s: f64) -> Self {
         let settling = Settling::new(&PositionGoal::default(), 1.0);
         Self {
@@ -127,24 +130,24 @@ impl StepJudge {
         }
     }
 
-    /// Judges a move whose set point goes to a target (counts) and rests there: what was within the
-    /// tolerance on the way does not count.
+    /// Sets the target (counts) of a set point that moves there and then rests. Errors within the
+    /// tolerance on the way do not count.
     #[must_use]
     pub const fn of_move_to(self, target: f64) -> Self {
         Self { target: Some(target), ..self }
     }
 
-    /// Judges by a goal; one count is `count_deg`, deg.
+    /// Replaces the goal; one count of the encoder is `count_deg`, deg.
     #[must_use]
     pub fn by(self, goal: &PositionGoal, count_deg: f64) -> Self {
         let settling = Settling::new(goal, count_deg);
         Self { at_encoder: settling, at_load: settling, ..self }
     }
 
-    /// Takes the next sample.
+    /// Evaluates the next sample.
     #[inline]
     pub fn see(&mut self, sample: &CaseSample) {
-        // What is not a number is as far off as can be.
+        // NaN counts as an infinite error.
         let far = |error: f64| if error.is_nan() { f64::INFINITY } else { error.abs() };
         let error = far(sample.error);
         let has_arrived = self
@@ -173,13 +176,13 @@ impl StepJudge {
         self.k += 1;
     }
 
-    /// Returns the time at which the set point came to rest at its target, s; 0 of a step.
+    /// Returns the time at which the set point came to rest at its target, s; 0 for a step.
     pub fn rests_s(&self) -> f64 {
         self.rests_from.map_or(0.0, |k| f64::from(k) * self.sample_time_s)
     }
 
-    /// Returns the measures of a set point that rested from a time on (s). A run that ended early
-    /// is not settled, and rests as far off as it was last.
+    /// Returns the measures; the set point rested from `rests_s` on. A run that ended early has not
+    /// settled, and its rest error is at least its last error.
     pub fn measures(&self, last: &CaseSample, rests_s: f64) -> StepMeasures {
         let is_whole = self.k > self.last;
         let sample_time_s = self.sample_time_s;
@@ -205,7 +208,7 @@ impl StepJudge {
     }
 }
 
-/// The judgement of a trajectory, between two ticks.
+/// Verdict on a trajectory between two ticks, sample by sample.
 #[derive(Clone, Debug)]
 pub struct TrackingJudge {
     window: [u32; 2],
@@ -219,22 +222,22 @@ pub struct TrackingJudge {
     effort: Variation,
 }
 
-/// What a trajectory comes to.
+/// Measures of a trajectory.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct TrackingMeasures {
     /// Root mean square of the error at the encoder, counts; none if the motion ended early.
     pub rms_counts: Option<f64>,
-    /// The same at the load.
+    /// The same at the load, counts.
     pub load_rms_counts: Option<f64>,
-    /// Stops on the way.
+    /// Number of stops on the way.
     pub sticks: u32,
     /// Total variation of the effort, per second.
     pub variation_per_s: f64,
 }
 
 impl TrackingJudge {
-    /// Judges the ticks from the first of `window` to the last, of a set point whose speed is
-    /// `top` counts a tick at most.
+    /// Creates the verdict on the ticks from the first of `window` to the last. The largest speed
+    /// of the set point is `top` counts a tick.
     pub fn new(window: [u32; 2], top: f64) -> Self {
         Self {
             window,
@@ -243,14 +246,14 @@ impl TrackingJudge {
             square: 0.0,
             load_square: 0.0,
             seen: 0,
-            // From rest: the first stop is after the first motion.
+            // The joint starts at rest: the first stop is after the first motion.
             has_stopped: true,
             sticks: 0,
             effort: Variation::default(),
         }
     }
 
-    /// Takes the next sample.
+    /// Evaluates the next sample.
     #[inline]
     pub fn see(&mut self, sample: &CaseSample) {
         if (self.window[0]..=self.window[1]).contains(&self.k) {
@@ -270,7 +273,7 @@ impl TrackingJudge {
         self.k += 1;
     }
 
-    /// Returns the measures, of samples that are `sample_time_s` apart.
+    /// Returns the measures; samples are `sample_time_s` apart.
     pub fn measures(&self, sample_time_s: f64) -> TrackingMeasures {
         let is_whole = self.k > self.window[1];
         let samples = f64::from(self.seen.max(1));
@@ -284,7 +287,7 @@ impl TrackingJudge {
     }
 }
 
-/// Counts how often the direction of a motion changes.
+/// Counter of the changes of direction of a motion.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Reversals {
     range: Option<[f64; 2]>,
@@ -296,7 +299,7 @@ pub(crate) struct Reversals {
 }
 
 impl Reversals {
-    /// Takes the position at a tick, counts.
+    /// Evaluates the position (counts) at tick `k`.
     #[inline]
     pub(crate) fn see(&mut self, k: u32, position: f64) {
         let Some([low, high]) = &mut self.range else {
@@ -305,7 +308,7 @@ impl Reversals {
         };
         (*low, *high) = (low.min(position), high.max(position));
         if self.direction == 0.0 {
-            // Which way the joint goes is known with its first retreat, from wherever it had been.
+            // The first retreat from either extreme determines the direction.
             let (below, above) = (*high - position, position - *low);
             if below.max(above) > RETREAT_COUNTS {
                 (self.direction, self.extreme) = ((above - below).signum(), position);
@@ -360,7 +363,7 @@ mod tests {
 
     const H: f64 = 0.01;
 
-    /// The measures of a step of 1000 samples whose position is 1000 - e(t) counts.
+    /// Returns the measures of a step of 1000 samples whose position is 1000 - e(t) counts.
     fn stepped(error: impl Fn(f64) -> f64) -> StepMeasures {
         let sample = |k: u32| {
             let error = error(f64::from(k) * H);
@@ -387,7 +390,8 @@ mod tests {
         // Exactly two counts are within, a little more is not.
         assert_eq!(stepped(|_| 2.0).at_encoder.settled_s, Some(0.0));
         assert_eq!(stepped(|_| -2.000_001).at_encoder.settled_s, None);
-        // One that leaves again at the very end is not settled; one that came back is, late.
+        // An error that leaves again at the very end has not settled; one that comes back has,
+        // late.
         assert_eq!(stepped(|t| if t > 9.995 { 2.1 } else { 0.0 }).at_encoder.settled_s, None);
         let late = stepped(|t| if (8.995..9.005).contains(&t) { 2.1 } else { 0.0 });
         assert_eq!(late.at_encoder.settled_s, Some(901.0 * H));
@@ -431,7 +435,7 @@ mod tests {
         let found = judge.measures(&CaseSample::default(), judge.rests_s());
         assert_eq!(found.at_encoder.settled_s, Some(250.0 * H));
         assert!(found.at_encoder.is_success);
-        // 2.5 s from the begin are too late for a step.
+        // 2.5 s from the start are too late for a step.
         assert!(!judge.measures(&CaseSample::default(), 0.0).at_encoder.is_success);
     }
 
@@ -458,7 +462,7 @@ mod tests {
     fn hunting_is_counted_in_retreats_of_more_than_a_count() {
         use std::f64::consts::TAU;
         // A sine of 1 Hz turns twice a second, ten times in the last five: the first turn only
-        // finds the direction if less than a count was gone before it.
+        // determines the direction if the joint moved less than a count before it.
         let hunting = |amplitude: f64| stepped(|t| amplitude * (TAU * t).sin());
         let found = hunting(3.0);
         assert!((9..=10).contains(&found.reversals), "{found:?}");

@@ -14,9 +14,9 @@
 //!                                                       tables of their own; follow_chart.rs
 //! ```
 //!
-//! Every law sees the same joints. A row depends on the seed, the family, the number of the case
-//! and the law, and on nothing else: so that any part of an ensemble may be run anywhere, and a
-//! summary of rows does not depend on who ran them.
+//! Every law sees the same joints. A row depends only on the seed, the family, the number of the
+//! case and the law. So any part of an ensemble can run on any machine, and the summary of the rows
+//! is the same.
 
 mod arm_case;
 mod arm_draw;

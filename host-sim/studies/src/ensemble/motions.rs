@@ -31,8 +31,8 @@ impl Approach {
         }
     }
 
-    /// Lets a servo go to a target, in counts from where it was armed. Returns whether it does: one
-    /// that has tripped refuses.
+    /// Commands a servo to go to a target, in counts from its position at arming. Returns whether
+    /// it does: a servo that has tripped refuses.
     ///
     /// # Errors
     /// If the core refuses the limits of the profile.

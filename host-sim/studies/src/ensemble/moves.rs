@@ -1,10 +1,10 @@
-//! Random moves in a row, with the state of the controller kept: a law that wears itself out shows
-//! in the last tenth of them.
+//! Random moves in a row. The controller keeps its state, so a law whose state degrades misses more
+//! of the last tenth.
 //!
-//! Each move is an [`Approach`](super::Approach) to a target or a trapezoid, by turns of a coin, of
-//! a random way. A trapezoid has the speed of the case's own, or takes as long as four half blends
-//! if it is short. A move is missed if the joint is not within 2 counts 2.5 s after its set point
-//! came to rest (thesis-axis: 4 s).
+//! A coin decides whether a move is an [`Approach`](super::Approach) to a target or a trapezoid.
+//! Its distance is random. A trapezoid has the speed of the case's own; a short one lasts four half
+//! blends. A move is missed if the joint is not within 2 counts 2.5 s after its set point came to
+//! rest (thesis-axis: 4 s).
 
 use stiction::control::reference::{Corner, Reference, Trajectory};
 use stiction::safety::fault::Fault;
@@ -19,26 +19,26 @@ use files::error::Error;
 use simulator::experiment::position;
 use simulator::rules::ControllerGains;
 
-/// Farthest position of a row, in multiples of the trapezoid's own way.
+/// Farthest position of a row, in multiples of the distance of the case's trapezoid.
 const FARTHEST: f64 = 2.0;
 
-/// The way of a move, in multiples of the trapezoid's own.
+/// Range of the distance of a move, in multiples of that of the case's trapezoid.
 const WAY: [f64; 2] = [2e-3, 1.0];
 
-/// What a row of moves comes to: in the first tenth, and in the last.
+/// Result of a row of moves. Pairs are of the first tenth and of the last.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Wear {
-    /// Moves of a tenth.
+    /// Number of moves in a tenth.
     pub judged: u32,
-    /// Moves that were missed.
+    /// Number of missed moves in the first and in the last tenth.
     pub missed: [u32; 2],
-    /// Moves of the whole row that were missed.
+    /// Number of missed moves in the whole row.
     pub missed_of_all: u32,
     /// Root mean square of the error while the set point of a trapezoid moved, counts.
     pub rms_counts: [Option<f64>; 2],
     /// Fault that ended the row; every move after it is missed.
     pub fault: Option<Fault>,
-    /// Move that it ended, from 1.
+    /// Move that the fault ended, from 1.
     pub fault_in: Option<u32>,
 }
 
@@ -90,7 +90,7 @@ pub fn run(case: &Case, gains: &ControllerGains, motions: Motions) -> Result<Wea
         if rig.fault().is_some() {
             wear.fault_in.get_or_insert(number + 1);
         }
-        // What is not a number is missed.
+        // An error that is NaN is a miss.
         let hit = follows && rig.fault().is_none() && error.abs() <= BAND_COUNTS;
         wear.missed_of_all += u32::from(!hit);
         for (missed, is_judged) in wear.missed.iter_mut().zip(tenths) {
@@ -115,7 +115,7 @@ fn trapezoid(case: &Case, next: &Move) -> Result<(Reference, u32), Error> {
     let h = case.bounds.sampled.sample_time;
     let half_blend_s = case.trapezoid.half_blend_s;
     let way_s = (next.to - next.from).abs() * case.count() / case.trapezoid.speed;
-    // Blends must not overlap, nor after their ends were rounded to ticks.
+    // Blends must not overlap, even after their ends were rounded to ticks.
     let last_s = half_blend_s + way_s.max(2.0 * half_blend_s + 2.0 * h);
     let corner = |time_s: f64, counts: f64| Corner {
         tick: (time_s / h).ceil() as u32,

@@ -24,7 +24,7 @@ use simulator::plant::{Delay, DelayLine};
 use simulator::rules::{ControllerGains, JointBounds};
 use simulator::target::{Target, WatchedServo};
 
-/// A brake that holds any joint, in multiples of the effort limit.
+/// Torque of a brake that holds any joint, in multiples of the effort limit.
 const BRAKE: f64 = 10.0;
 
 /// A servo and its joint.
@@ -33,19 +33,19 @@ pub struct Rig {
     joint: AnyJoint,
     encoder: JointEncoder,
     motor_encoder: Option<JointEncoder>,
-    /// Noise of the encoder, and of that of the motor.
+    /// Noise of the joint's encoder and of the motor's encoder.
     noise: Option<[CountNoise; 2]>,
     condition: Condition,
     jitter: Option<JitteringTicks>,
     disc: Option<EccentricDisc>,
-    /// Encoder that has failed, of two.
+    /// Failed encoder of a joint that has two.
     #[cfg(test)]
     failed: Option<FailedSensor>,
     /// Time since arming, s.
     time_s: f64,
     amplified: Amplified,
     bounds: JointBounds,
-    /// Where the servo was armed, counts.
+    /// Position at arming, counts.
     armed_at: i64,
 }
 
@@ -60,7 +60,7 @@ pub(super) struct Amplified {
     per_degree: f64,
     /// Whether the law has given up, as of the last tick.
     has_given_up: bool,
-    /// What the law published of itself in the last tick.
+    /// Signals that the law published in the last tick.
     published: [f32; MAX_LAW_SIGNALS],
 }
 
@@ -87,7 +87,8 @@ pub(super) fn armed(
 }
 
 impl Amplified {
-    /// A servo behind a delay; `scale` is the effort of a volt and the angle of a degree.
+    /// Puts an amplifier with a delay behind a servo. The last argument is the effort of a volt and
+    /// the angle of a degree, in the unit of the joint.
     pub fn new(
         servo: WatchedServo,
         bounds: &JointBounds,
@@ -100,8 +101,9 @@ impl Amplified {
         Self { servo, delay, per_code, per_degree, has_given_up: false, published }
     }
 
-    /// Puts a tick out, and says where the joint was: the encoder's side, and the load. `count` is
-    /// the angle of a count, and ticks are `tick_s` apart.
+    /// Outputs the effort of a tick, and returns the sample of a joint with this motion of its
+    /// encoder's side and of its load. `count` is the angle of a count, and ticks are `tick_s`
+    /// apart.
     #[inline]
     pub fn sample(
         &mut self,
@@ -165,19 +167,20 @@ impl Rig {
         Ok(rig)
     }
 
-    /// Has the servo follow a reference from the next tick on; returns whether it does. One that
-    /// has tripped does not, and none follows a trajectory that begins too far from its joint.
+    /// Commands the servo to follow a reference from the next tick on; returns whether it does. The
+    /// servo refuses if it has tripped, or if a trajectory begins too far from the joint.
     #[must_use]
     pub fn follow(&mut self, reference: Reference) -> bool {
         self.amplified.servo.follow(reference).is_ok()
     }
 
-    /// Returns where the servo was armed, counts.
+    /// Returns the position at arming, counts.
     pub const fn armed_at(&self) -> f64 {
         self.armed_at as f64
     }
 
-    /// Has the servo go to a target, in counts from where it was armed; returns whether it does.
+    /// Commands the servo to go to a target, in counts from the position at arming; returns whether
+    /// it does.
     ///
     /// # Errors
     /// If the core refuses the limits of the profile.
@@ -185,7 +188,7 @@ impl Rig {
         approach.start(&mut self.amplified.servo, to, &self.bounds)
     }
 
-    /// Has an encoder of two fail from the next tick on.
+    /// Makes one of two encoders fail from the next tick on.
     #[cfg(test)]
     pub(super) const fn fail(&mut self, failed: FailedSensor) {
         self.failed = Some(failed);
@@ -201,8 +204,8 @@ impl Rig {
         self.amplified.has_given_up
     }
 
-    /// Returns what the laws published of themselves in the last tick, `name=value` with a space
-    /// between; of several laws the first that publishes anything does so.
+    /// Returns the signals that the law published in the last tick, `name=value` with a space
+    /// between. Of several laws, the first one that has signals is used.
     pub fn published(&self, laws: &[Gains]) -> String {
         let signals = laws.iter().map(Gains::signals).find(|signals| !signals.is_empty());
         let values = signals.into_iter().flatten().zip(self.amplified.published);
@@ -211,7 +214,7 @@ impl Rig {
         bounds.join(" ")
     }
 
-    /// Runs a tick, and moves the joint on to the next one; returns where it was at the tick.
+    /// Runs a tick, and moves the joint on to the next one; returns the sample at the tick.
     #[inline]
     pub fn step(&mut self) -> CaseSample {
         let [noise, motor_noise] =

@@ -1,7 +1,7 @@
-//! The rows of an ensemble as a file: what `--csv` writes, `--resume` goes on from, and `stiction
-//! ensemble merge` puts together.
+//! Files of an ensemble's rows: `--csv` writes them, `--resume` continues them, and `stiction
+//! ensemble merge` joins them.
 //!
-//! The file is CSV with one line before it that says which ensemble it is of:
+//! The file is CSV, after one line that identifies the ensemble:
 //!
 //! ```text
 //! #{"schema":4,"seed":1,"cases":200,"hard":false,"rate_hz":1000.0,...}
@@ -9,8 +9,8 @@
 //! rigid,pd,0,...
 //! ```
 //!
-//! Numbers are written so that they are read back bit for bit. A file has every column, or is
-//! refused: what is missing would be taken for what never was.
+//! Numbers are written so that they are read back bit for bit. A file that lacks a column is
+//! refused: a missing value would be read as an event that never happened, such as settling.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{self, File, OpenOptions};
@@ -30,15 +30,15 @@ use simulator::guest;
 use simulator::output::OutputFile;
 use simulator::rules::GainRule;
 
-/// The form of a file: 2 since every column has to be there, and a group says whether it is a
-/// family and what is asked of its joints; 3 with `law_signals`; 4 with both sides of the gear, the
-/// goal, and the move that a fault ended.
+/// Version of the form. 2: every column is required, and a group states whether it is a family and
+/// what its joints must reach. 3: with `law_signals`. 4: with both sides of the gear, the goal, and
+/// the move that a fault ended.
 const SCHEMA: u32 = 4;
 
-/// Column that a file of the same form can lack: all its set points jumped to their targets.
+/// Column that older files of the same form lack: there, all set points jumped to their targets.
 const ADDED: &str = "set_point_rests_s";
 
-/// Which ensemble rows are of. Rows of two files go together if this is the same.
+/// Identity of the ensemble that rows belong to. Only files with equal headers can be merged.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct EnsembleHeader {
@@ -63,13 +63,13 @@ pub struct EnsembleHeader {
     pub families: Vec<Group>,
     /// Names of the laws, in the order of reports.
     pub laws: Vec<String>,
-    /// Of a machine's own file: its text, and then the keys that were set or vary.
+    /// Text of a machine's own file, then the keys that were set or vary; empty for families.
     #[serde(default)]
     pub machine: Vec<String>,
-    /// How the set point goes to the target; a file of before has steps.
+    /// How the set point goes to the target; in older files, which lack the key, by a step.
     #[serde(default = "step")]
     pub motion: Approach,
-    /// Condition of the joints; a file of before has none.
+    /// Condition of the joints; older files, which lack the key, have none.
     #[serde(default)]
     pub condition: Condition,
     /// Versions of the laws of other programs, by their names; left out without such laws.
@@ -140,7 +140,8 @@ impl EnsembleHeader {
         self.cases * (self.families.len() * self.laws.len()) as u64
     }
 
-    /// Names the first figure in which two headers differ.
+    /// Returns a description of the first key in which two headers differ; `None` if they are
+    /// equal.
     fn difference(&self, other: &Self) -> Option<String> {
         let values = |header: &Self| {
             serde_json::to_value(header).ok().and_then(|value| value.as_object().cloned())
@@ -168,7 +169,7 @@ pub fn sort(header: &EnsembleHeader, rows: &mut [CaseResult]) {
     });
 }
 
-/// Renders a whole file.
+/// Renders a whole file: the header, the titles and the rows.
 ///
 /// # Errors
 /// If the rows cannot be written as CSV.
@@ -189,10 +190,10 @@ fn lines(rows: &[CaseResult], with_titles: bool) -> Result<Vec<u8>, Error> {
     writer.into_inner().map_err(|error| Error::Input(error.to_string()))
 }
 
-/// Reads a file. A last line that is cut off is left out: that is where a run was interrupted.
+/// Reads a file. A last line that is cut off, where a run was interrupted, is left out.
 ///
 /// # Errors
-/// Names the file, and the line that is none.
+/// Returns an error that names the file and the invalid line.
 pub fn read(path: &Path) -> Result<(EnsembleHeader, Vec<CaseResult>), Error> {
     let text = fs::read_to_string(path).map_err(|source| Error::File {
         action: "read",
@@ -232,7 +233,7 @@ fn parse(text: &str) -> Result<(EnsembleHeader, Vec<CaseResult>), String> {
     Ok((header, rows.collect::<Result<_, _>>()?))
 }
 
-/// The titles of the columns.
+/// Returns the titles of the columns.
 fn titles() -> Result<Vec<String>, String> {
     let text = lines(&[CaseResult::default()], true).map_err(|error| error.to_string())?;
     let mut reader = csv::Reader::from_reader(text.as_slice());
@@ -240,11 +241,11 @@ fn titles() -> Result<Vec<String>, String> {
     Ok(titles.iter().map(str::to_owned).collect())
 }
 
-/// Puts the rows of several files together, as if they had been one run.
+/// Merges the rows of several files into those of one run.
 ///
 /// # Errors
-/// Names a file of another ensemble, a row that two files have with other values, or the first row
-/// that none has.
+/// Returns an error that names a file of another ensemble, a row with other values in another file,
+/// or the first missing row.
 pub fn merge(
     files: &[(String, EnsembleHeader, Vec<CaseResult>)],
 ) -> Result<(EnsembleHeader, Vec<CaseResult>), Error> {
@@ -276,10 +277,10 @@ pub fn merge(
     Ok((header.clone(), rows))
 }
 
-/// Refuses rows that are not all of an ensemble.
+/// Rejects an incomplete set of rows.
 ///
 /// # Errors
-/// Names the first row that is missing.
+/// Returns an error that names the first missing row.
 pub fn complete(header: &EnsembleHeader, rows: &[CaseResult]) -> Result<(), Error> {
     if rows.len() as u64 == header.rows() {
         return Ok(());
@@ -313,10 +314,11 @@ pub struct ResumeFile {
 }
 
 impl ResumeFile {
-    /// Opens a file to add to it, and returns the rows that it has; makes it if it is not there.
+    /// Opens a file to append rows, and returns its rows. Creates the file if it does not exist.
     ///
     /// # Errors
-    /// Names the file if it cannot be read or written, or is of another ensemble.
+    /// Returns an error that names the file if it cannot be read or written, or is of another
+    /// ensemble.
     pub fn open(
         output: &OutputFile,
         header: &EnsembleHeader,
@@ -345,7 +347,7 @@ impl ResumeFile {
     /// Adds a row.
     ///
     /// # Errors
-    /// Names the file if it cannot be written.
+    /// Returns an error that names the file if it cannot be written.
     pub fn add(&mut self, row: &CaseResult) -> Result<(), Error> {
         let line = lines(std::slice::from_ref(row), false)?;
         let path = &self.path;
@@ -357,7 +359,7 @@ impl ResumeFile {
 /// Part `k` of `n` of an ensemble's cases.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Shard {
-    /// From 1 to `of`.
+    /// Number of the part, from 1 to `of`.
     pub number: u64,
     /// Number of parts.
     pub of: u64,
@@ -367,7 +369,7 @@ impl Shard {
     /// Reads `k/n`.
     ///
     /// # Errors
-    /// Says what is allowed.
+    /// Returns an error that states what is allowed.
     pub fn read(text: &str) -> Result<Self, Error> {
         let read = || {
             let (number, of) = text.split_once('/')?;
@@ -379,10 +381,11 @@ impl Shard {
         })
     }
 
-    /// Says whether a case belongs to this part. Neighbours go to different parts: the encoders,
-    /// which alternate, and the costs of a family are spread.
+    /// Returns whether a case belongs to this part. Successive pairs of cases go to different
+    /// parts, so that the costs of a family are spread.
     pub const fn has(self, case: u64) -> bool {
-        // Both resolutions of the encoder go to every part, also of an even number of them.
+        // The resolution of the encoder alternates. By pairs, every part has both, also of an even
+        // number of parts.
         (case / 2) % self.of == self.number - 1
     }
 }

@@ -1,5 +1,5 @@
-//! Files of rows that are refused, and reports on files and families that are not taken for one
-//! another.
+//! Files of rows that are refused, and reports that must not confuse a machine's file with a
+//! family.
 
 use super::case_result::CaseResult;
 use super::drawn_case::DrawOptions;
@@ -28,7 +28,7 @@ fn row(family: &str) -> CaseResult {
     CaseResult { family: family.into(), law: "pd".into(), ..CaseResult::default() }
 }
 
-/// A column of another name would be read as one in which nothing is.
+/// A column of another name would be read as an empty one.
 #[test]
 fn a_file_that_lacks_a_column_or_has_another_form_is_refused() {
     let directory = tempfile::tempdir().unwrap();
@@ -76,7 +76,7 @@ fn a_file_without_a_motion_is_read_as_one_of_steps() {
     assert_eq!(rows::read(&path).unwrap().0.motion, Approach::Profiled);
 }
 
-/// A machine's file has the name that its user gave it.
+/// The user names a machine's file, possibly like a family.
 #[test]
 fn a_file_with_the_name_of_a_family_is_no_such_family() {
     let laws = ["pd".to_owned()];

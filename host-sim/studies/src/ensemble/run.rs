@@ -11,18 +11,18 @@ use files::error::Error;
 use simulator::progress::Progress;
 use simulator::rules::{ControllerGains, GainRule, JointBounds};
 
-/// What is run.
+/// Joints, motions and laws of an ensemble.
 #[derive(Clone)]
 pub struct Ensemble {
     /// The seed of every draw.
     pub seed: u64,
     /// Number of joints of each family.
     pub cases: u64,
-    /// What is varied beside the seed.
+    /// Options of the draw beside the seed.
     pub kind: DrawOptions,
     /// How the set point goes to the target.
     pub approach: Approach,
-    /// Moves in a row; 0: none.
+    /// Number of moves in a row; 0: none.
     pub moves: u32,
     /// The families.
     pub families: Vec<Family>,
@@ -45,7 +45,7 @@ pub fn run(
     run_with(ensemble, progress, GainRule::gains, wanted, take)
 }
 
-/// Does the same with gains from elsewhere than the rules' constants.
+/// Runs cases as [`run`] does, with the gains that `gains` returns for a rule and a joint.
 ///
 /// # Errors
 /// As [`run`].
@@ -68,7 +68,8 @@ pub(super) fn run_with(
     })
 }
 
-/// Draws the joints that are wanted, and does something with each of them, on every core.
+/// Draws the joints for which `is_wanted` returns true, and calls `act` with each of them, on every
+/// core.
 ///
 /// # Errors
 /// Returns the first error. Other joints can have been run before it.

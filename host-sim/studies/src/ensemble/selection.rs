@@ -1,4 +1,4 @@
-//! Families, rate and number of joints as a user names them.
+//! Families, rate and number of joints, as options name them.
 
 use std::ops::RangeInclusive;
 
@@ -9,7 +9,7 @@ use files::error::Error;
 /// Default sample rate, Hz.
 pub const RATE_HZ: f64 = 1000.0;
 
-/// Number of joints of a family.
+/// Allowed number of joints of a family.
 pub const CASES_ALLOWED: RangeInclusive<u64> = 1..=1_000_000;
 
 /// Checks the sample rate, Hz, against the range of the core's ticks and the device's timer.
@@ -23,7 +23,7 @@ pub fn allowed_rate(rate_hz: f64) -> Result<f64, Error> {
     Err(Error::Input(format!("--rate {rate_hz}: must be a number from 50 to 10000")))
 }
 
-/// Returns the named families, each once.
+/// Returns the named families, each once; `all` stands for the usual ones.
 ///
 /// # Errors
 /// Returns an error with a name that no family has.
@@ -40,7 +40,8 @@ pub fn families(names: &[String]) -> Result<Vec<Family>, Error> {
     Ok(families)
 }
 
-/// Returns the named families under a condition. Of `all` it leaves out those that do not have it.
+/// Returns the named families under a condition. If `all` is among the names, families that the
+/// condition does not fit are left out.
 ///
 /// # Errors
 /// Returns an error with a name that no family has, or with a family that lacks the condition.

@@ -48,14 +48,14 @@ fn gear_backlash_is_drawn_log_uniform_within_a_tenth_of_a_degree_and_one() {
     let middle = (least * most).sqrt();
     let below = drawn.iter().filter(|deg| **deg < middle).count() as f64 / CASES as f64;
     assert!((below - 0.5).abs() < 2.5 / (CASES as f64).sqrt(), "{below}");
-    // Twenty counts of the family beside it stay twenty counts.
+    // The limit of `flexible-backlash` is still twenty counts.
     for number in 0..200 {
         let case = Case::draw(1, Family::FlexibleBacklash, number, EASY);
         assert!(backlash(&case) <= 20.0 * case.count());
     }
 }
 
-/// The load is at most the backlash off, and the wind-up of the shaft by its own friction.
+/// The load is off by at most the backlash and the wind-up of the shaft under the load's friction.
 #[test]
 fn behind_a_real_gear_the_encoder_succeeds_and_the_load_is_off_by_up_to_the_backlash() {
     let mut off = 0;
@@ -120,7 +120,7 @@ fn a_file_s_joint_is_judged_at_both_sides_and_its_success_is_the_load_s() {
     assert!((counts - 0.6 / (360.0 / 102_400.0)).abs() < 0.01, "{counts}");
 }
 
-/// By chance the load of a law that misses at the encoder is at its target.
+/// The load of the law `chance` is at its target by chance: the law misses at the encoder.
 #[test]
 fn laws_on_a_file_whose_encoder_cannot_see_slack_are_ranked_at_the_encoder() {
     let (mut header, rows) = around_the_gear(&[]);
@@ -157,7 +157,7 @@ fn a_goal_of_the_file_decides_at_both_sides() {
     // A time that is too short for the soft start and the step.
     let (_, rows) = around_the_gear(&["goal.tolerance_deg=0.7", "goal.settle_s=0.1"]);
     assert!(!rows[0].success_at_encoder && !rows[0].success_at_load, "{:?}", rows[0]);
-    // And one that it keeps.
+    // A settling time and a hold that the joint meets.
     let hold = ["goal.tolerance_deg=0.7", "goal.settle_s=2.0", "goal.hold_s=1.0"];
     let (_, rows) = around_the_gear(&hold);
     assert!(rows[0].success_at_encoder, "{:?}", rows[0]);

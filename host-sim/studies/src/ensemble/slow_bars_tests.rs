@@ -1,5 +1,5 @@
-//! Bars of slow motion, on a seed that no constant was tuned with: minutes, so only in the long
-//! run of the tests. The tables are printed.
+//! Bars of slow motion: the limits required of `robust`, on a seed that no constant was tuned with.
+//! The tests last minutes and are in the long run only. They print the tables.
 
 use std::sync::atomic::{AtomicU32, Ordering};
 
@@ -19,10 +19,10 @@ use simulator::rules::rules;
 const SEED: u64 = 9907;
 const JOINTS: u64 = 500;
 
-/// Families whose motor and load are one.
+/// Families with one body for motor and load.
 const STIFF: [Family; 4] = [Family::Rigid, Family::Loaded, Family::Gravity, Family::LuGre];
 
-/// Cells that miss their bar, each with what it was measured to be, rounded up.
+/// Cells that miss their bar, each with its measured value, rounded up.
 const MISSED: [(&str, f64); 12] = [
     ("loaded, 30 counts/s, rms p50", 0.47),
     ("gravity, 30 counts/s, rms p50", 0.46),
@@ -38,7 +38,7 @@ const MISSED: [(&str, f64); 12] = [
     ("flexible-motor, late-output, missed", 12.0),
 ];
 
-/// A figure of `robust`, and the largest that its bar allows.
+/// Measured value of `robust`, and the largest that its bar allows.
 struct Cell {
     name: String,
     found: f64,
@@ -58,8 +58,8 @@ fn ensemble(families: &[Family], laws: &[&str]) -> Ensemble {
     }
 }
 
-/// Prints the cells, and holds each against its bar: a cell misses it if it is of [`MISSED`], and
-/// only then.
+/// Prints the cells, and compares each with its bar: the cells of [`MISSED`] must miss it, but not
+/// exceed their value there; all others must meet it.
 fn judge(cells: &[Cell]) {
     let mut wrong = Vec::new();
     for Cell { name, found, bar } in cells {
@@ -81,8 +81,8 @@ fn p(values: &SortedValues, share: f64) -> f64 {
     values.quantile(share).unwrap()
 }
 
-/// To 100 counts a second a stiff joint stays within 0.7 counts rms and 2.5 counts, and nowhere is
-/// the better of PID and SRNF better by more than 0.2 counts rms.
+/// Up to 100 counts a second a stiff joint stays within 0.7 counts rms and 2.5 counts, and nowhere
+/// is the better of PID and SRNF better by more than 0.2 counts rms.
 #[test]
 #[ignore = "eight minutes for the three of this file: cargo xtask test --all"]
 fn ramps_are_followed_within_their_bars() {

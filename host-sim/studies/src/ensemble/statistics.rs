@@ -6,9 +6,9 @@
 //! (p + z^2/2n -+ z sqrt(p (1 - p)/n + z^2/4n^2)) / (1 + z^2/n)      p = k/n, z = 1.959964
 //! ```
 //!
-//! Why this one: it says something useful where all cases succeed or none does, and its coverage is
-//! near 95 % on average over p (L. D. Brown, T. T. Cai and A. DasGupta, *Statistical Science* 16
-//! (2001), 101). Clopper and Pearson's covers at least 95 % for every p, and is wider.
+//! Why this one: it is useful also where all cases succeed or none does, and its coverage is near
+//! 95 % on average over p (L. D. Brown, T. T. Cai and A. DasGupta, *Statistical Science* 16 (2001),
+//! 101). Clopper and Pearson's covers at least 95 % for every p, and is wider.
 //!
 //! A quantile is the smallest value that at least that share of the cases does not exceed (nearest
 //! rank): it is always the value of a case, and infinity is a value like any other.
@@ -16,8 +16,7 @@
 /// The 97.5 % quantile of the standard normal distribution.
 const Z: f64 = 1.959_963_984_540_054;
 
-/// Returns Wilson's 95 % interval of a share, of which `k` of `n` cases were seen; of no case it is
-/// everything.
+/// Returns Wilson's 95 % interval of the share of `k` in `n` cases; without cases it is 0 to 1.
 pub fn wilson(k: usize, n: usize) -> [f64; 2] {
     if n == 0 {
         return [0.0, 1.0];
@@ -33,12 +32,12 @@ pub fn wilson(k: usize, n: usize) -> [f64; 2] {
     [low, high]
 }
 
-/// Values in order, of which quantiles are asked.
+/// Sorted values, for quantiles.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SortedValues(Vec<f64>);
 
 impl SortedValues {
-    /// Sorts values. What is not a number counts as infinite: nothing is known of it that is good.
+    /// Sorts values. NaN counts as infinite, which is the worst value.
     pub fn new(values: impl IntoIterator<Item = f64>) -> Self {
         let mut values: Vec<f64> =
             values.into_iter().map(|x| if x.is_nan() { f64::INFINITY } else { x }).collect();
@@ -46,13 +45,13 @@ impl SortedValues {
         Self(values)
     }
 
-    /// Returns the smallest value that the share `p` of all does not exceed; none of no values.
+    /// Returns the smallest value that the share `p` of all does not exceed; `None` without values.
     pub fn quantile(&self, p: f64) -> Option<f64> {
         let rank = (p * self.0.len() as f64).ceil() as usize;
         self.0.get(rank.max(1) - 1).copied()
     }
 
-    /// Returns how many values there are that are finite.
+    /// Returns the number of finite values.
     pub fn finite(&self) -> usize {
         self.0.iter().filter(|value| value.is_finite()).count()
     }
@@ -78,7 +77,7 @@ mod tests {
         ] {
             let found = wilson(k, n);
             assert!((found[0] - low).abs() < 5e-5 && (found[1] - high).abs() < 5e-5, "{found:?}");
-            // What fails is what does not succeed.
+            // The share of failures has the mirrored interval.
             let mirrored = wilson(n - k, n);
             assert!((mirrored[0] + found[1] - 1.0).abs() < 1e-12, "{mirrored:?}");
             assert!((mirrored[1] + found[0] - 1.0).abs() < 1e-12, "{mirrored:?}");

@@ -1,4 +1,4 @@
-//! What the rows of a family and a law come to.
+//! Summary of the rows of each family and law.
 
 use std::collections::BTreeMap;
 
@@ -10,65 +10,65 @@ use super::rows::EnsembleHeader;
 use super::statistics::{SortedValues, wilson};
 use super::trips::{self, FalseTrip};
 
-/// The cases that are named as the worst.
+/// Number of worst cases that are named.
 const WORST: usize = 5;
 
-/// The first jump of a load behind a shaft that belongs to a class, counts;
-/// docs/how-to/ensembles.md says what they are.
+/// Classes of the jump of a load behind a shaft: name and lowest jump, counts.
 const JUMPS: [(&str, f64); 5] =
     [("0-4", 0.0), ("4-16", 4.0), ("16-64", 16.0), ("64-256", 64.0), ("256-", 256.0)];
 
-/// One side of the gear.
+/// Results of a law at one side of the gear.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SideSummary {
-    /// Cases that met the goal there, without a fault in the step.
+    /// Number of cases that met the goal there, without a fault in the step.
     pub success: usize,
     /// Wilson's 95 % interval of their share.
     pub success_ci: [f64; 2],
-    /// Settling, s.
+    /// Settling times, s.
     pub settled_s: SortedValues,
-    /// Rest error, counts.
+    /// Rest errors, counts.
     pub rest_counts: SortedValues,
 }
 
-/// A law on a family. Every quantile is over all cases; what never settles takes infinitely long.
+/// Results of a law on a family. Every quantile is over all cases; if a case never settles, its
+/// time is infinite.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LawSummary {
     /// Name of the law.
     pub law: String,
     /// Number of cases.
     pub cases: usize,
-    /// The side of the encoder.
+    /// Results at the encoder's side.
     pub at_encoder: SideSummary,
-    /// The load.
+    /// Results at the load.
     pub at_load: SideSummary,
-    /// Cases that settled in time and stayed, without a fault: of a family at the encoder, of a
-    /// machine's file at the joint.
+    /// Number of cases that settled in time and stayed, without a fault: for a family at the
+    /// encoder, for a machine's file at the side of the joint's own position.
     pub success: usize,
     /// Wilson's 95 % interval of their share.
     pub success_ci: [f64; 2],
-    /// Settling, s.
+    /// Settling times, s.
     pub settling_s: SortedValues,
-    /// Settling into the wider band, s; empty if the family has none.
+    /// Settling times into the wider band, s; empty if the family has none.
     pub near_s: SortedValues,
-    /// When the law gave up before a wall, s; empty without a wall.
+    /// Times at which the law gave up before a wall, s; empty without a wall.
     pub gave_up_s: SortedValues,
-    /// Largest effort afterwards, in the family's unit.
+    /// Largest efforts after giving up, in the family's unit.
     pub effort_after: SortedValues,
-    /// Rest error, counts.
+    /// Rest errors, counts.
     pub rest_counts: SortedValues,
-    /// Rest error of a load that the encoder does not see, counts; empty if there is none.
+    /// Rest errors of a load that the encoder does not see, counts; empty if there is none.
     pub load_rest_counts: SortedValues,
-    /// Cases that hunt.
+    /// Number of cases that hunt.
     pub hunting_cases: usize,
-    /// Distance of their extremes, counts.
+    /// Distances between the extremes of the hunting cases, counts.
     pub hunting_counts: SortedValues,
-    /// Their periods, s.
+    /// Periods of the hunting cases, s.
     pub hunting_period_s: SortedValues,
-    /// Tracking error, in the family's unit; infinite if a fault ended the motion, and empty if
+    /// Tracking errors, in the family's unit; infinite if a fault ended the motion, and empty if
     /// there was no trajectory.
     pub tracking_rms: SortedValues,
-    /// Stops in motion.
+    /// Number of stops in motion of each case.
     pub sticks_in_motion: SortedValues,
     /// Mean total variation of the effort at rest, per second.
     pub variation_rest_per_s: f64,
@@ -76,32 +76,32 @@ pub struct LawSummary {
     pub variation_motion_per_s: f64,
     /// Root mean square of the effort at rest, in the family's unit.
     pub held_effort: SortedValues,
-    /// Cases in which a monitor tripped.
+    /// Number of cases in which a monitor tripped.
     pub false_trips: usize,
-    /// How often each fault was the cause, in steps, trajectories and rows of moves.
+    /// Number of motions that each fault ended: steps, trajectories and rows of moves.
     pub faults: BTreeMap<String, usize>,
     /// Each of these faults, in the order of the cases.
     pub trips: Vec<FalseTrip>,
-    /// Cases and successes by the jump of the load; empty if it is not known.
+    /// Cases and successes by the jump of the load; empty if no case has a jump.
     pub by_jump: Vec<(&'static str, usize, usize)>,
-    /// A row of moves, if there was one.
+    /// Results of the row of moves, if there was one.
     pub moves: Option<MovesSummary>,
     /// Numbers of the worst cases, the worst first.
     pub worst: Vec<u64>,
 }
 
-/// Moves in a row, over all cases: the first tenth and the last.
+/// Results of moves in a row, over all cases. Pairs are of the first tenth and of the last.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MovesSummary {
-    /// Moves of a case.
+    /// Number of moves of a case.
     pub moves: u32,
-    /// Moves of all cases that are in one tenth.
+    /// Number of moves in one tenth, over all cases.
     pub judged: u64,
-    /// Those that missed.
+    /// Number of missed moves in the first and in the last tenth.
     pub missed: [u64; 2],
-    /// Those of all moves.
+    /// Number of missed moves in the whole rows.
     pub missed_of_all: u64,
-    /// Tracking error, in the family's unit.
+    /// Tracking errors, in the family's unit.
     pub tracking_rms: [SortedValues; 2],
 }
 
@@ -122,7 +122,8 @@ pub fn summaries(header: &EnsembleHeader, rows: &[CaseResult]) -> Vec<(Group, Ve
 }
 
 impl SideSummary {
-    /// Summarises a side, of which `of` returns success, settling and rest error.
+    /// Summarises one side of the gear; `of` returns success, settling time (s) and rest error
+    /// (counts) of a row.
     fn of(rows: &[&CaseResult], of: impl Fn(&CaseResult) -> (bool, Option<f64>, f64)) -> Self {
         let of: Vec<_> = rows.iter().map(|row| of(row)).collect();
         let success = of.iter().filter(|(is_success, ..)| *is_success).count();
@@ -137,7 +138,7 @@ impl SideSummary {
 }
 
 impl LawSummary {
-    /// Returns whether the verdict at the load differs from that at the encoder.
+    /// Returns whether the results at the load differ from those at the encoder.
     pub fn is_two_sided(&self) -> bool {
         self.at_encoder != self.at_load
     }
@@ -231,8 +232,8 @@ fn by_jump(
     JUMPS.iter().enumerate().map(count).collect()
 }
 
-/// What failed before what did not, what never settled before what did late, and the larger rest
-/// error first.
+/// Returns the numbers of the worst cases: failures before successes, then the longer settling
+/// (never is the longest), then the larger rest error.
 fn worst(rows: &[&CaseResult], is_success: impl Fn(&CaseResult) -> bool) -> Vec<u64> {
     let mut ranked: Vec<(&CaseResult, bool)> =
         rows.iter().map(|row| (*row, is_success(row))).collect();

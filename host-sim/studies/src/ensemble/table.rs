@@ -10,7 +10,7 @@ use super::summary::{LawSummary, MovesSummary, SideSummary};
 use simulator::output::grid::{self, number};
 use simulator::rules::{GainRule, RULES, TUNING_SEEDS};
 
-/// Trips of a law that the text names.
+/// Largest number of trips of a law that the text lists.
 const TRIPS_NAMED: usize = 10;
 
 /// Renders the families, each with its laws, the best first.
@@ -47,14 +47,15 @@ pub fn render(header: &EnsembleHeader, families: &[(Group, Vec<LawSummary>)]) ->
     text
 }
 
-/// What an encoder on the motor cannot see, of families; of a machine's file it is a warning.
+/// Remark on what an encoder on the motor cannot see, for families; for a machine's file it is a
+/// warning.
 const UNSEEN: &str = "\
 Where the load differs, the encoder is on the motor and cannot see the slack of the gear:
 the load can be off by the backlash and by the wind-up of the shaft.
 
 ";
 
-/// The laws by their success, then by their 95 % settling, then by their tracking. Where the
+/// Returns the laws by their success, then by their 95 % settling, then by their tracking. If the
 /// encoder of a machine's file cannot see slack, success and settling are those at the encoder, as
 /// in the benchmark: no law corrects what its encoder cannot see.
 fn ranked<'a>(group: &Group, summaries: &'a [LawSummary]) -> Vec<&'a LawSummary> {
@@ -73,7 +74,7 @@ fn ranked<'a>(group: &Group, summaries: &'a [LawSummary]) -> Vec<&'a LawSummary>
     ranked
 }
 
-/// The side that the first table judges.
+/// Returns the words for the side that the first table judges.
 const fn judged_side(group: &Group) -> &'static str {
     if group.unseen_slack.is_some() {
         " at the load, ranked at the encoder"
@@ -82,7 +83,7 @@ const fn judged_side(group: &Group) -> &'static str {
     }
 }
 
-/// Both sides of the gear, side by side.
+/// Renders the results at the encoder and at the load, side by side.
 fn sides(ranked: &[&LawSummary]) -> String {
     let mut table = grid::new(&[
         "law",
@@ -173,13 +174,14 @@ fn motion(ranked: &[&LawSummary], unit: &str, effort_unit: &str) -> String {
     table.trim_fmt()
 }
 
-/// Returns a unit for tracking errors, and how many of it make one of the family's unit: 1000 mrad
-/// make a rad.
+/// Returns the factor from the family's unit to a readable unit of tracking errors, and that unit:
+/// 1000 and mrad for rad.
 fn readable(unit: &str) -> (f64, &str) {
     if unit == "rad" { (1e3, "mrad") } else { (1.0, unit) }
 }
 
-/// What has no column: faults, hunting, the load that is not seen, jumps, and a row of moves.
+/// Returns the lines below the tables: worst cases, faults, hunting, the load that is not seen,
+/// jumps, settling into the wider band, walls, and moves in a row.
 fn remarks(summary: &LawSummary, group: &Group, seed: u64) -> Vec<String> {
     let law = &summary.law;
     let Group { unit: whole, effort_unit, near, .. } = group;
@@ -293,7 +295,7 @@ docs/how-to/ensembles.md has the details.
     text
 }
 
-/// After how long something is so, with the unit; what never is, in words.
+/// Formats a time with its unit after `after`; `never` if it is infinite.
 fn after(value: Option<f64>) -> String {
     match value {
         Some(value) if value.is_finite() => format!("after {} s", number(Some(value), 2)),
@@ -301,7 +303,7 @@ fn after(value: Option<f64>) -> String {
     }
 }
 
-/// A time, s; `never` if it is infinite.
+/// Formats a time, s; `never` if it is infinite.
 fn time(value: Option<f64>) -> String {
     match value {
         Some(value) if value.is_infinite() => "never".into(),
@@ -309,7 +311,7 @@ fn time(value: Option<f64>) -> String {
     }
 }
 
-/// Three digits that say something.
+/// Formats a value with two decimals; from 10 on with one, from 100 on with none.
 fn short(value: Option<f64>) -> String {
     match value {
         Some(value) if value.abs() >= 100.0 => number(Some(value), 0),

@@ -1,4 +1,4 @@
-//! The whole of it: cases whose end is known, and reports that depend on nothing but the seed.
+//! Tests of whole ensembles: cases with a known result, and reports that depend on the seed only.
 
 use std::path::Path;
 use std::sync::Mutex;
@@ -37,8 +37,8 @@ fn ran(case: &Case, law: &str) -> CaseResult {
     case::run(case, law, &case.gains(rule), STEPPED).unwrap()
 }
 
-/// A rigid joint with as much friction as nothing but the caller says, and without load, lag and
-/// delay, that starts on a count.
+/// Returns a rigid joint whose Coulomb and stick friction are `friction`, N m, with a step of
+/// `step`, rad. It has no load, lag or delay and starts on a count.
 fn joint(friction: f64, step: f64) -> Case {
     let mut case = Case::draw(1, Family::Rigid, 0, EASY);
     let Train::Rigid(mut body) = case.joint.train else { panic!("{case:?}") };
@@ -85,7 +85,7 @@ fn pd_settles_a_joint_with_hardly_any_friction_as_its_poles_say() {
 
 #[test]
 fn a_monitor_that_trips_is_no_success_and_is_counted() {
-    // A brake that never opens: SRNF asks for more than what starts the joint.
+    // Friction like a brake that never opens: SRNF commands more than should start the joint.
     let mut case = joint(1.0, 0.02);
     let Train::Rigid(Body { friction, .. }) = &mut case.joint.train else { panic!() };
     (friction.curve.coulomb, friction.curve.stick) = (100.0, 100.0);
@@ -95,8 +95,8 @@ fn a_monitor_that_trips_is_no_success_and_is_counted() {
     assert!((row.rest_counts - 0.02 / case.count()).abs() < 1.0, "{row:?}");
 }
 
-/// 0.5 rad at 60 N m and 0.34 kg m^2: a step comes to some 9 rad/s, and the monitor of PD's Kd
-/// (29.5 N m s/rad) trips at 2.5 x 60/29.5 = 5.1 rad/s. A profile has half of 3 rad/s.
+/// 0.5 rad at 60 N m and 0.34 kg m^2: a step reaches some 9 rad/s, and the monitor of PD's Kd (29.5
+/// N m s/rad) trips at 2.5 x 60/29.5 = 5.1 rad/s. A profile stays within half of 3 rad/s.
 #[test]
 fn a_profiled_move_stays_below_the_speed_at_which_a_step_trips() {
     let case = joint(1.0, 0.5);
@@ -130,9 +130,8 @@ fn no_overhauled_joint_spins_away_without_a_fault() {
     }
 }
 
-/// With the encoder on the load, effort that an observer finds too quickly feeds a load that swings
-/// behind its transmission. So it is slower there while the joint moves, unless its bandwidth is
-/// set.
+/// With the encoder on the load, a fast observer feeds a load that swings behind its transmission.
+/// So the observer is slower there while the joint moves, unless its bandwidth is set.
 #[test]
 fn loads_swing_less_on_their_way_under_the_observer_of_their_side_than_under_the_motors() {
     let tracked = |observer: f32| {
@@ -146,7 +145,7 @@ fn loads_swing_less_on_their_way_under_the_observer_of_their_side_than_under_the
                     gains.observer = observer;
                 }
                 let row = case::run(&case, "robust", &gains, STEPPED).unwrap();
-                // One that trips has not come along either.
+                // A joint that trips counts as not tracking.
                 row.tracking_rms.unwrap_or(f64::INFINITY)
             })
             .collect();
@@ -154,16 +153,17 @@ fn loads_swing_less_on_their_way_under_the_observer_of_their_side_than_under_the
         rms
     };
     let (own, motors) = (tracked(0.0), tracked(110.0));
-    // The ninth tenth of other joints is at 29 and at 334 mrad; here a third of the motor's trip.
+    // On other joints the 90 % quantiles are 29 and 334 mrad; here a third of the joints with the
+    // motor's bandwidth trip.
     assert!(own[26] < 0.05 && own[29].is_finite(), "{own:?}");
     assert!(motors[26] > 0.2, "{motors:?}");
-    // The price: those that do not swing, a fifth of them, are followed less closely.
+    // The price: a fifth of the joints, whose loads do not swing, are tracked less closely.
     assert!(motors[5] < 0.5 * own[5], "{own:?} {motors:?}");
 }
 
-/// In a slow loop a pulse is planned with the friction that was learned in motion. Learned at full
-/// speed, it has the error of the viscous friction in it, and a loose joint goes to and fro. These
-/// are the thirteen of 500 joints that miss moves if friction is learned up to 9.64 deg/s.
+/// In a slow loop a pulse is planned with the friction that was learned in motion. If it is learned
+/// at full speed, it contains the error of the viscous friction, and a loose joint goes to and fro.
+/// These are the thirteen of 500 joints that miss moves if friction is learned up to 9.64 deg/s.
 #[test]
 fn loose_joints_of_a_slow_loop_miss_no_move_with_friction_that_is_learned_at_low_speed() {
     for number in [83, 95, 126, 132, 165, 215, 231, 265, 315, 411, 414, 431, 452] {
@@ -335,7 +335,7 @@ fn the_object_has_the_keys_that_are_promised() {
         found.sort_unstable();
         assert_eq!(found, expected, "{key}");
     }
-    // One inertia has one side.
+    // One inertia has the same result at both sides.
     for side in ["encoder", "load"] {
         assert_eq!(of(&format!("success_at_{side}")), of("success"));
         assert_eq!(of(&format!("successes_at_{side}")), of("successes"));
@@ -393,7 +393,7 @@ fn an_ensemble_around_a_file_goes_on_and_is_merged_to_the_bit() {
     let (found, merged) = rows::merge(&shards).unwrap();
     assert_eq!((&found, &merged), (&header, &whole));
     assert_eq!(report(&found, &merged), report(&header, &whole));
-    // What is there is not run again, and a file of another spread is refused.
+    // Existing rows are not run again, and a file of another spread is refused.
     let (mut kept, there) =
         ResumeFile::open(&output(&directory.path().join("1.csv")), &header).unwrap();
     let had = |case: u64, law: &str| there.iter().any(|row| row.case == case && row.law == law);

@@ -22,7 +22,7 @@ const LOOP: [f64; 2] = [0.00242, 0.02];
 /// The step of the thesis's axis, deg.
 const STEP: f64 = 2.5;
 
-/// Draws one.
+/// Draws an axis of the thesis, with its loop and moves.
 pub(super) fn axis(draws: &mut Draws, family: Family, number: u64) -> Case {
     let inertia = NOMINAL[0] * draws.log_uniform(0.5, 2.0);
     let viscous = NOMINAL[1] * draws.uniform(0.5, 1.5);

@@ -1,7 +1,7 @@
 //! False trips of an ensemble by name: which monitor tripped on which joint, in which motion.
 //!
-//! Nothing is wrong with a drawn joint, so that every trip is false. The number of the joint and
-//! the seed draw it again: `stiction ensemble --seed S --case K --plot DIR`.
+//! No drawn joint is defective, so every trip is false. The seed and the number of the joint
+//! reproduce it: `stiction ensemble --seed S --case K --plot DIR`.
 
 use std::fmt;
 
@@ -37,11 +37,11 @@ impl EndedMotion {
 pub struct FalseTrip {
     /// Number of the joint.
     pub case: u64,
-    /// Motion that it ended.
+    /// Motion that the trip ended.
     pub ended: EndedMotion,
-    /// Words of the fault.
+    /// Description of the fault.
     pub fault: String,
-    /// Code of the fault; none if this program has no fault of these words.
+    /// Code of the fault; `None` if this program has no fault of this description.
     pub code: Option<u8>,
 }
 

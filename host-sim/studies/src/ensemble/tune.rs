@@ -1,4 +1,4 @@
-//! The constants of the rules, tried on joints that do not score.
+//! Trials of the rules' constants, on joints that do not score.
 
 use std::sync::{Mutex, PoisonError};
 
@@ -9,18 +9,18 @@ use files::error::Error;
 use simulator::progress::Progress;
 use simulator::rules::GainRule;
 
-/// A constant and what the law comes to with it, on each family.
+/// Results of a law with one constant of its rule, on each family.
 #[derive(Clone, Debug)]
 pub struct ConstantTrial {
     /// Name of the law.
     pub law: &'static str,
     /// The constant.
     pub constant: f64,
-    /// Name of the family, and the summary there.
+    /// Name of each family, and the summary of the law there.
     pub families: Vec<(String, LawSummary)>,
 }
 
-/// Runs each constant that was tried for the rules of an ensemble.
+/// Runs an ensemble with each listed constant of its rules.
 ///
 /// # Errors
 /// If the core refuses gains, or `progress` ends the work.

@@ -7,7 +7,8 @@
 //! Source: S. Butterworth, *Wireless Engineer* 7 (1930), 536; the bilinear transformation with its
 //! frequency prewarped; both ways as in F. Gustafsson, *IEEE Trans. Signal Processing* 44 (1996),
 //! 988. At the cut-off the gain is 1/2. The ends are continued by their mirror image through the
-//! last point, so that a straight line passes unchanged. Does badly: within about `1/fc` of an end.
+//! last point, so that a straight line passes unchanged. Limits: inaccurate within about `1/fc` of
+//! an end.
 
 /// Sections of the second order.
 const SECTIONS: usize = 2;

@@ -5,8 +5,8 @@
 //! q'' = (-q_2 + 16 q_1 - 30 q_0 + 16 q_-1 - q_-2)/12h^2    short by (w h)^4/90
 //! ```
 //!
-//! At an eighth of the sampling frequency, the highest cut-off that is chosen, that is 1.3 and
-//! 0.4 %. The two samples at either end have the values of their neighbours.
+//! At an eighth of the sampling frequency, the highest cut-off that is chosen, these errors are 1.3
+//! and 0.4 %. The two samples at either end have the value of the sample next to them.
 
 /// Returns the first and the second derivative of a series in steps of h.
 pub fn derivatives(series: &[f64], h: f64) -> [Vec<f64>; 2] {

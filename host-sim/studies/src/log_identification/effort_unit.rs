@@ -43,7 +43,7 @@ impl EffortUnit {
         }
     }
 
-    /// Returns the unit with the given gain.
+    /// Returns the unit with the given gain; a torque if neither volt nor ampere has it.
     pub fn of_gain(gain: f64, sheet: &DataSheet, mapping: &Mapping) -> Self {
         [Self::Volt, Self::Ampere]
             .into_iter()
@@ -51,7 +51,7 @@ impl EffortUnit {
             .unwrap_or(Self::NewtonMetre)
     }
 
-    /// Returns the torque at the joint for a unit of the effort, N m.
+    /// Returns the torque at the joint for one unit of the effort, N m.
     pub fn gain(self, sheet: &DataSheet, mapping: &Mapping) -> f64 {
         match self {
             Self::Volt => mapping.units.effort(1.0),
@@ -60,7 +60,8 @@ impl EffortUnit {
         }
     }
 
-    /// Returns whether a gain is that of this unit; its sign is the direction of the effort.
+    /// Returns whether a gain fits this unit. Its sign is ignored: it is the direction of the
+    /// effort.
     pub fn agrees(self, gain: f64, sheet: &DataSheet, mapping: &Mapping) -> bool {
         (gain.abs() / self.gain(sheet, mapping) - 1.0).abs() <= SAME
     }

@@ -39,7 +39,7 @@ pub fn decoded<R: Read>(mut text: R) -> io::Result<Utf8<R>> {
     Ok(Utf8 { text, decoder, ready, given: 0, has_ended: false })
 }
 
-/// Whether a text begins as UTF-8. A character that is cut off at the end is one.
+/// Returns whether a text begins as UTF-8; a character that is cut off at its end is accepted.
 fn is_utf_8(begin: &[u8]) -> bool {
     std::str::from_utf8(begin).err().is_none_or(|error| error.error_len().is_none())
 }
@@ -89,7 +89,7 @@ impl<R: Read> Read for Utf8<R> {
 mod tests {
     use super::*;
 
-    /// A text of more than a chunk, in both orders of its bytes.
+    /// The text is longer than a chunk, and is read in both byte orders.
     #[test]
     fn utf_16_with_its_mark_is_decoded_and_utf_8_is_passed_on() {
         let text = "time [s];Winkel [\u{b0}]\n".to_owned() + &"0,5;1,25\n".repeat(4000);
@@ -109,7 +109,7 @@ mod tests {
         assert_eq!(read(b"Winkel [\xb0];1\n").ok().as_deref(), Some("Winkel [\u{b0}];1\n"));
         let cut = "a".repeat(CHUNK - 1) + "\u{b0}";
         assert_eq!(read(cut.as_bytes()).ok(), Some(cut));
-        // Without the mark, the zeros are seen.
+        // Without the mark, the zeros are detected.
         assert!(has_no_mark(&little[2..]) && has_no_mark(&big[2..]));
         assert!(!has_no_mark(text.as_bytes()) && !has_no_mark(b"") && !has_no_mark(b"1,2"));
     }

@@ -96,8 +96,8 @@ fn over_time(log: &str, identified: &IdentifiedMachine) -> Figure {
     }
 }
 
-/// Returns the range of the logged position plus half of it on either side, if the free run leaves
-/// that; `None` otherwise.
+/// Returns the range of the logged position, extended by half of it on either side, if the free run
+/// leaves the extended range; `None` otherwise.
 fn around(kept: &[[f64; 3]]) -> Option<(f64, f64)> {
     let finite = kept.iter().filter(|point| !point[1].is_nan());
     let (low, high) = finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), point| {
@@ -109,8 +109,8 @@ fn around(kept: &[[f64; 3]]) -> Option<(f64, f64)> {
     (leaves && half > 0.0).then_some(shown)
 }
 
-/// Returns the largest distance of neighbouring rows, s; samples between farther ones were left
-/// out.
+/// Returns the largest time between neighbouring rows, s: four times the median. Between rows that
+/// are farther apart, samples were left out.
 fn apart(moments: &[RegressionSample]) -> f64 {
     let mut steps: Vec<f64> = moments.windows(2).map(|two| two[1].time_s - two[0].time_s).collect();
     if steps.is_empty() {

@@ -7,8 +7,8 @@
 //!
 //! An implicit step of friction (nonsmooth time stepping, J. J. Moreau 1988): the new velocity is
 //! that of a slip the positive way if it is positive, of a slip the negative way if it is negative,
-//! and else 0. The step is at most a twentieth of J/B and of a sample. Errors are of the first
-//! order in it.
+//! and else 0. The step is a twentieth of J/B, but no less than 1/50 and no more than 1/4 of a
+//! sample. Errors are of the first order in it.
 //!
 //! No feedback ties the simulated position to the logged one, so an effort error accumulates in it.
 //! Friction damps a velocity error, so the velocity is the fairer check of a long log. Both are

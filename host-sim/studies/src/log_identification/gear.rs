@@ -1,7 +1,7 @@
 //! Ratio, slack and stiffness of a gear, from a log with an encoder on either side of it.
 //!
-//! With y, v and a those of the motor, l that of the load, all in units of the joint, and u the
-//! effort:
+//! y, v and a are position, velocity and acceleration of the motor, l is the position of the load,
+//! all in units of the joint; u is the effort:
 //!
 //! ```text
 //! u = J a + B v + F sgn v + c + K z(y - l) + D dz/dt    z(w) = max(w - w+, 0) + min(w - w-, 0)
@@ -9,8 +9,8 @@
 //!
 //! The gear is a damped spring behind a dead zone from w- to w+, whose width is the slack. Source:
 //! M. Nordin and P.-O. Gutman, *Automatica* 38 (2002), 1633. The equation is that of the motor's
-//! body alone, so that nothing has to be known about the load: J, B and F are the motor's part.
-//! Without slack, c is a shift of the dead zone, and is left out.
+//! body alone, so it needs no data of the load: J, B and F are the motor's part. Without slack, c
+//! is a shift of the dead zone, and is left out.
 //!
 //! J, B, F, c, K and D are linear. w-, w+ and the ratio are searched: the slope of the load over
 //! the motor and a coarse grid first, then Gauss and Newton's method, which regresses u on the
@@ -21,15 +21,15 @@
 //! the change with a cut-off a third lower and three times the creeping speed. That of the
 //! stiffness includes the share of the encoders' counts in its column, by which it may be too low.
 //!
-//! With a gear that explains the effort, the rest of the identification is that of the joint as one
-//! rigid body: what the motor's body takes of the effort beyond the load's motion,
-//! `J (a - a_l) + B (v - v_l) + F (sgn v - sgn v_l)`, is subtracted from it. Without that, a joint
-//! with a soft gear makes a poor rigid body.
+//! If the gear explains the effort, the rest of the identification treats the joint as one rigid
+//! body that moves like the load. The effort for the motion of the motor's body beyond that of the
+//! load, `J (a - a_l) + B (v - v_l) + F (sgn v - sgn v_l)`, is subtracted from the logged effort.
+//! Without this correction, a rigid body fits a joint with a soft gear poorly.
 //!
-//! Does badly: a counter that begins anew in a gap of the log looks like a slip of the gear.
-//! Friction and torque of the gear often have the same sign, and then a slack looks like more
-//! friction. The error bars become wide. Slow reversals, and a motor that slows down
-//! faster than the friction of its load, separate both. A motor that sticks is left out.
+//! Limits: a counter that restarts in a gap of the log looks like a slip of the gear. Friction and
+//! torque of the gear often have the same sign; then slack looks like more friction, and the error
+//! bars become wide. Slow reversals, and a motor that slows down faster than the friction of its
+//! load, separate both. Samples in which the motor sticks are left out.
 
 use rayon::prelude::*;
 
@@ -49,32 +49,33 @@ use files::error::rounded;
 /// Creeping speed as a share of the fast speed. A motor is slow while it crosses the slack.
 const CREEPING: f64 = gate::CREEPING_WITH_STRIBECK;
 
-/// Ratio of another creeping speed to that, for comparing values.
+/// Ratio of a higher creeping speed, at which the values are compared, to the ordinary one.
 const FASTER: f64 = 3.0;
 
-/// Places of the twist that are tried as ends of the dead zone.
+/// Number of quantiles of the twist that are tried as ends of the dead zone.
 const PLACES: usize = 13;
 
-/// Dead zones from which the search begins.
+/// Number of dead zones from which the search starts.
 const BEGINS: usize = 8;
 
-/// Most steps of the search, and most halvings of each.
+/// Largest number of steps of the search, and of lengths that are tried for each, by halving.
 const STEPS: usize = 30;
 const HALVINGS: i32 = 8;
 
-/// Least gain of a step, as a share of the residual's power.
+/// Least reduction of the residual's power by a step, as a share; the search ends below it.
 const GAIN: f64 = 1e-9;
 
-/// Fewest rows.
+/// Least number of rows.
 const FEWEST: usize = 60;
 
 /// Least range of the twist, in counts of the coarser encoder.
 const FEWEST_COUNTS: f64 = 4.0;
 
-/// Largest standard deviation of an identified value, as a share of it.
+/// Largest standard deviation of a value that counts as identified, as a share of the value.
 const UNSURE: f64 = 0.25;
 
-/// Ratio of the cut-off for what the motor takes to that of the regression, which filters it again.
+/// Ratio of the cut-off for the correction of the effort to that of the regression, which filters
+/// the corrected effort again.
 const WIDER: f64 = 3.0;
 
 /// Largest residual of a fit that is not doubted, %.
@@ -91,11 +92,11 @@ const RATIO: usize = 7;
 /// A gear that was identified from a log.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct IdentifiedGear {
-    /// Turns or counts of the motor in a turn of the joint, or rad or counts in a metre.
+    /// Ratio: turns or counts of the motor per turn of the joint, or rad or counts per metre.
     pub ratio: FittedParameter,
     /// Stiffness, effort per unit of the joint.
     pub stiffness: FittedParameter,
-    /// Damping of the pressed gear, effort per unit of the joint and second.
+    /// Damping of the gear in contact, effort per speed of the joint.
     pub damping: FittedParameter,
     /// Width of the dead zone, units of the joint.
     pub slack: FittedParameter,
@@ -116,7 +117,7 @@ pub struct IdentifiedGear {
 }
 
 impl IdentifiedGear {
-    /// Adds half of the change to another result to the standard deviations.
+    /// Adds half of the difference from another result to the standard deviations.
     fn widen(&mut self, other: &Self) {
         for (one, other) in [
             (&mut self.ratio, other.ratio),
@@ -131,9 +132,9 @@ impl IdentifiedGear {
         }
     }
 
-    /// Subtracts from the effort of a log what the motor's body takes of it beyond the motion of
-    /// the load, if the equation explains the effort. `cut_off_hz` is that of the regression.
-    /// Returns the delay of the effort that is then known, s.
+    /// Sets the correction of a log's effort to that of one rigid body that moves like the load.
+    /// `cut_off_hz` is the cut-off of the regression. Returns the delay of the effort, s; `None`,
+    /// without a correction, if the motor's part of the effort is uncertain.
     pub fn carry(
         &self,
         grid: &mut TimeGrid,
@@ -158,7 +159,7 @@ impl IdentifiedGear {
             });
         let later = self.effort_delay_s / grid.step_s;
         for (one, (motor, load)) in grid.stretches.iter_mut().zip(of_motor.iter().zip(&of_load)) {
-            // Below the creeping speed a side may stick, and its friction is what the effort is.
+            // Below the creeping speed a side can stick; its friction then balances the effort.
             let friction = |v: f64, slow: f64| {
                 let part = if slow > 0.0 { v / slow } else { 0.0 };
                 self.motor_coulomb.value * part.clamp(-1.0, 1.0)
@@ -176,28 +177,29 @@ impl IdentifiedGear {
         Some(self.effort_delay_s)
     }
 
-    /// Returns whether the log shows the motor's part of the effort.
+    /// Returns whether the log identifies the motor's part of the effort.
     fn is_motor_sure(&self) -> bool {
         self.relative_residual_percent <= DOUBTED_PERCENT
             && self.motor_inertia.sd <= UNSURE * self.motor_inertia.value
             && self.motor_coulomb.value >= 0.0
     }
 
-    /// Returns whether the log shows the stiffness.
+    /// Returns whether the log identifies the stiffness.
     pub fn is_stiffness_sure(&self) -> bool {
         self.stiffness.sd <= UNSURE * self.stiffness.value
     }
 
-    /// Returns whether the log shows the slack: well, or that there is hardly any.
+    /// Returns whether the log identifies the slack: its standard deviation is small in comparison
+    /// with the slack or with the twist.
     pub fn is_slack_sure(&self) -> bool {
         self.slack.sd <= (UNSURE * self.slack.value).max(0.05 * self.twist)
     }
 }
 
-/// Identifies the gear of a log whose stretches have the motor's position beside.
+/// Identifies the gear of a log whose stretches have the motor's position in `beside`.
 ///
 /// # Errors
-/// Returns a sentence: what the log lacks, and what to do.
+/// Returns a sentence with the reason why the log does not identify its gear.
 pub fn identify(
     grid: &TimeGrid,
     counts: SideCounts,
@@ -244,7 +246,7 @@ pub fn identify(
     }
     let per_turn = request.scale.motor_of_a_turn() / slope;
     let mut gear = solved.gear(per_turn);
-    // A value that depends on what is filtered and left out is uncertain by that much.
+    // A value that depends on cut-off and creeping speed is uncertain by that much.
     let lower = filter(FASTER * CREEPING, super::LOWER);
     let lower = Problem { filtered: &lower, rows: lower.places(), ..problem };
     if let Ok(other) = lower.solve(solved.zone) {
@@ -258,7 +260,7 @@ pub fn identify(
     Ok(gear)
 }
 
-/// Returns what is to be read before the numbers are used.
+/// Returns doubts about the values of a gear, one sentence each.
 fn doubts(gear: &IdentifiedGear) -> Vec<String> {
     let mut doubts = Vec::new();
     if gear.relative_residual_percent > DOUBTED_PERCENT {
@@ -291,17 +293,17 @@ fn doubts(gear: &IdentifiedGear) -> Vec<String> {
     doubts
 }
 
-/// Counts of both sides, each in the unit of its series; zero if a side is not counted.
+/// Size of a count on both sides, each in the unit of its position; 0 if there are no counts.
 #[derive(Clone, Copy, Debug)]
 pub struct SideCounts {
-    /// The motor's.
+    /// Count of the motor's position.
     pub motor: f64,
-    /// The load's.
+    /// Count of the load's position.
     pub load: f64,
 }
 
-/// Returns the stretches between which no counter has jumped, from a zero at their first sample:
-/// all, or the longest one.
+/// Returns the stretches with positions relative to the first sample: all of them, or only the
+/// longest one if a position jumps.
 fn of_one_zero(grid: &TimeGrid) -> Vec<Stretch> {
     let mut stretches = match grid.stretches.iter().max_by_key(|one| one.position.len()) {
         Some(longest) if !grid.jumps_s.is_empty() => vec![longest.clone()],
@@ -316,7 +318,7 @@ fn of_one_zero(grid: &TimeGrid) -> Vec<Stretch> {
     stretches
 }
 
-/// Returns the slope of the load over the motor.
+/// Returns the slope of the load's position over the motor's; `None` if it is 0 or not finite.
 fn slope(stretches: &[Stretch]) -> Option<f64> {
     let both = || stretches.iter().flat_map(|one| one.beside.iter().zip(&one.position));
     let count = both().count() as f64;
@@ -330,7 +332,8 @@ fn slope(stretches: &[Stretch]) -> Option<f64> {
     (slope.is_finite() && slope != 0.0).then_some(slope)
 }
 
-/// Returns the stretches with the motor's position in units of the joint, and the load's beside.
+/// Returns the stretches with the sides exchanged: the motor's position in units of the joint in
+/// `position`, and the load's in `beside`.
 fn of_the_motor(stretches: Vec<Stretch>, slope: f64) -> Vec<Stretch> {
     let swapped = stretches.into_iter().map(|one| {
         let position = one.beside.iter().map(|motor| motor * slope).collect();
@@ -339,7 +342,7 @@ fn of_the_motor(stretches: Vec<Stretch>, slope: f64) -> Vec<Stretch> {
     swapped.collect()
 }
 
-/// The dead zone, units of the joint, and the factor of the motor's position.
+/// Dead zone of the gear, units of the joint, and factor on the motor's position.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct DeadZone {
     lower: f64,
@@ -371,7 +374,7 @@ struct Solved {
 }
 
 impl Solved {
-    /// Returns the gear; `per_turn` is the ratio of the slope.
+    /// Returns the gear; `per_turn` is its ratio by the slope of the positions.
     fn gear(&self, per_turn: f64) -> IdentifiedGear {
         let Self { zone, fit } = self;
         let of =
@@ -400,7 +403,7 @@ impl Solved {
     }
 }
 
-/// The regression of a log.
+/// Regression of the motor's equation over the rows of a log.
 struct Problem<'a> {
     grid: &'a TimeGrid,
     filtered: &'a FilteredLog,
@@ -422,7 +425,7 @@ impl Problem<'_> {
         twists
     }
 
-    /// Returns a filtered function of the motor's position and the load's, at each row.
+    /// Returns a function of the motor's and the load's position, filtered, at each row.
     fn column(&self, of: impl Fn(f64, f64) -> f64) -> Vec<f64> {
         let stretches = self.grid.stretches.iter();
         let series: Vec<Vec<f64>> = stretches
@@ -450,8 +453,8 @@ impl Problem<'_> {
         [0, 1].map(|which| at(which).map(|[s, which, i]| both[s][which][i]).collect()).into()
     }
 
-    /// Fits the terms of the motor, those of the dead zone, and a constant. The constant is left
-    /// out if the others add up to it.
+    /// Fits the terms of the motor, those of the dead zone, and a constant. If the columns are not
+    /// independent, the constant is left out.
     fn fit(&self, of_zone: &[Vec<f64>]) -> Result<Fit, usize> {
         let columns = 3 + of_zone.len();
         let rows = || {
@@ -477,7 +480,7 @@ impl Problem<'_> {
     /// quantiles of the twist, since a single one can lead to a local minimum.
     fn search(&self, twists: &[f64]) -> Result<Solved, String> {
         let place = |i: usize| twists[i * (twists.len() - 1) / (PLACES - 1)];
-        // One for each lower end, since neighbours lead to the same end.
+        // The best zone of each lower end, since searches from neighbouring zones end alike.
         let best = (0..PLACES).into_par_iter().filter_map(|i| {
             let zones = (i..PLACES)
                 .map(|j| DeadZone { lower: place(i), upper: place(j), scale: 1.0 })
@@ -535,7 +538,7 @@ impl Problem<'_> {
         self.fit(&self.of_zone(zone)).map_or(f64::INFINITY, |fit| fit.residual)
     }
 
-    /// Fits all terms, those of a step included.
+    /// Fits all terms, including those for a step of the dead zone: middle, width and ratio.
     fn whole(&self, zone: &DeadZone) -> Result<Fit, usize> {
         let is = |is: bool| f64::from(u8::from(is));
         let mut columns = self.of_zone(zone);
@@ -552,7 +555,7 @@ impl Problem<'_> {
         self.fit(&columns)
     }
 
-    /// Returns the share of the counts in the power of the column z.
+    /// Returns the share of the count noise in the power of the column z.
     fn noise(&self, zone: &DeadZone, counts: [f64; 2]) -> f64 {
         let Some(pressed) = self.of_zone(zone).into_iter().next() else { return 0.0 };
         let mean = pressed.iter().sum::<f64>() / pressed.len() as f64;

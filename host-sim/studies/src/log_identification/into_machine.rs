@@ -34,7 +34,7 @@ use simulator::draft::spread::{
     LEAST, around, identified as said, of_inertia, part, rounded, table,
 };
 
-/// Relative range of a stick friction that was not measured.
+/// Relative range of a stick friction that the log does not identify.
 const UNTOLD: f64 = 0.25;
 
 /// Least error bar of a load, as a share of the slip friction.
@@ -47,10 +47,10 @@ const COUNTS: [f64; 2] = [0.6, 1.7];
 /// Largest number of counts of a disc. A position with a finer resolution is not counted.
 const MOST_COUNTS: f64 = 4.0 * 65536.0;
 
-/// Least difference of a ratio that is wrong, as a share of it.
+/// Least difference at which a gear's ratio counts as wrong, as a share of the expected ratio.
 const RATIO: f64 = 1e-3;
 
-/// The same, in standard deviations.
+/// Least difference at which a gear's ratio counts as wrong, standard deviations.
 const OFF: f64 = 4.0;
 
 /// Least error bar of a gear's value, as a share of it.
@@ -65,7 +65,7 @@ pub struct IntoMachine {
     pub kept: Vec<String>,
     /// Keys of the file that the log contradicts.
     pub contradicted: Vec<Contradiction>,
-    /// Sentences about both.
+    /// Sentences about these keys, and about a gear that is not written.
     pub words: Vec<String>,
 }
 
@@ -79,15 +79,16 @@ pub struct MachineOfLog {
     mapping: Mapping,
     /// Unit of the log's effort.
     pub unit: EffortUnit,
-    /// Torque at the joint for a unit of the effort, N m.
+    /// Torque at the joint for one unit of the effort, N m.
     pub effort_gain: f64,
 }
 
 impl MachineOfLog {
-    /// Opens the file `name`; `column` is the effort's, and `gain` that of `--effort-gain`.
+    /// Opens the file `name`. `column` is the name of the effort's column, `gain` the value of
+    /// `--effort-gain`.
     ///
     /// # Errors
-    /// Returns an error about the file, or that the unit of the effort is unknown.
+    /// Returns an error about the file, or if the unit of the effort is unknown.
     pub fn open(name: &str, column: &str, gain: Option<f64>) -> Result<Self, Error> {
         let document = Document::open(name)?;
         let (sheet, mapping) = document.mapping()?.ok_or_else(|| {
@@ -112,8 +113,8 @@ impl MachineOfLog {
         Ok(Self { document, text, sheet, mapping, unit, effort_gain })
     }
 
-    /// Compares the units of a log with the file. Returns the contradictions, one sentence each;
-    /// `counts_per_turn` is that of a position in counts.
+    /// Compares the units of a log with the file. Returns the contradictions, one sentence each.
+    /// `counts_per_turn` is the value of `--counts-per-turn`, if it is set.
     pub fn against(&self, found: &IdentifiedMachine, counts_per_turn: Option<f64>) -> Vec<String> {
         let Self { document, sheet, mapping, unit, effort_gain, .. } = self;
         let file = &document.origin.name;
@@ -131,7 +132,7 @@ impl MachineOfLog {
                 digits(unit.gain(sheet, mapping))
             ));
         }
-        // With a column of the motor, the position is that of the load.
+        // If the log has a column for the motor, the position is that of the load.
         let (count, key) = match found.gear {
             Some(_) if sheet.load_encoder.is_some() => {
                 let load = sheet.load_encoder.map(|load| load.count_deg().to_radians());
@@ -170,7 +171,8 @@ impl MachineOfLog {
         words
     }
 
-    /// Compares direction and ratio of a gear with the file, one sentence each.
+    /// Compares direction and ratio of a gear with the file. Returns the contradictions, one
+    /// sentence each.
     fn against_gear(&self, gear: &IdentifiedGear, scale: &LogUnits) -> Vec<String> {
         let file = &self.document.origin.name;
         let found = gear.ratio.value;
@@ -200,8 +202,8 @@ impl MachineOfLog {
         words
     }
 
-    /// Takes what the log shows of the gear into the text of the file. Returns a sentence if the
-    /// file cannot hold it.
+    /// Writes the identified stiffness and slack of the gear into the file. Returns a sentence with
+    /// the reason if the gear cannot be written.
     fn merge_gear(
         &self,
         gear: &IdentifiedGear,
@@ -238,7 +240,7 @@ impl MachineOfLog {
     /// Merges the joint identified from `log` into the file.
     ///
     /// # Errors
-    /// Returns why they cannot be merged.
+    /// Returns the reason why log and file cannot be merged.
     pub fn merge(&self, log: &str, found: &IdentifiedMachine) -> Result<IntoMachine, Error> {
         let Self { document, sheet, mapping, unit, .. } = self;
         let file = &document.origin.name;
@@ -368,8 +370,8 @@ fn offset(fitted: &FittedModel) -> f64 {
     0.5 * (forward - backward)
 }
 
-/// Replaces a value of the gear, and its range. It has two keys, one in the unit of the numbers and
-/// one in the other unit.
+/// Replaces a value of the gear, and its range. The value has two keys: `key` is in the unit of the
+/// numbers; `other` is in another unit, and is removed.
 fn replace(
     whole: &mut DocumentMut,
     new: &mut MergedSheet,
@@ -394,7 +396,7 @@ fn replace(
     put_number(whole, &["gear"], key.trim_start_matches("gear."), rounded(value));
 }
 
-/// Edits a table of a file: sets keys that differ, and removes keys that are gone.
+/// Edits a table of a file: sets keys that differ, and removes keys that are not in `after`.
 fn edit(whole: &mut DocumentMut, name: &str, before: Option<&toml::Table>, after: &toml::Table) {
     for (key, value) in after {
         if before.and_then(|before| before.get(key)) != Some(value) {

@@ -23,8 +23,8 @@ pub type RegressionRow = [f64; MOST];
 /// (two-sided) to 1.96.
 const BLOCKS: [(usize, f64); 3] = [(10, 1.154), (20, 1.068), (40, 1.032)];
 
-/// Least sine of the angle between a column and the ones before it. A column below it is a sum of
-/// them.
+/// Least sine of the angle between a column and the ones before it. Below this sine, the column
+/// counts as a sum of them.
 const SINGULAR: f64 = 1e-6;
 
 /// Result of a fit.
@@ -48,7 +48,7 @@ impl Fit {
     /// Fits rows of columns and y.
     ///
     /// # Errors
-    /// Returns the column that is a sum of others (or 0).
+    /// Returns the index of the first column that is a sum of columns before it, or zero.
     pub fn of<R>(columns: usize, rows: impl Fn() -> R) -> Result<Self, usize>
     where
         R: Iterator<Item = (RegressionRow, f64)>,

@@ -1,8 +1,8 @@
 //! Machine's file of a joint that was identified from a log, as a data sheet.
 //!
-//! The effort of the log takes the place of the core's volts: `motor.amplifier_a_per_v` is 1,
+//! The effort of the log replaces the core's volts: `motor.amplifier_a_per_v` is 1,
 //! `motor.kt_nm_per_a` is the effort gain, and the gear's ratio is 1. So all identified values are
-//! at the joint. A user who knows motor and gear replaces these values.
+//! at the joint. A user who has the data of motor and gear replaces these values.
 
 use std::f64::consts::TAU;
 
@@ -131,7 +131,7 @@ pub fn machine_file(
     }
     more.iter_mut().for_each(|(_, _, value, _)| *value = rounded_number(*value));
     let volts = |torque: f64| torque / gain.abs();
-    // If the load exceeds the friction, the levels of the two ways are not friction levels.
+    // If the load exceeds the friction, the levels of the two directions are not friction levels.
     let is_held = constant.abs() < slip;
     let [low, high] =
         if is_held { [forward.min(backward), forward.max(backward)] } else { [slip; 2] };

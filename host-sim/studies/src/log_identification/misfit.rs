@@ -1,4 +1,4 @@
-//! Causes that the model leaves out and the residual depends on.
+//! Detects causes of the residual that the model leaves out.
 //!
 //! For each cause, columns that would show it are fitted to the residual of one half of the log and
 //! tried on the other half, and vice versa:
@@ -26,9 +26,9 @@ const REPORTED: f64 = 0.2;
 /// Least part of the effort that a reported cause explains, %.
 const MATTERS_PERCENT: f64 = 1.5;
 
-/// Number of cells of the position.
+/// Number of fine cells of the position.
 const CELLS: usize = 40;
-/// Number of cells of the other quantities.
+/// Number of coarse cells of the position, and of cells of the other quantities.
 const FEW_CELLS: usize = 8;
 
 /// Largest number of periods over the range of the position.
@@ -36,10 +36,10 @@ const PERIODS: usize = 400;
 
 /// Least relative change of the inertia with the cut-off that shows two bodies.
 const DRIFTS: f64 = 0.03;
-/// Least such change in standard deviations.
+/// Least change of the inertia that shows two bodies, standard deviations.
 const SURELY: f64 = 2.0;
 
-/// Ratio of the cut-off to the lower one for comparing inertias.
+/// Ratio of the cut-off to the lower cut-off at which inertias are compared.
 pub const SMOOTHER: f64 = 3.0;
 
 /// Number of samples in the search for a period.
@@ -50,8 +50,8 @@ const SEARCHED: usize = 8_000;
 pub struct Misfit {
     /// Short name for scripts.
     pub cause: &'static str,
-    /// Share of the residual's power that it predicts in the half of the log that it was not fitted
-    /// to. For `flexibility`: the share that a fit at the lower cut-off removes.
+    /// Share of the residual's power that the cause predicts, in the half of the log to which it
+    /// was not fitted. For `flexibility`: the share that a fit at the lower cut-off removes.
     pub share: f64,
     /// Sentence for the verdict.
     pub words: String,
@@ -148,7 +148,8 @@ fn range(values: impl Iterator<Item = f64>) -> [f64; 2] {
     })
 }
 
-/// Returns the share that means over cells predict. The prediction outside all cells is 0.
+/// Returns the share of the residual's power that means over cells predict. The prediction outside
+/// all cells is 0.
 fn by_cell(
     samples: &[Sample],
     count: usize,
@@ -200,8 +201,8 @@ fn share(samples: &[Sample], predicted: impl Fn(&Sample) -> f64) -> f64 {
     if all > 0.0 { 1.0 - left / all } else { 0.0 }
 }
 
-/// Returns the share that a sine of the position predicts. Its period and amplitude are found in
-/// one half and tried on the other.
+/// Returns the share of the residual's power that a sine of the position predicts. Its period and
+/// amplitude are found in one half of the log and tried on the other.
 fn periodic(samples: &[Sample], low: f64, range: f64, has_way: bool) -> f64 {
     let angle = |sample: &Sample, periods: usize| {
         std::f64::consts::TAU * periods as f64 * (sample.at.position - low) / range

@@ -55,7 +55,7 @@ use time_grid::TimeGrid;
 use units::LogUnits;
 use verdict::{FitVerdict, Objections};
 
-/// Ratio of the cut-off to the lower one for comparing coefficients.
+/// Ratio of the cut-off to the lower cut-off at which coefficients are compared.
 const LOWER: f64 = 1.5;
 
 /// Settings for the identification from a log.
@@ -76,10 +76,10 @@ pub struct FitSettings {
 }
 
 impl FitSettings {
-    /// Returns these settings if they fit each other.
+    /// Returns these settings if they are valid together.
     ///
     /// # Errors
-    /// Returns a sentence with the setting that does not.
+    /// Returns a sentence with the invalid setting.
     pub fn checked(self) -> Result<Self, String> {
         if let Some(delay) = self.effort_delay_s.filter(|delay| !delay.is_finite()) {
             return Err(format!("--effort-delay {delay}: must be a number of seconds"));
@@ -104,7 +104,7 @@ pub struct IdentifiedMachine {
     pub fitted: FittedModel,
     /// Reported parameters.
     pub parameters: Vec<(&'static str, FittedParameter)>,
-    /// Relative residual of both models without further terms, %.
+    /// Relative residuals of the symmetric and the asymmetric model, without a Stribeck term, %.
     pub compared: Vec<(&'static str, f64)>,
     /// Cut-off of the low-pass.
     pub cut_off: CutOff,
@@ -112,7 +112,7 @@ pub struct IdentifiedMachine {
     pub effort_delay_s: f64,
     /// Simulation of the machine with the logged effort.
     pub free_run: FreeRun,
-    /// Causes that the model leaves out and the residual depends on.
+    /// Causes of the residual that the model leaves out.
     pub misfits: Vec<Misfit>,
     /// Terms that would lower the residual.
     pub proposals: Vec<Proposal>,
@@ -120,7 +120,8 @@ pub struct IdentifiedMachine {
     pub verdict: FitVerdict,
     /// Warnings to read before the numbers are used.
     pub warnings: Vec<String>,
-    /// The gear, or why it was not identified; `None` if the log has no position of the motor.
+    /// The gear, or the reason why it was not identified; `None` if the log has no position of the
+    /// motor.
     pub gear: Option<Result<IdentifiedGear, String>>,
     /// Rows of the regression.
     pub moments: Vec<RegressionSample>,
@@ -131,7 +132,7 @@ pub struct IdentifiedMachine {
 /// Statistics of a log.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct LogStatistics {
-    /// Number of rows with three numbers.
+    /// Number of rows with all numbers.
     pub rows: u64,
     /// Number of rows that lack a number.
     pub missing_rows: u64,
@@ -145,26 +146,26 @@ pub struct LogStatistics {
     pub duration_s: f64,
     /// Number of gaps.
     pub gaps: usize,
-    /// Share of the samples that was fitted: in motion, and not saturated.
+    /// Share of the samples that the regression can use: in motion, and not saturated.
     pub used: f64,
     /// Share of the samples at standstill or creeping.
     pub standstill: f64,
     /// Share of the samples with a saturated effort.
     pub saturated: f64,
-    /// Distance between the ends of the motion, SI.
+    /// Largest minus smallest position of the stretch that moves farthest, m or rad.
     pub travel: f64,
-    /// Largest speed, SI.
+    /// Largest speed, m/s or rad/s.
     pub top_speed: f64,
-    /// Largest effort.
+    /// Largest absolute effort, N or N m; in the log's unit without a gain.
     pub top_effort: f64,
-    /// Smallest change of the position between two rows, SI: one count of a counted position.
+    /// Smallest change of the position between two rows, m or rad: one count of a counted position.
     pub count: f64,
 }
 
 /// Identifies the machine of a log.
 ///
 /// # Errors
-/// Returns a sentence: why the log does not identify its machine, and what to do.
+/// Returns a sentence with the reason why the log does not identify its machine, and a remedy.
 pub fn identify(mut log: MotionLog, request: &FitSettings) -> Result<IdentifiedMachine, String> {
     let mut warnings = implausible::reading(&log);
     request.scale.apply(&mut log);
@@ -203,7 +204,7 @@ pub fn identify(mut log: MotionLog, request: &FitSettings) -> Result<IdentifiedM
     let (fitted, compared, effort_delay_s, moments) =
         regression::regress(&filtered, &request, grid.step_s)?;
     let mut parameters = fitted.parameters();
-    // One after the other, since each is as large as the log.
+    // Filtered one after the other, since each is as large as the log.
     let below = |part: f64| {
         FilteredLog::of(&grid, [slow, count, cut_off.hz / part]).moments(effort_delay_s)
     };

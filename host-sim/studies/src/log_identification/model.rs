@@ -149,8 +149,8 @@ impl FittedModel {
         all
     }
 
-    /// Returns the difference of the friction between the directions, in standard deviations: of
-    /// the viscous and of the other part.
+    /// Returns the difference of the friction between the directions, standard deviations: of the
+    /// viscous and of the Coulomb part. Both are 0 for a symmetric model.
     pub fn asymmetry(&self) -> [f64; 2] {
         let c = &self.fit.covariance;
         let of = |i: usize, j: usize| {
@@ -174,8 +174,8 @@ impl FittedModel {
         }
     }
 
-    /// Returns the efforts that move the machine slowly the positive and the negative way, the
-    /// second one with its sign reversed; without the Stribeck term.
+    /// Returns the efforts that move the machine slowly the positive and the negative way, without
+    /// the Stribeck term. The sign of the second one is reversed.
     pub fn levels(&self) -> [f64; 2] {
         if self.model.is_asymmetric {
             [self.value("coulomb_positive"), self.value("coulomb_negative")]

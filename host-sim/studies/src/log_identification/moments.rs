@@ -43,7 +43,8 @@ pub struct FilteredLog {
 }
 
 impl FilteredLog {
-    /// Filters a log; `slow` is the creeping speed as a share of the fast speed.
+    /// Filters a log. `slow` is the creeping speed as a share of the fast speed, `count` the size
+    /// of a count of the position.
     pub fn of(grid: &TimeGrid, [slow, count, cut_off_hz]: [f64; 3]) -> Self {
         let h = grid.step_s;
         let low_pass = LowPass::new(cut_off_hz * h);
@@ -81,12 +82,12 @@ impl FilteredLog {
         (rows as f64 * (2.0 * periods).min(1.0)).max(2.0)
     }
 
-    /// Returns a series that has passed the same low-pass.
+    /// Returns a series, filtered by the low-pass of this log.
     pub fn low_pass(&self, series: &[f64]) -> Vec<f64> {
         LowPass::new(self.cut_off_hz * self.step_s).apply(series)
     }
 
-    /// Returns stretch and sample of each row of the regression.
+    /// Returns the indices of stretch and sample of each row of the regression.
     pub fn places(&self) -> Vec<[usize; 2]> {
         let stride = self.stride();
         let of = |(stretch, used): (usize, &Vec<bool>)| {
@@ -130,7 +131,8 @@ impl FilteredLog {
     }
 }
 
-/// Returns the value of a series `samples` before a place, by the cubic through four neighbours.
+/// Returns the value of a series `samples` samples before a place, interpolated by the cubic
+/// through four neighbours.
 pub fn earlier(series: &[f64], place: usize, samples: f64) -> f64 {
     let at = place as f64 - samples;
     let base = at.floor();
@@ -146,7 +148,7 @@ pub fn earlier(series: &[f64], place: usize, samples: f64) -> f64 {
         + series[i + 2] * ((x + 1.0) * x * (x - 1.0) / 6.0)
 }
 
-/// Distance since the last reversal.
+/// State from which the distance since the last reversal follows.
 struct Way {
     creeping: f64,
     sign: f64,

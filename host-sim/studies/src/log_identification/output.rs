@@ -86,7 +86,7 @@ fn gear_parameters<'a>(
     ]
 }
 
-/// Returns the table of a gear, and what is doubted, or why there is none.
+/// Returns the table of a gear with its doubts, or the reason why there is none.
 fn gear_text(identified: &IdentifiedMachine, gear: &Result<IdentifiedGear, String>) -> String {
     let gear = match gear {
         Ok(gear) => gear,

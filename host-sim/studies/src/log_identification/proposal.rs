@@ -1,6 +1,6 @@
-//! Terms that the model leaves out, and that would lower the residual.
+//! Proposes terms that the model leaves out, and that would lower the residual.
 //!
-//! Each term is fitted to the same rows. It pays if all of this holds:
+//! Each term is fitted to the same rows. A term pays if it meets all of these conditions:
 //!
 //! ```text
 //! n ln(R_0 / R_1) - k ln n > 10      BIC, with the residual's power R before and with k coefficients
@@ -10,7 +10,7 @@
 //!
 //! BIC: G. Schwarz, *Annals of Statistics* 6 (1978), 461; a difference above 10 is very strong (R.
 //! E. Kass and A. E. Raftery, *J. American Statistical Association* 90 (1995), 773). Rows that lie
-//! closer than half a period of the cut-off are not independent: n is the number of such halves.
+//! closer than half a period of the cut-off are not independent, so n counts half periods.
 //! The second bound is for residuals with a longer correlation, for which BIC overestimates the
 //! information. The third is the accuracy of the inertia at the cut-off. A Stribeck term is
 //! proposed only if the friction falls with the speed by more than two standard deviations.
@@ -69,8 +69,9 @@ fn two_digits(percent: f64) -> String {
     rounded(format!("{percent:.1e}").parse().unwrap_or(percent))
 }
 
-/// Returns the terms that would pay, the best first; `independent` is the number of independent
-/// rows. On a linear machine gravity does not depend on the position.
+/// Returns the terms that would pay, the best first. `independent` is the number of independent
+/// rows, `creeping` the creeping speed. Gravity is not proposed for a linear machine: there it does
+/// not depend on the position.
 pub fn proposals(
     fitted: &FittedModel,
     moments: &[RegressionSample],

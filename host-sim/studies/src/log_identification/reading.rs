@@ -1,4 +1,4 @@
-//! Reads time, position and effort of a log, and a second position if asked for, row by row, into
+//! Reads time, position and effort of a log, and a second position if requested, row by row, into
 //! bounded memory.
 //!
 //! At most [`MOST`] samples are kept. If a log has more, neighbours are averaged in pairs, as often
@@ -62,7 +62,7 @@ pub struct MotionLog {
     pub first_missing: Option<u64>,
     /// Number of rows with more cells than the first row of the file; they are skipped.
     pub long: u64,
-    /// The first of these rows, and its number of cells.
+    /// The first row with too many cells, and its number of cells.
     pub first_long: Option<(u64, usize)>,
     /// The first row with the same time as the row before.
     pub first_equal: Option<u64>,
@@ -70,7 +70,8 @@ pub struct MotionLog {
     pub time_digit: f64,
     /// Smallest change of the position between two rows, except 0: one count of a counted position.
     pub smallest_change: f64,
-    /// The same of the motor's position; infinite without its column.
+    /// Smallest change of the motor's position between two rows, except 0; infinite without its
+    /// column.
     pub smallest_motor_change: f64,
     /// Whether a row of units below the header was left out.
     pub has_units_row: bool,
@@ -139,9 +140,9 @@ pub fn read_from(name: &str, text: impl Read, columns: &LogColumns) -> Result<Mo
     samples.finish().map_err(refuse)
 }
 
-/// Takes the samples of a program instead of a file: time, position and effort, of the same length.
-/// The numbers count as if they were written with their shortest decimals. Rows are numbered from
-/// 1; a number that is not finite is missing.
+/// Creates a log from the samples of a program: time, position and effort, of the same length. The
+/// resolution of the times is that of their shortest decimals. Rows are numbered from 1; a number
+/// that is not finite is missing.
 ///
 /// # Errors
 /// Returns a sentence with the row and the value found, or with the lengths if they differ.
@@ -162,8 +163,7 @@ pub fn of_series([time, position, effort]: [&[f64]; 3]) -> Result<MotionLog, Str
     samples.finish()
 }
 
-/// Text with every line end converted to a line feed, the last one included: the reader counts line
-/// feeds.
+/// Text in which every line ends with a line feed, also the last one: the reader counts line feeds.
 struct Lines<R> {
     text: BufReader<R>,
     last: u8,
@@ -226,10 +226,10 @@ fn word(cell: &[u8]) -> String {
     String::from_utf8_lossy(cell).trim().to_owned()
 }
 
-/// Columns that are read: time, position, effort, and the motor's position if asked for.
+/// Number of columns that are read: time, position, effort, and the motor's position if requested.
 const COLUMNS: usize = 4;
 
-/// Returns the places of the columns.
+/// Returns the indices of the columns in a row.
 fn places_of(
     columns: &LogColumns,
     header: &[String],
@@ -485,9 +485,9 @@ impl Samples {
 /// Least number of rows with split decimals that shows a wrong separator, if most rows are split.
 const PARTED: u64 = 3;
 
-/// Returns whether decimal commas seem to have split a row of numbers: all cells are whole numbers,
-/// and either there are more than the columns and at most two per column, or one starts with a zero
-/// that no whole number has, as in `0,05`.
+/// Returns whether decimal commas seem to have split a row of numbers: all its cells are whole
+/// numbers, and either it has more cells than the first row (up to twice as many), or a cell has a
+/// leading zero, as the second part of `0,05`.
 fn row_of_decimals(record: &ByteRecord, width: usize) -> bool {
     let cells: Vec<&str> =
         record.iter().map(|cell| std::str::from_utf8(cell).unwrap_or_default().trim()).collect();

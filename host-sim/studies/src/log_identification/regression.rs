@@ -4,10 +4,10 @@
 //! deviations, otherwise symmetric. *Stribeck velocity*: the model is linear in all coefficients
 //! but v_s. The search tries 24 values in geometric steps, from the speed that 2 % of the rows do
 //! not reach to half of the fast speed, then golden section between the neighbours of the best
-//! value. *Delay*: a log can hold the requested effort, which acts half a sample later on average,
-//! and later with a slow drive. The residual's power is a parabola in the delay near its minimum;
-//! it is fitted through the best of -2 to 3 samples and its neighbours. The delay is used only if
-//! it removes 2 % of the residual's power; otherwise it is 0.
+//! value. *Delay*: a log can contain the commanded effort, which acts half a sample later on
+//! average, and later with a slow drive. The residual's power is a parabola in the delay near its
+//! minimum; this parabola is fitted through the best of -2 to 3 samples and its neighbours. The
+//! delay is used only if it removes 2 % of the residual's power; otherwise it is 0.
 
 use super::FitSettings;
 use super::least_squares::Fit;
@@ -54,7 +54,7 @@ type Regressed = (FittedModel, Vec<(&'static str, f64)>, f64, Vec<RegressionSamp
 /// models, the delay (s), and the rows.
 ///
 /// # Errors
-/// Returns a sentence: what the log lacks, and what to do.
+/// Returns a sentence with what the log lacks, and a remedy.
 pub fn regress(
     filtered: &FilteredLog,
     request: &FitSettings,
@@ -105,18 +105,18 @@ fn enough(moments: &[RegressionSample]) -> Result<(), String> {
     Ok(())
 }
 
-/// Returns the delay (s) with the least residual, or 0; `residual_of` is the residual's power with
-/// a delay.
+/// Returns the delay (s) with the least residual; 0 if no delay removes enough of the residual's
+/// power. `residual_of` returns the residual's power for a delay (s).
 ///
 /// # Errors
-/// As `residual_of`.
+/// Returns the error of `residual_of`.
 pub fn delay<E>(step_s: f64, residual_of: impl Fn(f64) -> Result<f64, E>) -> Result<f64, E> {
     let mut residuals = [0.0; DELAYS.len()];
     for (residual, samples) in residuals.iter_mut().zip(DELAYS) {
         *residual = residual_of(samples * step_s)?;
     }
     let lowest = (0..DELAYS.len()).min_by(|a, b| residuals[*a].total_cmp(&residuals[*b]));
-    // At an end there is no parabola around it: whatever is there, it is no delay of some samples.
+    // A minimum at either end has no parabola around it, and is no delay of a few samples.
     let Some(lowest) = lowest.filter(|i| (1..DELAYS.len() - 1).contains(i)) else {
         return Ok(0.0);
     };

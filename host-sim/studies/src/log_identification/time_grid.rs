@@ -9,9 +9,9 @@
 //!        the effort by a straight line
 //! ```
 //!
-//! Why: an exact sample time with rounded time stamps would look like jitter, and jitter
+//! Reason: an exact sample time with rounded time stamps would look like jitter, and jitter
 //! differentiated twice is noise. Limits: time stamps that jitter while the samples do not, such as
-//! those of a computer that reads a bus, are taken as they are.
+//! those of a computer that reads a bus, are used unchanged.
 
 use std::borrow::Cow;
 
@@ -24,7 +24,8 @@ const GAP: f64 = 4.5;
 const JUMP_OF_RANGE: f64 = 0.02;
 /// Least ratio of a jump to the steps beside it.
 const JUMP_OF_STEPS: f64 = 20.0;
-/// Distances of these steps, samples. The nearest step is skipped: it can be half of the jump.
+/// Distances from a jump to the steps beside it, samples. The nearest step is skipped: it can be
+/// half of the jump.
 const BESIDE: [usize; 3] = [2, 3, 4];
 
 /// Largest jitter of even steps, as a share of a step.
@@ -49,7 +50,7 @@ pub struct Stretch {
 }
 
 impl Stretch {
-    /// Returns the effort that moves one rigid body.
+    /// Returns the effort with its correction to that of one rigid body.
     pub fn driving(&self) -> Cow<'_, [f64]> {
         if self.carried.is_empty() {
             return Cow::Borrowed(&self.effort);
@@ -79,7 +80,7 @@ impl TimeGrid {
     /// Creates the grid of a log with columns in SI units.
     ///
     /// # Errors
-    /// Returns a sentence about the error in the times.
+    /// Returns a sentence if the times do not increase.
     pub fn of(log: &MotionLog, time_digit_s: f64) -> Result<Self, String> {
         let mut steps: Vec<f64> = log.time.windows(2).map(|pair| pair[1] - pair[0]).collect();
         let middle = steps.len() / 2;
@@ -148,7 +149,7 @@ impl TimeGrid {
     }
 }
 
-/// Returns the samples to which the position jumps.
+/// Returns the indices of the first samples after each jump of the position.
 fn jumps(position: &[f64]) -> Vec<usize> {
     let (low, high) = position
         .iter()
@@ -166,7 +167,8 @@ fn jumps(position: &[f64]) -> Vec<usize> {
     (1..position.len()).filter(is_jump).collect()
 }
 
-/// Returns whether the samples are `step` (s) apart, but for times that are rounded to `digit` (s).
+/// Returns whether the samples are `step` (s) apart, within the larger of a small jitter and the
+/// resolution of the times, `digit` (s).
 fn is_even(time: &[f64], step: f64, digit: f64) -> bool {
     let Some(first) = time.first() else { return true };
     // Half of the last digit at either end, and rounding in binary.

@@ -47,8 +47,8 @@ impl PositionUnit {
         }
     }
 
-    /// Returns the unit at the end of the name of a motor's column: counts or an angle. The m of
-    /// `q_m` is the motor.
+    /// Returns the unit at the end of the name of a motor's column: counts or an angle. The `m` of
+    /// `q_m` denotes the motor, not metres.
     pub fn of_motor(column: &str) -> Option<Self> {
         match &*unit_of_name(column)? {
             "count" | "counts" => Some(Self::Count),
@@ -57,7 +57,7 @@ impl PositionUnit {
     }
 }
 
-/// Returns the unit of a time in seconds: `s`, `ms`, `us` or `ns`.
+/// Returns a unit of time (`s`, `ms`, `us` or `ns`) in seconds.
 pub fn seconds(unit: &str) -> Option<f64> {
     match unit {
         "s" => Some(1.0),
@@ -68,12 +68,12 @@ pub fn seconds(unit: &str) -> Option<f64> {
     }
 }
 
-/// Units that start a unit per another one, such as `rad/s`.
+/// First parts of compound units such as `rad/s`.
 const PER: [&str; 8] = ["1", "m", "mm", "rad", "deg", "\u{b0}", "count", "counts"];
 
 /// Returns the last part of a column's name, which can be its unit: `deg` of `position_deg`, of
 /// `position (deg)` and of `position/deg`, the degree sign of `angle [\u{b0}]`; `None` for a single
-/// word, or for a unit per another one.
+/// word, or for a compound unit such as `rad/s`.
 pub fn unit_of_name(column: &str) -> Option<String> {
     let name = column.trim().to_lowercase();
     let is_part = |c: char| c.is_alphanumeric() || c == '\u{b0}';
@@ -99,7 +99,7 @@ pub struct LogUnits {
     pub is_linear: bool,
     /// Unit of effort, N or N m, if known.
     pub effort: Option<f64>,
-    /// Unit of the motor's position, rad, if that is no count.
+    /// Unit of the motor's position, rad; `None` if the position is in counts.
     pub motor: Option<f64>,
 }
 
@@ -167,10 +167,10 @@ impl LogUnits {
         log.time_digit *= self.time_s;
     }
 
-    /// Returns these units with that of the motor's position.
+    /// Returns these units with the unit of the motor's position.
     ///
     /// # Errors
-    /// Returns a sentence, if it is that of a line.
+    /// Returns a sentence if the unit is a length, since a motor turns.
     pub fn with_motor(self, unit: PositionUnit) -> Result<Self, String> {
         let motor = match unit {
             PositionUnit::Rad => Some(1.0),
@@ -185,8 +185,8 @@ impl LogUnits {
         Ok(Self { motor, ..self })
     }
 
-    /// Returns the factor from units of the motor in a rad (or a metre) of the joint to the unit of
-    /// a ratio.
+    /// Returns the factor from the motor's units per rad (or metre) of the joint to the unit of the
+    /// gear's ratio.
     pub const fn motor_of_a_turn(&self) -> f64 {
         if self.is_linear || self.motor.is_some() { 1.0 } else { TAU }
     }
@@ -206,8 +206,8 @@ impl LogUnits {
         if self.is_linear { "m" } else { "rad" }
     }
 
-    /// Returns the unit of efforts. Without a gain it is that of the log; on a linear machine the
-    /// effort counts as a force.
+    /// Returns the unit of efforts. On a linear machine the effort is a force; otherwise, without a
+    /// gain, its unit is that of the log.
     pub const fn effort_unit(&self) -> &'static str {
         match (self.is_linear, self.effort) {
             (true, _) => "N",
@@ -216,7 +216,8 @@ impl LogUnits {
         }
     }
 
-    /// Returns whether the unit of the effort is assumed: that of a linear machine without a gain.
+    /// Returns whether the unit of the effort is assumed to be 1 N: on a linear machine without a
+    /// gain.
     pub const fn is_assumed(&self) -> bool {
         self.is_linear && self.effort.is_none()
     }

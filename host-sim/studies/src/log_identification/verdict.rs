@@ -58,9 +58,9 @@ impl FitQuality {
 pub struct FitVerdict {
     /// Quality of the fit.
     pub quality: FitQuality,
-    /// Reasons, one sentence each.
+    /// Findings for and against the fit, one sentence each.
     pub words: Vec<String>,
-    /// Reasons against the fit.
+    /// Findings against the fit.
     pub doubts: Vec<String>,
 }
 
@@ -69,7 +69,7 @@ pub struct FitVerdict {
 pub struct Objections<'a> {
     /// Values outside the range of existing machines.
     pub implausible: &'a [Implausible],
-    /// Causes that the model leaves out and the residual depends on.
+    /// Causes of the residual that the model leaves out.
     pub misfits: &'a [Misfit],
     /// Terms that would lower the residual.
     pub proposals: &'a [Proposal],

@@ -8,11 +8,11 @@
 //! | reversals | last second | retreats of more than a count from the last extreme |
 //! | held effort | last second | root mean square: its square is the motor's heat |
 //! | sticks | where the set point has more than half of its speed | times that the joint comes to a stop |
-//! | sliding effort | there | mean of the effort in the sense of the motion: what friction costs |
+//! | sliding effort | as for sticks | mean effort in the sense of the motion: that of friction |
 //! | accelerating effort | where the set point has more than half of its acceleration | mean of the effort in the sense of the acceleration: what inertia costs |
 //!
-//! Settling and rest are those at the encoder. A simulated device reports its load as well, and
-//! both are measured there too ([`AtLoad`]).
+//! Settling and rest are measured at the encoder. A simulated device reports its load as well; for
+//! it, both are also measured at the load ([`AtLoad`]).
 
 use stiction::link::Sample;
 
@@ -67,9 +67,9 @@ impl std::iter::Sum for Mean {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct AtLoad {
     /// Time from the end of the set point's motion until the load stays within the goal's
-    /// tolerance, s; none if it was outside at the end.
+    /// tolerance, s; `None` if it does not stay.
     pub settled_s: Option<f64>,
-    /// Whether it settled later than the goal allows.
+    /// Whether the load settled later than the goal allows.
     pub is_late: bool,
     /// Largest distance from the target in the last second, counts.
     pub rest_counts: f64,
@@ -88,9 +88,9 @@ pub struct MoveMeasures {
     /// Target, deg.
     pub to_deg: f64,
     /// Time from the end of the set point's motion until the encoder's side stays within the goal's
-    /// tolerance, s; none if it was outside at the end.
+    /// tolerance, s; `None` if it does not stay.
     pub settled_s: Option<f64>,
-    /// Whether it settled later than the goal allows.
+    /// Whether the encoder's side settled later than the goal allows.
     pub is_late: bool,
     /// Measures at the load; `None` if the device does not report its load.
     pub at_load: Option<AtLoad>,
@@ -188,7 +188,7 @@ pub fn measures(
 pub struct SessionFigures {
     /// Number of moves that missed the goal at the encoder.
     pub missed: u32,
-    /// Number of moves that missed the goal at the load; `None` if the load is not known in all.
+    /// Number of moves that missed the goal at the load; `None` if a move has no measures there.
     pub missed_at_load: Option<u32>,
     /// Mean settling time of the moves that settled, s.
     pub settled_s: Option<f64>,
@@ -233,7 +233,8 @@ mod tests {
     use super::*;
     use stiction::control::signal::index;
 
-    /// A sample in a core that has every signal; its values stand in the order of the places.
+    /// Returns a sample of a core with every signal. Its values are in the order of the signals'
+    /// indices.
     fn sample(clock: u32, values: [f64; 5]) -> Sample {
         let [counts, velocity, acceleration, measured, applied] = values;
         let mut all = [
@@ -248,8 +249,9 @@ mod tests {
         Sample { number: 0, clock, signals, values: all.iter().flat_map(|(_, b)| *b).collect() }
     }
 
-    /// A second of set point at 100 counts a second, a joint that is behind by 0.25 s and rests at
-    /// 99 for the other two; 0.5 V for friction, 0.3 V for a begin and an end of 0.1 s.
+    /// Returns the measures of a move of 4 s. The set point moves at 100 counts/s for 1 s; the
+    /// joint follows 0.25 s later, and rests at 99 counts. The effort is 0.5 V for friction, plus
+    /// or minus 0.3 V while the set point starts or stops, for 0.1 s each.
     fn moved(sticks_at_s: f64) -> MoveMeasures {
         let samples: Vec<Sample> = (0..400)
             .map(|k| {
@@ -317,7 +319,8 @@ mod tests {
         assert!((found.settled_s.unwrap() - 0.24).abs() < 0.011, "{found:?}");
         assert_eq!((found.rest_counts, found.reversals, found.sticks), (1.0, 0, 1));
         assert!((found.held_v - 0.2).abs() < 1e-6);
-        // Begin and end of 0.3 V cancel in one, and friction in the other.
+        // The 0.3 V of start and stop cancel in the sliding effort, and friction cancels in the
+        // accelerating effort.
         assert!((found.sliding_v.value().unwrap() - 0.5).abs() < 1e-6, "{found:?}");
         assert!((found.accelerating_v.value().unwrap() - 0.3).abs() < 1e-6, "{found:?}");
         assert_eq!(moved(9.0).sticks, 0);

@@ -2,7 +2,7 @@
 
 use stiction::Parameters;
 
-/// Fractional part of the golden ratio: its multiples fill a range evenly, however many are taken.
+/// Fractional part of the golden ratio: any number of its multiples fills a range evenly.
 const GOLDEN: f64 = 0.618_033_988_749_895;
 
 /// Length of a short move, as a share of the range.
@@ -59,11 +59,11 @@ pub fn room(parameters: &Parameters, position_deg: f64) -> f64 {
     (most - position_deg).min(position_deg - least).max(0.0)
 }
 
-/// Returns the targets of `count` moves from the zero of the arming, deg, on whole counts.
+/// Returns the targets of `count` moves, deg, on whole counts. The position at arming is zero.
 ///
 /// The first, third and so on go over the range: to `R (2 frac(n g) - 1)` with the golden ratio g.
-/// The moves between them are short: `R / 50` (at least 4 counts), alternately forward and back, in
-/// which a joint sticks before it slides. The last one goes back to zero.
+/// The moves between them are short: `R / 50` (at least 4 counts) towards zero. In such a move a
+/// joint sticks before it slides. The last move goes back to zero.
 pub fn targets(range: MoveRange, count: usize) -> Vec<f64> {
     let MoveRange { deg, count_deg } = range;
     let on_a_count = |deg: f64| (deg / count_deg).round() * count_deg;

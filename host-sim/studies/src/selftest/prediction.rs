@@ -40,7 +40,7 @@ pub struct PredictionInput {
 pub struct Prediction {
     /// Figures of each joint that completed all moves.
     pub figures: Vec<SessionFigures>,
-    /// Moves of these joints.
+    /// Measures of the moves of these joints.
     pub moves: Vec<Vec<MoveMeasures>>,
     /// Reasons why the other joints ended early.
     pub ended: Vec<String>,
@@ -97,7 +97,7 @@ impl PredictionInput {
             // spread over one count.
             let phase = (number as f64 + 0.5) / self.joints as f64;
             document.set(&[format!("encoder.phase={phase:?}")])?;
-            // There is one, otherwise the file was refused.
+            // There is at least one run: otherwise `without_variants` returns an error.
             let plan = Experiment::without_variants(&document, &[])?.swap_remove(0);
             let one = self.one(&plan, &goal, still)?;
             over.fetch_add(u64::from(one.is_some()), Ordering::Relaxed);
@@ -173,7 +173,7 @@ mod tests {
         Ok(request.predict()?.figures)
     }
 
-    /// A variant sets its keys last: it would put its own joint in the place of each that is drawn.
+    /// A variant sets its keys last, so its joint would replace each drawn joint.
     #[test]
     fn a_variant_before_the_file_as_it_stands_is_no_part_of_the_prediction() {
         const OTHER: &str = "[[variant]]\nslug = \"dry\"\n\

@@ -189,7 +189,7 @@ impl PreparedSelfTest {
     /// joint can have been turned by hand. Returns the status of the device.
     ///
     /// # Errors
-    /// Returns the change.
+    /// Returns an error about the change or the device.
     pub fn fits<W: Wire>(&self, client: &mut Client<W>) -> Result<Status, Error> {
         let found = client.parameters()?;
         if found != self.request.parameters {
@@ -251,7 +251,7 @@ impl PreparedSelfTest {
         ))
     }
 
-    /// Returns the total time of all moves, s.
+    /// Returns the largest total time of all moves, s.
     pub fn longest_s(&self) -> f64 {
         let targets = &self.request.targets;
         let from = std::iter::once(&0.0).chain(targets);

@@ -27,7 +27,8 @@ const SETTLES_S: f64 = 2.0;
 /// Longest time of a move, s. A range with a longer move is refused before anything moves.
 pub(super) const LONGEST_S: f64 = 60.0;
 
-/// Returns the time of a move over `way_deg`, s: that of its set point, plus that to settle.
+/// Returns the time of a move over `way_deg`, s: the motion of its set point, plus the time to
+/// settle.
 pub(super) fn time_s(profile: &ProfileLimits, goal: &PositionGoal, way_deg: f64) -> f64 {
     longest_s(profile, way_deg) + goal.watched_s(SETTLES_S)
 }
@@ -76,8 +77,8 @@ pub struct Steps {
 }
 
 impl Steps {
-    /// Creates the moves of a device with these signals, parameters and status. Also returns the
-    /// time from arming to the first move, for the soft start.
+    /// Creates the session of a device with these signals, parameters and status. Also returns the
+    /// time from arming to the first move: reset pulse, wake-up and soft start, plus 2 s.
     ///
     /// # Errors
     /// Returns an error if a target is out of range.

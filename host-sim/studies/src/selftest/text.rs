@@ -29,7 +29,7 @@ pub struct SelfTestResult {
     pub moves: Vec<MoveMeasures>,
     /// Figures with their bounds; empty if the device did not complete all moves.
     pub checks: Vec<SelfTestCheck>,
-    /// Reason of an early end.
+    /// Reason of an early end; `None` if the device completed all moves.
     pub ended_by: Option<String>,
     /// Doubts about the joint of the file, one sentence each.
     pub doubts: Vec<String>,
@@ -230,7 +230,7 @@ fn table_at_load(tested: &SelfTestResult) -> String {
     moves.trim_fmt()
 }
 
-/// Returns the verdict, one line each.
+/// Returns the verdict with its remarks, on one or more lines.
 pub fn sentence(tested: &SelfTestResult) -> String {
     match &tested.ended_by {
         Some(by) => format!("FAIL: ended by {by}"),
@@ -252,8 +252,8 @@ pub fn sentence(tested: &SelfTestResult) -> String {
     }
 }
 
-/// Returns the number of moves that missed the goal at the encoder and at the load, for a gear with
-/// slack that the encoder cannot measure.
+/// Returns sentences with the number of moves that missed the goal at the encoder and at the load;
+/// empty unless the gear has slack that the encoder cannot measure.
 fn both_sides(tested: &SelfTestResult) -> String {
     if tested.unseen_slack.is_none() {
         return String::new();
@@ -378,8 +378,8 @@ mod tests {
         }
     }
 
-    /// A session of four moves as it was predicted: the second settles on one joint of three, and
-    /// the others on none.
+    /// Returns the result of a session of four moves, none of which settles. On the three predicted
+    /// joints, the second move settles after the given times, and the other moves never settle.
     fn tested(settled_s: [Option<f64>; 3]) -> SelfTestResult {
         let session = |second| {
             let to = [-123.456, 0.2, 0.4, 0.0];
@@ -422,7 +422,7 @@ mod tests {
     #[test]
     fn a_pass_of_a_law_that_misses_says_so() {
         let missing = tested([None; 3]);
-        // Nothing settles on any joint, so the mean time of settling is none that could fail.
+        // No move settles on any joint, so there is no check of the mean settling time.
         assert!(missing.passes(), "{:?}", missing.checks);
         let text = words(&missing);
         let said = text.split_whitespace().collect::<Vec<_>>().join(" ");
@@ -449,7 +449,8 @@ mod tests {
     const SLACK: UnseenSlack =
         UnseenSlack { backlash_deg: 0.6, backlash_counts: 60.0, wind_up_deg: 0.01 };
 
-    /// A joint whose encoder's side settles in each move and whose load does in none.
+    /// Returns the result of a joint whose encoder's side settles in each move, and whose load
+    /// never settles.
     fn with_slack() -> SelfTestResult {
         let load = AtLoad { rest_counts: 31.0, ..AtLoad::default() };
         let mut tested = tested([Some(0.2); 3]);
@@ -481,7 +482,7 @@ mod tests {
         );
         assert_eq!(json["predicted_missed_at_load"], 4);
         assert_eq!(json["moves"][0]["predicted_rest_at_load_counts"]["median"], 31.0);
-        // A board measures its encoder; the prediction has the load all the same.
+        // A board measures only its encoder; the prediction has the load in any case.
         let mut board = tested;
         board.moves.iter_mut().for_each(|one| one.at_load = None);
         let text = words(&board);

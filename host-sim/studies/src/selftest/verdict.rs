@@ -5,12 +5,12 @@
 //! ```
 //!
 //! min and max are the least and largest figure of the N predicted joints: that of the file, and
-//! those drawn around it. A true joint drawn like them is one of N + 1 alike, so it exceeds all
-//! others with a probability of 1 / (N + 1) for each of ten bounds: six figures have one, two have
-//! two. With N = 24 that is 1 in 25 for each. The margin m reduces this probability, since the
-//! keys, and so the figures, have bounded ranges; by how much has not been computed. `s` is the
-//! smallest margin: smaller differences do not matter, or are beyond the accuracy of the
-//! simulation.
+//! those drawn around it. If the real joint is drawn like them, it is one of N + 1 equal draws. So
+//! without the margin it is outside of a bound with a probability of 1 / (N + 1), which is 1 in 25
+//! for N = 24. There are ten bounds: six figures have one, two have two. The margin m reduces this
+//! probability, since the keys, and so the figures, have bounded ranges; by how much has not been
+//! computed. `s` is the smallest margin: smaller differences do not matter, or are beyond the
+//! accuracy of the simulation.
 //!
 //! Only the two efforts have a lower bound. A joint that rests nearer and settles sooner than
 //! predicted is fine, but one that needs less effort is another joint.

@@ -1,21 +1,22 @@
-//! What gains come to on a set of joints, and what that is worth for a goal.
+//! Figures of a set of gains on a set of joints, and their cost for a goal.
 //!
-//! Gains are judged at the encoder: what it cannot see, no gain can correct. The same figures at
-//! the load are beside them.
+//! Gains are judged at the encoder: no gain can correct an error that the encoder cannot see. The
+//! same figures at the load are reported too.
 
 use serde::Deserialize;
 
 use crate::ensemble::{CaseResult, SortedValues};
 
-/// A success settles so soon, s; what does not is taken for twice as late.
+/// Default limit on the settling time of a success, s. A joint that settles later than twice this
+/// time, or never, counts as twice this time.
 const WITHIN_S: f64 = 5.0;
 
-/// What it costs if all joints fail: as much as a figure of weight 1 that is e^20 times as large.
-/// One failure of a few dozen joints costs less than a large gain of a figure, so that the search
-/// is not stopped by it; [`TuningFigures::are_better_than`] is.
+/// Cost if all joints fail: that of a figure of weight 1 that is e^20 times as large. One failure
+/// among a few dozen joints costs less than a large improvement of a figure saves, so the search
+/// continues past it. [`TuningFigures::are_better_than`] rejects it.
 const FAILURE: f64 = 20.0;
 
-/// What a figure costs that is above its limit, for each factor of e.
+/// Cost of a figure above its limit, for each factor e of the excess.
 const EXCESS: f64 = 20.0;
 
 /// Objective of the gains.
@@ -45,13 +46,13 @@ impl TuningGoal {
 /// Figures of a set of gains at one side of the gear.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SideFigures {
-    /// Joints that meet the file's `[goal]` (two counts within 5 s by default), and trip no
+    /// Number of joints that meet the file's `[goal]` (default: two counts within 5 s) and trip no
     /// monitor, in step and trajectory.
     pub successes: usize,
-    /// Mean settling, s; of what does not settle, 10 s.
+    /// Mean settling time, s; 10 s for a joint that does not settle.
     pub settling_s: f64,
-    /// Mean tracking error, rms, counts; none if the file has no trajectory, infinite after a
-    /// fault.
+    /// Mean over the joints of the rms tracking error, counts; `None` if the file has no
+    /// trajectory, infinite if a fault ends one.
     pub tracking_counts: Option<f64>,
     /// Rest error that 90 % of the joints do not exceed, counts.
     pub rest_counts: f64,
@@ -60,19 +61,19 @@ pub struct SideFigures {
 /// The figures of a set of gains.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TuningFigures {
-    /// Joints.
+    /// Number of joints; a joint counts once for each of its delays.
     pub cases: usize,
-    /// At the encoder: by these the gains are judged.
+    /// Figures at the encoder, by which the gains are judged.
     pub at_encoder: SideFigures,
-    /// At the load.
+    /// Figures at the load.
     pub at_load: SideFigures,
-    /// Mean total variation of the effort, at rest and in motion, V/s.
+    /// Mean total variation of the effort, sum of rest and motion, V/s.
     pub chatter_v_per_s: f64,
     /// Root mean square of the effort at rest, V: its square is the motor's heat.
     pub held_v: f64,
 }
 
-/// Whether a joint meets its goal at the encoder, and trips no monitor.
+/// Returns whether a joint meets its goal at the encoder, and trips no monitor.
 pub(super) fn is_fine(row: &CaseResult) -> bool {
     row.success_at_encoder && row.faults().next().is_none()
 }
@@ -104,7 +105,7 @@ impl SideFigures {
 }
 
 impl TuningFigures {
-    /// Sums up the rows of one law.
+    /// Summarizes the rows of one law.
     pub fn of(rows: &[CaseResult]) -> Self {
         let cases = rows.len();
         let mean = |of: &dyn Fn(&CaseResult) -> f64| {
@@ -133,13 +134,13 @@ impl TuningFigures {
         }
     }
 
-    /// Returns whether the load comes out otherwise than the encoder's side.
+    /// Returns whether the figures at the load differ from those at the encoder.
     pub fn is_two_sided(&self) -> bool {
         self.at_encoder != self.at_load
     }
 
-    /// The figures by the names that limits have, each with the size below which it does not
-    /// matter; at the encoder.
+    /// Returns the name of each figure in a limit, its value at the encoder, and the size below
+    /// which it does not matter.
     fn named(&self) -> [(&'static str, f64, f64); 5] {
         let SideFigures { settling_s, tracking_counts, rest_counts, .. } = self.at_encoder;
         [
@@ -151,22 +152,22 @@ impl TuningFigures {
         ]
     }
 
-    /// What these figures cost beside those of the gains to begin with, for a goal and under
-    /// limits:
+    /// Returns the cost of these figures relative to `start`, those of the file's gains, for a goal
+    /// and limits:
     ///
     /// ```text
     /// cost = 20 (failures / joints) + sum w_i ln((x_i + s_i) / (x_i0 + s_i))
     ///      + 20 sum ln(x_i / limit_i) of those above their limit
     /// ```
     ///
-    /// `s_i` is the size below which a figure does not matter. A ratio counts the same wherever a
-    /// figure begins, and units cancel.
+    /// `s_i` is the size below which a figure does not matter. The same ratio has the same cost at
+    /// any start value, and units cancel.
     pub fn cost(&self, start: &Self, goal: TuningGoal, limits: &[(String, f64)]) -> f64 {
         let failed = (self.cases - self.at_encoder.successes) as f64 / self.cases.max(1) as f64;
         let pairs = self.named().into_iter().zip(start.named()).zip(goal.weights());
         let gained: f64 = pairs
             .map(|(((_, now, size), (_, then, _)), weight)| {
-                // A trajectory that ends in a fault is infinitely bad, and counted as a failure.
+                // A trajectory that a fault ends has an infinite error, and counts as a failure.
                 let ratio = (now.min(1e6) + size) / (then.min(1e6) + size);
                 weight * ratio.ln()
             })
@@ -181,8 +182,8 @@ impl TuningFigures {
         FAILURE * failed + gained + EXCESS * above
     }
 
-    /// Returns whether these figures are better than `start`: they cost less, and no joint more
-    /// fails.
+    /// Returns whether these figures are better than `start`: a lower cost, and no more failures at
+    /// the encoder.
     pub fn are_better_than(
         &self,
         start: &Self,
@@ -193,7 +194,7 @@ impl TuningFigures {
         self.at_encoder.successes >= start.at_encoder.successes && cost(self) < cost(start)
     }
 
-    /// The names that a limit may have.
+    /// Returns the names of the figures that can have a limit.
     pub fn names() -> [&'static str; 5] {
         ["settling_s", "tracking_counts", "rest_counts", "chatter_v_per_s", "held_v"]
     }
@@ -215,7 +216,7 @@ mod tests {
         }
     }
 
-    /// The same figures with other ones at the encoder.
+    /// Returns the figures with those at the encoder changed.
     fn at_encoder(of: TuningFigures, change: impl Fn(SideFigures) -> SideFigures) -> TuningFigures {
         TuningFigures { at_encoder: change(of.at_encoder), ..of }
     }
@@ -265,7 +266,8 @@ mod tests {
         assert!((excess - 20.0 * 2.0_f64.ln()).abs() < 1e-9, "{excess}");
     }
 
-    /// No gain reaches the load through slack: it must not steer the search.
+    /// No gain corrects the error of the load within the slack, so the load must not affect the
+    /// cost.
     #[test]
     fn the_load_is_beside_the_encoder_and_does_not_move_the_cost() {
         let side = |rest_at_load_counts| CaseResult { rest_at_load_counts, ..row(Some(1.0), 1.0) };

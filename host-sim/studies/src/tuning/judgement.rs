@@ -1,21 +1,21 @@
-//! Which of the gains of a search stand the judgement, on joints that they were not found on.
+//! Judges the best gains of a search on other joints than those of the search.
 //!
-//! Gains pass if they cost less than the file's and no more joints fail. Of those that pass, the
-//! first by which no joint is lost stays: none that succeeds with the file's gains fails with the
-//! new ones. Joints are compared one by one, each with its delay, since a count of failures lets
-//! gains trade a joint that they save for one that they lose. If each loses a joint, the first that
-//! passes stays: docs/how-to/tune.md says what it costs to ask for more. Candidates are judged in
-//! the order of their costs in the search, and [`CANDIDATES`] at most.
+//! Gains pass if they cost less than the file's and no more joints fail. The first gains that pass
+//! and lose no joint are kept: every joint that succeeds with the file's gains succeeds with them
+//! too. Joints are compared one by one, each with its delay, since an equal number of failures can
+//! hide a lost joint behind a saved one. If all gains that pass lose a joint, the first that pass
+//! are kept (docs/how-to/tune.md). At most [`CANDIDATES`] are judged, in the order of their costs
+//! in the search.
 
 use super::figures::{TuningFigures, TuningGoal, is_fine};
 use crate::ensemble::CaseResult;
 use files::error::Error;
 
-/// Candidates that are judged at most.
+/// Largest number of judged candidates.
 pub(super) const CANDIDATES: usize = 5;
 
-/// Gains that were tried, as factors, with what they cost more than the file's on the joints of the
-/// search.
+/// Tried gains: their cost minus that of the file's gains on the joints of the search, and their
+/// factors.
 pub(super) type Tried = (f64, Vec<f64>);
 
 /// Gains that passed: their values by key and their factors, with the rows of their joints.
@@ -25,20 +25,20 @@ pub(super) struct Passed {
     pub rows: Vec<CaseResult>,
 }
 
-/// What a judgement comes to.
+/// Outcome of a judgement.
 pub(super) enum Outcome {
-    /// It was cancelled.
+    /// The judgement was cancelled.
     Cancelled,
     /// The gains that passed, if any did.
     Judged(Option<Passed>),
 }
 
-/// Looks for the first of the candidates that passes: `set` makes keys of factors, and `rows` runs
-/// them on the joints of the judgement, in the order of `before`. It is cancelled if that returns
-/// no rows.
+/// Returns the first candidate that passes and loses no joint, or else the first that passes. `set`
+/// converts factors to gains with their keys. `rows` runs these gains on the joints of the
+/// judgement, in the order of `before`; if it returns `None`, the judgement is cancelled.
 ///
 /// # Errors
-/// That of `rows`.
+/// Returns the error of `rows`.
 pub(super) fn first(
     mut tried: Vec<Tried>,
     before: &[CaseResult],
@@ -68,7 +68,7 @@ pub(super) fn first(
     Ok(Outcome::Judged(second))
 }
 
-/// Whether a joint fails that did not.
+/// Returns whether a joint that succeeded before fails now.
 fn loses(before: &[CaseResult], after: &[CaseResult]) -> bool {
     before.iter().zip(after).any(|(was, is)| is_fine(was) && !is_fine(is))
 }
@@ -111,7 +111,7 @@ mod tests {
         assert_eq!(judged(&[(-2.0, 2.0)], after).as_deref(), Some("2.0"));
         let careless = |_: &str| [1.0, never, never];
         assert_eq!(judged(&[(-2.0, 2.0)], careless), None);
-        // What is no better on the joints of the search is not judged.
+        // Gains that are no better on the joints of the search are not judged.
         assert_eq!(judged(&[(0.0, 3.0)], after), None);
         assert_eq!(judged(&[(-1.0, 3.0)], |_| [3.0, 3.0, never]), None);
     }

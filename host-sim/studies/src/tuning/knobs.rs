@@ -1,4 +1,4 @@
-//! What a law has to turn: its gains, as keys of the file with the values to begin from.
+//! Gains of a law that a tuning varies: keys of the file, with their start values.
 
 use stiction::control::laws::{Gains, RobustGains};
 use stiction::control::pd::PdGains;
@@ -7,24 +7,24 @@ use stiction::units::value::{About, Absent, Table, Values as _};
 use files::error::Error;
 use simulator::experiment::{RunPlan, about_law};
 
-/// A gain that is turned.
+/// A gain that the search varies.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Knob {
-    /// Its key in the table of the controller.
+    /// Key in the table of the controller.
     pub key: &'static str,
-    /// Where the search begins: the file's value, or what the law's rule gives.
+    /// Start value of the search: that of the file, or of the law's rule.
     pub start: f64,
 }
 
-/// Gains of `robust`; its other values are figures of the joint. Of the core's
-/// declarations these are the ones that a rule gives if they are left out.
+/// Gains of `robust`; its other values describe the joint. In the core's declarations, these gains
+/// follow by a rule if they are left out.
 const OF_ROBUST: [&str; 3] =
     ["bandwidth_rad_per_s", "acceleration_deg_per_s2", "observer_rad_per_s"];
 
-/// Lists the gains of a run's controller that are above zero: what is off stays off.
+/// Returns the gains of a run's controller that are above zero. A gain of zero stays off.
 ///
 /// # Errors
-/// Names a gain that is not allowed.
+/// Returns an error that names an invalid gain.
 pub fn knobs(plan: &RunPlan) -> Result<Vec<Knob>, Error> {
     let config = plan.controller_config()?;
     let mut knobs = Vec::new();
@@ -44,7 +44,7 @@ pub fn knobs(plan: &RunPlan) -> Result<Vec<Knob>, Error> {
             let turned = RobustGains::ABOUT.iter().filter(|about| OF_ROBUST.contains(&about.name));
             turned.for_each(|about| add(about, gains.get(about.key)));
         } else if matches!(law, Gains::RobustDual(_)) {
-            // What is needed are facts of the joint, and the rest follows by rule.
+            // Its required values describe the joint, and the others follow by rule.
         } else {
             let gains = about_law(law).iter().filter(|about| about.absent == Absent::Needed);
             gains.for_each(|about| add(about, law.get(about.key)));

@@ -6,14 +6,14 @@ use super::TuningFigures;
 use files::error::{rounded, suggestion};
 use files::typed_number;
 
-/// How many joints gains may be looked for on.
+/// Allowed number of joints in the search.
 pub const CASES_ALLOWED: RangeInclusive<u64> = 1..=1000;
 
-/// A tuning of one law takes less than this, s, or it is said beforehand.
+/// Time above which a tuning of one law is announced as long, s.
 const LONG_S: f64 = 120.0;
 
-/// Says how long a tuning may take, if that is long: `first_s` is the time of one set of joints, of
-/// which it runs about `sets`.
+/// Returns a sentence with the expected time of a tuning if it is long; `None` otherwise. `first_s`
+/// is the time of one set of joints, s; the tuning runs about `sets` of them.
 pub fn takes_long(controller: &str, first_s: f64, sets: u64, cases: u64) -> Option<String> {
     let about_s = first_s * sets as f64;
     (about_s > LONG_S).then(|| {
@@ -26,10 +26,10 @@ pub fn takes_long(controller: &str, first_s: f64, sets: u64, cases: u64) -> Opti
     })
 }
 
-/// Reads a limit, `FIGURE=MOST`.
+/// Parses an upper limit of a figure, `FIGURE=MOST`.
 ///
 /// # Errors
-/// Says what is wrong with it, without naming it.
+/// Returns the reason, without the text of the limit.
 pub fn limit(text: &str) -> Result<(String, f64), String> {
     let Some((name, most)) = text.split_once('=') else {
         return Err("write FIGURE=MOST, as in chatter_v_per_s=5".into());

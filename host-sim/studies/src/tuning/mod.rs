@@ -1,4 +1,4 @@
-//! `stiction tune`: gains for a joint that is known within bounds.
+//! `stiction tune`: tunes gains for a joint whose parameters are known within bounds.
 //!
 //! ```text
 //! file -> knobs.rs: the gains of a controller ----------------+
@@ -9,14 +9,14 @@
 //!      -> text.rs: a new file, a table; pareto.rs: charts
 //! ```
 //!
-//! The joints on which gains are judged are not those on which they were found, and three times as
-//! many: a judgement is one to six sets of gains, the search some forty. Gains that are no better
-//! there than those of the file are dropped, and if the next best ones are no better either, or no
-//! joint succeeds, the tuning is refused and the file's stay. Gains are judged at the encoder, and
-//! the load's figures are beside. Guarantees: the same result for the same seed on any number of
-//! cores; no more failures on the joints of the judgement than the file's gains have. Does badly:
-//! it finds a valley near the file's gains, not the lowest one; it knows the joint of the file with
-//! its spread, and nothing that the file does not say.
+//! Gains are judged on other joints than those of the search, and on three times as many: a
+//! judgement runs one to six sets of gains, the search some forty. Gains that are no better there
+//! than the file's are dropped. If none of the best candidates is better, the file's gains stay. If
+//! no joint succeeds at its load, the tuning is refused. Gains are judged at the encoder; the
+//! figures at the load are reported too. Guarantees: the same result for the same seed on any
+//! number of cores; no more failures on the joints of the judgement than with the file's gains.
+//! Limits: the search finds a valley near the file's gains, not the lowest one; it covers only the
+//! joint of the file with its spread.
 
 mod figures;
 mod judgement;
@@ -44,21 +44,21 @@ use simulator::experiment::{Document, Experiment};
 /// sample of delay.
 pub const CASES: u64 = 8;
 
-/// So long a step is watched, s: three times the time within which it should settle.
+/// Duration of a step, s: three times the time within which it should settle.
 const DURATION_S: f64 = 15.0;
 
-/// Joints of the judgement for each joint of the search.
+/// Ratio of the number of joints in the judgement to that in the search.
 const JUDGES: u64 = 3;
 
-/// Factors on the joint's gain that the margins try; their inverses as well.
+/// Factors on the joint's gain that are tried for the margins, as well as their inverses.
 const FACTORS: [f64; 6] = [1.25, 1.5, 2.0, 3.0, 4.0, 6.0];
 
-/// What is asked for.
+/// Request of a tuning.
 #[derive(Clone, Debug)]
 pub struct GainSearch {
-    /// The name of the file.
+    /// Name of the machine's file.
     pub file: String,
-    /// The file.
+    /// Contents of the file.
     pub document: Document,
     /// Objective of the gains.
     pub goal: TuningGoal,
@@ -66,68 +66,69 @@ pub struct GainSearch {
     pub limits: Vec<(String, f64)>,
     /// Keys of the joint that vary, `KEY=LOW..HIGH`.
     pub spreads: Vec<String>,
-    /// Joints; each is run with and without a sample of delay.
+    /// Number of joints in the search; each runs with and without a sample of delay.
     pub cases: u64,
-    /// Seed of the joints on which gains are looked for; those on which they are judged have the
-    /// next one.
+    /// Seed of the joints of the search. The joints of the judgement have the next seed.
     pub seed: u64,
 }
 
-/// A gain before and after.
+/// A gain before and after the tuning.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TunedGain {
-    /// Its key.
+    /// Key in the table of the controller.
     pub key: &'static str,
-    /// The value of the file, or of the law's rule.
+    /// Value before the tuning: that of the file, or of the law's rule.
     pub from: f64,
-    /// The value that was found.
+    /// Value after the tuning; equal to `from` if the file's gains stay.
     pub to: f64,
 }
 
-/// What was found for a controller.
+/// Result of the tuning of a controller.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TuningResult {
-    /// Its name.
+    /// Name of the controller.
     pub controller: String,
-    /// Its gains.
+    /// Gains of the controller.
     pub gains: Vec<TunedGain>,
-    /// Whether they are better than the file's and some joint succeeds; if not, the file's stay.
+    /// Whether these gains are better than the file's and a joint succeeds; otherwise the file's
+    /// gains stay.
     pub better: bool,
-    /// Why the file's gains stay, and what would help; none if others are better.
+    /// Reason why the file's gains stay, with a remedy; `None` if other gains are better.
     pub refusal: Option<String>,
-    /// The file's gains on the joints of the judgement.
+    /// Figures of the file's gains on the joints of the judgement.
     pub before: TuningFigures,
-    /// The gains that stay, there.
+    /// Figures of the kept gains on the same joints.
     pub after: TuningFigures,
-    /// Everything that was tried, on the joints of the search; the first are the file's gains.
+    /// Figures of all tried sets of gains on the joints of the search; the first set is the file's.
     pub tried: Vec<TuningFigures>,
-    /// Place of the gains that stay in `tried`.
+    /// Index of the kept gains in `tried`; 0 for the file's gains.
     pub kept: usize,
-    /// Factors on the file's joint between which the gains that stay succeed, of those that were
-    /// tried; the joint has a sample of delay there.
+    /// Smallest and largest tried factor on the joint's gain between which the kept gains succeed;
+    /// the joint has a sample of delay.
     pub margins: [f64; 2],
     /// Worst joint of the judgement: its drawn keys, its delay in samples, its result.
     pub worst: Option<(Vec<String>, u8, CaseResult)>,
 }
 
-/// What the gains of a file come to.
+/// Result of the gains that are in a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CurrentResult {
-    /// On the joints of the judgement, those on which [`TuningResult`] has its figures.
+    /// Figures on the joints of the judgement, as in [`TuningResult`].
     pub figures: TuningFigures,
-    /// As of [`TuningResult`].
+    /// Margins, as in [`TuningResult`].
     pub margins: [f64; 2],
-    /// As of [`TuningResult`].
+    /// Worst joint, as in [`TuningResult`].
     pub worst: Option<(Vec<String>, u8, CaseResult)>,
 }
 
 impl TuningResult {
-    /// Returns whether no joint of the judgement succeeds, with the file's gains or with others.
+    /// Returns whether no joint of the judgement succeeds at its load, with the file's gains or
+    /// with others.
     pub const fn is_refused(&self) -> bool {
         !self.better && self.before.at_load.successes == 0
     }
 
-    /// Returns these gains with their keys in a file; none if the file's stay.
+    /// Returns the new gains with their keys in a file; empty if the file's gains stay.
     pub fn set(&self) -> Vec<(String, f64)> {
         let gains = self.gains.iter().filter(|_| self.better);
         gains.map(|gain| (path(&self.controller, gain.key), gain.to)).collect()
@@ -138,8 +139,7 @@ impl GainSearch {
     /// Tunes a controller of the file, and calls `tried_one` before each set of gains.
     ///
     /// # Errors
-    /// Names what is wrong with the file, a spread or a limit, or a controller that has nothing to
-    /// turn.
+    /// Returns an error about the file or a spread, or if the controller has no gain to tune.
     pub fn tune(
         &self,
         controller: &str,
@@ -149,8 +149,8 @@ impl GainSearch {
         self.tune_while(controller, tried_one, &|| true)?.ok_or_else(cancelled)
     }
 
-    /// Tunes as [`tune`](Self::tune) does, and calls `goes_on` before each joint that is run.
-    /// Returns nothing if that returned false. So a tuning ends within the time of one joint.
+    /// Tunes as [`tune`](Self::tune) does, and calls `goes_on` before each joint. If it returns
+    /// false, the tuning ends within the time of one joint, and the result is `None`.
     ///
     /// # Errors
     /// As [`tune`](Self::tune).
@@ -189,13 +189,13 @@ impl GainSearch {
         let candidates = Mutex::new(Vec::new());
         let is_cancelled = AtomicBool::new(false);
         let cost = |factors: &[f64]| {
-            // The search has no way out, but it ends soon where all costs are the same.
+            // The search cannot be cancelled, but it ends soon if all costs are equal.
             if is_cancelled.load(Ordering::Relaxed) || !goes_on() {
                 is_cancelled.store(true, Ordering::Relaxed);
                 return 0.0;
             }
             tried_one();
-            // Gains that the core refuses are no gains.
+            // Gains that the core refuses have a very high cost.
             let set = set(controller, &knobs, factors);
             let rows = match self.rows_while(controller, &set, searched, goes_on) {
                 Ok(Some(rows)) => rows,
@@ -222,7 +222,7 @@ impl GainSearch {
         };
         let was = TuningFigures::of(&before);
         let candidates = candidates.into_inner().unwrap_or_else(PoisonError::into_inner);
-        // In the order of `tried`, behind the file's gains.
+        // In the order of `tried`, whose first entry is that of the file's gains.
         let order: Vec<Vec<f64>> = candidates.iter().map(|(_, factors)| factors.clone()).collect();
         let passed = judgement::first(
             candidates,
@@ -272,8 +272,8 @@ impl GainSearch {
         }))
     }
 
-    /// About how many sets of joints a tuning runs, counted in those of the search: for an estimate
-    /// of its time. Margins are runs of one joint each, and are left out.
+    /// Returns the approximate number of runs of the search's set of joints in a tuning, to
+    /// estimate its time. Margins are left out: each of their runs has one joint.
     ///
     /// # Errors
     /// As [`tune`](Self::tune).
@@ -284,10 +284,10 @@ impl GainSearch {
         Ok(search::about(gains) + JUDGES * (1 + judgement::CANDIDATES as u64))
     }
 
-    /// Judges a controller of the file as it stands.
+    /// Judges a controller with the gains of the file.
     ///
     /// # Errors
-    /// Names what is wrong with the file or a spread.
+    /// Returns an error about the file or a spread.
     pub fn standing(&self, controller: &str) -> Result<CurrentResult, Error> {
         let rows = self.rows(controller, &[], [self.judged(), self.judges()])?;
         Ok(CurrentResult {
@@ -298,41 +298,41 @@ impl GainSearch {
         })
     }
 
-    /// Charts what was tried.
+    /// Returns charts of the tried gains.
     ///
     /// # Errors
-    /// Names what is wrong with the file.
+    /// Returns an error about the file.
     pub fn charts(&self, tuned: &[TuningResult]) -> Result<Vec<Chart>, Error> {
         let machine = self.document.machine()?;
         let count_deg = machine.count_deg();
         Ok(pareto::charts(&self.file, tuned, &machine.goal, count_deg))
     }
 
-    /// The seed of the joints on which gains are judged.
+    /// Returns the seed of the joints on which gains are judged.
     const fn judged(&self) -> u64 {
         self.seed.wrapping_add(1)
     }
 
-    /// The number of joints on which gains are judged.
+    /// Returns the number of joints on which gains are judged.
     pub const fn judges(&self) -> u64 {
         self.cases.saturating_mul(JUDGES)
     }
 
-    /// Runs joints of a seed under a controller with keys set, without a delay and with
-    /// one.
+    /// Runs the joints of a seed under a controller with the gains `set`, without and with a sample
+    /// of delay.
     fn rows(
         &self,
         controller: &str,
         set: &[(String, f64)],
         [seed, cases]: [u64; 2],
     ) -> Result<Vec<CaseResult>, Error> {
-        // Without an end there are rows.
+        // The runs are never cancelled, so there are rows.
         let rows = self.rows_while(controller, set, [seed, cases], &|| true)?;
         Ok(rows.unwrap_or_default())
     }
 
-    /// Does the same as long as `goes_on` returns true; `None` if it did not. It is called before
-    /// each joint.
+    /// Runs joints as `rows` does, and calls `goes_on` before each joint. If it returns false, the
+    /// result is `None`.
     fn rows_while(
         &self,
         controller: &str,
@@ -375,9 +375,9 @@ impl GainSearch {
         MachineEnsemble::around(&self.file, document, around, DURATION_S)
     }
 
-    /// The smallest and the largest factor on the joint's gain up to which all succeed. A joint of
-    /// a data sheet has a larger gain if it has less inertia, of the load and of the rotor. None if
-    /// `goes_on` says no.
+    /// Returns the smallest and the largest tried factor on the joint's gain up to which the joint
+    /// succeeds; `None` if `goes_on` returns false. In a data sheet, the inertias of load and rotor
+    /// are divided by the factor.
     fn margins(
         &self,
         controller: &str,
@@ -425,7 +425,7 @@ impl GainSearch {
             let settled_s = row.settled_at_encoder_s.filter(|_| row.faults().next().is_none());
             settled_s.unwrap_or(f64::INFINITY)
         };
-        // Rows of a case stand in the order of their delays.
+        // The two rows of a case are in the order of their delays.
         let worst = rows.into_iter().enumerate().max_by(|(_, a), (_, b)| {
             late(a)
                 .total_cmp(&late(b))
@@ -442,7 +442,7 @@ fn path(controller: &str, gain: &str) -> String {
     format!("controller.{controller}.{gain}")
 }
 
-/// Returns the gains of a controller, each turned by its factor.
+/// Returns the gains of a controller with their keys, each multiplied by its factor.
 fn set(controller: &str, knobs: &[Knob], factors: &[f64]) -> Vec<(String, f64)> {
     let pairs = knobs.iter().zip(factors);
     pairs
@@ -450,24 +450,24 @@ fn set(controller: &str, knobs: &[Knob], factors: &[f64]) -> Vec<(String, f64)> 
         .collect()
 }
 
-/// Rounds to four digits: more are not known.
+/// Rounds to four digits; further digits have no meaning.
 fn rounded(value: f64) -> f64 {
     format!("{value:.3e}").parse().unwrap_or(value)
 }
 
-/// How far the joint of a file may be off: what its `[spread]` says, or else [`assumed`].
+/// Returns the spread of a file's joint, `KEY=LOW..HIGH`: its `[spread]`, or else [`assumed`].
 ///
 /// # Errors
-/// Names what is wrong with the file.
+/// Returns an error about the file.
 pub fn spreads(document: &Document) -> Result<Vec<String>, Error> {
     let written = written_spreads(document)?;
     Ok(if written.is_empty() { assumed(document) } else { written })
 }
 
-/// Returns the spread of a file without `[spread]`: inertia of 20 % and viscous friction
-/// of 50 % to either side; slip friction from 25 % below to the middle between slip and stick, and
-/// stick friction from there to 25 % above. So friction is off as far as methods of identification
-/// leave it at worst, and no joint slips with more than it sticks with.
+/// Returns the assumed spread of a file without `[spread]`: inertia 20 % and viscous friction 50 %
+/// to either side; slip friction from 25 % below to the middle between slip and stick, and stick
+/// friction from there to 25 % above. For friction this is the worst accuracy of identification
+/// methods; the slip friction of a joint never exceeds its stick friction.
 pub fn assumed(document: &Document) -> Vec<String> {
     const ALONE: [(&str, f64); 4] = [
         ("joint.gain_deg_per_s2_per_v", 0.2),

@@ -1,24 +1,25 @@
-//! What was tried as charts: a panel for each law, in which the sets of gains, their Pareto front,
-//! the file's gains and those that were kept lie over each other.
+//! Charts of the tried gains. Each law has a panel with all sets of gains, their Pareto front, the
+//! file's gains and the kept gains.
 //!
-//! All points of a panel are figures on the joints of the search, at the encoder. An axis has the
-//! decades of what is on it; a chart of a figure that is zero for all gains is left out.
+//! All points of a panel are figures on the joints of the search, at the encoder. An axis spans the
+//! decades of its values. A panel with a figure that is zero for all gains is left out, and so is a
+//! chart without panels.
 
 use super::{TuningFigures, TuningResult};
 use figure::chart::{Chart, ChartContent, Layer, LayeredPanel, LogAxis, Mark, Point};
 use files::goal::PositionGoal;
 
-/// Time to settle of a success by default, s.
+/// Default limit on the settling time of a success, s.
 const WITHIN_S: f64 = 5.0;
 
-/// One axis: label, bound, value. A bound of zero is none.
+/// Quantity on an axis: label, bound (0: none) and value.
 type Quantity = (&'static str, f64, fn(&TuningFigures) -> f64);
 
-/// Quantities of a chart, across and up, and its stem.
+/// Plane of a chart: name of its file, and quantities across and up.
 type Plane = (&'static str, [Quantity; 2]);
 
-/// Charts what was tried in three planes: what a step needs, what a motion needs, what both cost.
-/// One count of the encoder is `count_deg`, deg.
+/// Returns the charts of the tried gains in three planes: settling and tracking, settling and
+/// chatter, rest error and held effort. One count of the encoder is `count_deg`, deg.
 pub fn charts(
     file: &str,
     tuned: &[TuningResult],
@@ -72,7 +73,7 @@ fn chart(file: &str, tuned: &[TuningResult], (stem, quantities): &Plane) -> Opti
     })
 }
 
-/// The panel of a law; none if a value is zero or missing for all gains.
+/// Returns the panel of a law; `None` if a value is zero or missing for all gains.
 fn panel(one: &TuningResult, point: impl Fn(&TuningFigures) -> Point) -> Option<LayeredPanel> {
     let tried: Vec<Point> = one.tried.iter().map(point).collect();
     let is_shown = |place: usize| tried.iter().any(|point| point[place] > 0.0);
@@ -96,7 +97,8 @@ fn panel(one: &TuningResult, point: impl Fn(&TuningFigures) -> Point) -> Option<
     Some(LayeredPanel { name: format!("{}{suffix}", one.controller), layers })
 }
 
-/// The powers of ten around all values that are above zero, and around a bound; none without one.
+/// Returns the powers of ten around all values above zero and around a bound; `None` without such a
+/// value.
 fn decades(values: impl Iterator<Item = f64>, bound: f64) -> Option<[i32; 2]> {
     let shown = |value: &f64| *value > 0.0 && value.is_finite();
     let found: Vec<f64> = values.filter(shown).collect();
@@ -105,14 +107,14 @@ fn decades(values: impl Iterator<Item = f64>, bound: f64) -> Option<[i32; 2]> {
     let [low, high] = with_bound.fold([f64::INFINITY, 0.0], |[low, high]: [f64; 2], value| {
         [low.min(value), high.max(value)]
     });
-    // Values down to a millionth of the largest one: the smaller ones lie on the edge.
+    // The axis reaches down to a millionth of the largest value; smaller values are on its edge.
     let low = low.max(1e-6 * high);
     let [low, high] = [low.log10().floor() as i32, high.log10().ceil() as i32];
     Some([low, high.max(low + 1)])
 }
 
-/// The points of which no other is better in one value and as good in the other (Pareto's front),
-/// in the order of the first value.
+/// Returns the Pareto front, in the order of the first value. A point is on it if no other point is
+/// better in one value and at least as good in the other.
 fn front(points: &[Point]) -> Vec<Point> {
     let beats = |a: &Point, b: &Point| a[0] <= b[0] && a[1] <= b[1] && a != b;
     let is_first = |b: &&Point| !points.iter().any(|a| beats(a, b));

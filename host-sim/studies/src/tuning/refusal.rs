@@ -1,9 +1,9 @@
-//! The reason why a tuning keeps the file's gains, and what would help.
+//! Reason why a tuning keeps the file's gains, with a remedy.
 //!
-//! A tuning is refused if no joint of the judgement succeeds at its load before and after it. If
-//! some succeed and no gains are better, the file's gains are kept. Slack between encoder and load
-//! is the reason where the encoder's side succeeds and the load does not: no gain can correct what
-//! the encoder cannot see.
+//! A tuning is refused if no joint of the judgement succeeds at its load, before or after it. If
+//! some succeed and no gains are better, the file's gains are kept. If the encoder's side succeeds
+//! and the load does not, the reason is slack between them: no gain can correct an error that the
+//! encoder cannot see.
 
 use std::collections::BTreeMap;
 
@@ -13,7 +13,7 @@ use files::data_sheet::UnseenSlack;
 use files::error::rounded;
 use files::goal::PositionGoal;
 
-/// What a refusal is decided by.
+/// Evidence for or against a refusal.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Evidence<'a> {
     /// Name of the controller.
@@ -22,19 +22,19 @@ pub(super) struct Evidence<'a> {
     pub figures: [&'a TuningFigures; 2],
     /// Rows of the best gains.
     pub rows: &'a [CaseResult],
-    /// Whether they are better than the file's.
+    /// Whether the best gains are better than the file's.
     pub is_better: bool,
-    /// Sets of gains that were tried.
+    /// Number of tried sets of gains.
     pub tried: usize,
-    /// By which a joint is judged.
+    /// Goal by which a joint is judged.
     pub goal: &'a PositionGoal,
-    /// Slack that the encoder cannot see.
+    /// Slack of the gear that the encoder cannot measure.
     pub slack: Option<UnseenSlack>,
 }
 
 impl Evidence<'_> {
-    /// Returns the reason of the refusal with what would help, as one sentence without a point;
-    /// none if gains were found.
+    /// Returns the reason and a remedy, as one sentence without a full stop; `None` if better gains
+    /// were found.
     pub fn refusal(&self) -> Option<String> {
         let Self { controller, figures: [before, after], tried, .. } = *self;
         if before.at_load.successes.max(after.at_load.successes) == 0 {
@@ -58,7 +58,7 @@ impl Evidence<'_> {
         })
     }
 
-    /// The reason where no joint succeeds at its load.
+    /// Returns the reason if no joint succeeds at its load.
     fn without_a_success(&self) -> String {
         let Self { controller, figures: [before, after], goal, slack, rows, .. } = *self;
         let tolerance = tolerance(goal);
@@ -88,7 +88,7 @@ impl Evidence<'_> {
     }
 }
 
-/// The tolerance in words, such as "within 2 counts".
+/// Returns the tolerance in words, such as "within 2 counts".
 fn tolerance(goal: &PositionGoal) -> String {
     let alone = PositionGoal { tolerance_deg: goal.tolerance_deg, ..PositionGoal::default() };
     alone.describe().trim_end_matches(" until the end").into()
@@ -104,7 +104,7 @@ fn unseen(slack: &UnseenSlack) -> String {
     format!("the encoder cannot see {:.0} counts of backlash", slack.backlash_counts)
 }
 
-/// The fault that ended most runs, with their number.
+/// Returns the fault that ended most runs, with the number of these runs.
 fn most_frequent_fault(rows: &[CaseResult]) -> Option<(&str, usize)> {
     let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
     for fault in rows.iter().filter_map(|row| row.faults().next()) {

@@ -1,27 +1,27 @@
-//! The search for the least cost: Nelder and Mead's simplex ("A simplex method for function
-//! minimization", *The Computer Journal* 7, 1965), as the crate `argmin` has it, over the
-//! logarithms of the gains.
+//! Searches the gains of least cost with Nelder and Mead's simplex ("A simplex method for function
+//! minimization", *The Computer Journal* 7, 1965) of the crate `argmin`, over the logarithms of the
+//! gains.
 //!
-//! A gain is a scale, so a step is a factor. The cost has edges, where a joint fails or a count is
-//! crossed: a method that wants a gradient has none there. Guarantees: the same numbers on any
-//! number of cores, since the joints are fixed by a seed. Does badly: it finds a valley near its
-//! begin, not the lowest one.
+//! A step of a logarithm is a factor on the gain. The cost has edges where a joint fails or a count
+//! is crossed; it has no gradient there, and the method needs none. Guarantees: the same numbers on
+//! any number of cores, since a seed fixes the joints. Limits: the search finds a valley near its
+//! start, not the lowest one.
 
 use argmin::core::{CostFunction, Executor};
 use argmin::solver::neldermead::NelderMead;
 
 use files::error::Error;
 
-/// The first simplex turns each gain by this factor.
+/// Factor on each gain in the first simplex.
 const FACTOR: f64 = 1.6;
 
-/// A gain ends up within this factor of its begin.
+/// Largest factor between a gain and its start value, up or down.
 pub const WIDEST: f64 = 16.0;
 
-/// Steps of the simplex, and more of them for each gain.
+/// Largest number of steps of the simplex: a base, and an addition for each gain.
 const STEPS: [u64; 2] = [12, 12];
 
-/// A cost that differs less over the simplex is at its least: 0.1 % of a figure.
+/// Standard deviation of the cost over the simplex below which the search ends: 0.1 % of a figure.
 const SAME: f64 = 1e-3;
 
 struct Problem<'a>(&'a (dyn Fn(&[f64]) -> f64 + Sync));
@@ -34,23 +34,24 @@ impl CostFunction for Problem<'_> {
         let widest = WIDEST.ln();
         let beyond: f64 = logs.iter().map(|log| (log.abs() - widest).max(0.0)).sum();
         let within: Vec<f64> = logs.iter().map(|log| log.clamp(-widest, widest).exp()).collect();
-        // A wall that leads back.
+        // Outside of the range a penalty is added.
         Ok((self.0)(&within) + 100.0 * beyond)
     }
 }
 
-/// How many costs [`least`] asks for, about: those of the first simplex, and two for each of its
-/// steps. It may end sooner, and a step that shrinks the simplex asks for one more for each gain.
+/// Returns the approximate number of costs that [`least`] evaluates: those of the first simplex,
+/// and two for each step. The search can end sooner; a step that shrinks the simplex evaluates one
+/// more for each gain.
 pub const fn about(gains: usize) -> u64 {
     let gains = gains as u64;
     let [base, each] = STEPS;
     1 + gains + 2 * (base + each * gains)
 }
 
-/// Looks for the factors on `gains` gains of which `cost` is least, from all of them 1.
+/// Returns the factors on `gains` gains with the least `cost`. The search starts with factors of 1.
 ///
 /// # Errors
-/// If the method gives up.
+/// Returns the error of the method.
 pub fn least(gains: usize, cost: &(dyn Fn(&[f64]) -> f64 + Sync)) -> Result<Vec<f64>, Error> {
     let begin = vec![0.0; gains];
     let corner = |place: usize| {

@@ -1,4 +1,4 @@
-//! What tuning has found, as a new file, as a table and as JSON.
+//! Result of a tuning, as a new file, as a table and as JSON.
 
 use serde_json::{Map, Value, json};
 use toml_edit::DocumentMut;
@@ -8,10 +8,10 @@ use files::error::{Error, rounded};
 use files::file_text::put_number;
 use simulator::output::grid;
 
-/// Writes the gains into the text of a file, of which everything else stays, comments included.
+/// Returns the text of a file with the new gains. Everything else stays, comments included.
 ///
 /// # Errors
-/// If the text is no TOML.
+/// Returns an error if the text is not TOML.
 pub fn rewritten(text: &str, tuned: &[TuningResult]) -> Result<String, Error> {
     let mut document: DocumentMut =
         text.parse().map_err(|error| Error::Input(format!("the file: {error}")))?;
@@ -23,7 +23,7 @@ pub fn rewritten(text: &str, tuned: &[TuningResult]) -> Result<String, Error> {
     Ok(document.to_string())
 }
 
-/// Renders what was found for people, within 80 columns.
+/// Returns the results as text within 80 columns.
 pub fn render(tuned: &[TuningResult]) -> String {
     let mut text = String::new();
     for one in tuned {
@@ -92,7 +92,7 @@ fn wrapped(sentence: &str) -> String {
     lines.join("\n")
 }
 
-/// Figures before and after as a table; both sides of the gear where they differ.
+/// Returns a table of the figures before and after, with both sides of the gear if they differ.
 fn figures(before: &TuningFigures, after: Option<&TuningFigures>) -> String {
     let mut table = grid::new(&[
         "",
@@ -128,7 +128,7 @@ fn figures(before: &TuningFigures, after: Option<&TuningFigures>) -> String {
     table.trim_fmt()
 }
 
-/// Figures as JSON. The keys without a side are the load's.
+/// Returns the figures as JSON. Keys that name no side have the values at the load.
 fn figures_object(of: &TuningFigures) -> Value {
     let mut object = Map::new();
     let mut put = |key: String, value: Value| object.insert(key, value);
@@ -152,7 +152,7 @@ fn figures_object(of: &TuningFigures) -> Value {
     Value::Object(object)
 }
 
-/// What was found, as one JSON object.
+/// Returns the results as one JSON object.
 pub fn object(file: &str, tuned: &[TuningResult]) -> Value {
     let one = |tuned: &TuningResult| {
         let gains: Map<String, Value> = tuned
@@ -196,7 +196,7 @@ pub fn object(file: &str, tuned: &[TuningResult]) -> Value {
     })
 }
 
-/// Returns the best that came out for some controllers.
+/// Returns the best outcome among some controllers: `tuned`, `kept` or `refused`.
 fn outcome(tuned: &[TuningResult]) -> &'static str {
     if tuned.iter().any(|one| one.better) {
         "tuned"
@@ -212,7 +212,8 @@ pub fn is_refused(tuned: &[TuningResult]) -> bool {
     tuned.iter().all(TuningResult::is_refused)
 }
 
-/// Returns why the file's gains stay for every controller; none if others were found for one.
+/// Returns the reasons why the file's gains stay for all controllers; `None` if better gains were
+/// found for one.
 pub fn reason(tuned: &[TuningResult]) -> Option<String> {
     let all: Option<Vec<String>> = tuned
         .iter()

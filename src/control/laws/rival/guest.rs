@@ -5,10 +5,10 @@
 //! ```
 //!
 //! The guest is compared with the other laws under the same servo, monitors, soft start and
-//! encoder. It takes the place of PD. The gains of PD still set the monitors, as for every other
-//! law. The core holds the number of the guest's instance, which is 0 at rest: the host's function
-//! makes an instance then, and returns its number. An effort that is no number is an effort of 0
-//! and begins the law anew, as for every other law.
+//! encoder. It replaces PD. The gains of PD still set the monitors, as for every other law. The
+//! core stores the number of the guest's instance. At the start and after a reset the number is 0:
+//! the host's function then makes an instance, and sets its number. An effort that is not a number
+//! is applied as 0 and resets the law, as for every other law.
 
 use core::fmt;
 
@@ -20,10 +20,10 @@ use crate::units::value::{About, Absent, InvalidBits, Key, Table, Values};
 #[derive(Clone, Copy)]
 pub struct GuestUpdate(pub fn(&Guest, &mut u32, &LawInput) -> f32);
 
-/// What a guest knows of its joint beside the loop: what the rule book knows.
+/// Properties of the joint that a guest gets beside the loop: those that the tuning rules use.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct GuestJoint {
-    /// Largest effort of the drive, V: of the full scale what `duty_max` lets through.
+    /// Largest effort of the drive, V: the full scale times `duty_max`.
     pub largest_effort: f32,
     /// Nominal inertia, V s^2/deg.
     pub inertia: f32,
@@ -44,7 +44,7 @@ pub struct GuestJoint {
 /// Configuration of a guest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GuestGains {
-    /// Function that computes it.
+    /// Function that computes the law.
     pub update: GuestUpdate,
     /// Number of the law at the host.
     pub law: u32,

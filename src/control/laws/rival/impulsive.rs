@@ -1,5 +1,4 @@
-//! Adaptive impulsive positioner: PD moves and brakes; what is left is knocked away by pulses from
-//! rest.
+//! Adaptive impulsive positioner: PD moves and brakes; pulses from rest remove the remaining error.
 //!
 //! A pulse of the effort `A` for the time `T` from rest moves an inertia `J` against the friction
 //! `F` by the quadratic law of pulse width control (Yang and Tomizuka, "Adaptive pulse width
@@ -21,19 +20,18 @@
 //!   v_PD + v_c = A sgn(theta_e)    for N ticks;   v_c = 0 otherwise
 //! at rest after a pulse that began at theta_e = e and moved the joint m towards the target:
 //!   m < 0.3 |e|: k -> 1.25 k       m > 1.2 |e|: k -> 0.8 k       k in [0.2, 5], one each way
-//! armed: no more within 1.5 counts, again beyond 2.5 counts or with a new motion
+//! armed: no more within 1.25 counts, again beyond 1.5 counts or with a new motion
 //! ```
 //!
-//! Why this form: an integral has to creep up to an unknown breakaway, and then has too much;
-//! a pulse is far above any breakaway, and how far it moves depends on the friction in
-//! motion, which is known within a factor. Guarantees: with `A` well above the friction the error
-//! shrinks with each pulse by about `(F_hi - F_lo)/(F_hi + F_lo)` for every friction in the range,
-//! without knowing it (van de Wouw and Leine, "Robust impulsive control of motion systems with
-//! uncertain friction", *International Journal of Robust and Nonlinear Control* 22(4), 2012, have
-//! the proof of a like law). What is asked of the drive never exceeds `U`. The band with two edges
-//! keeps it from firing for ever where bristles give way and come back.
-//! Does badly: it knows no load above the friction, which drives the joint off again. On a flexible
-//! joint a pulse rings. It does nothing for tracking.
+//! Why this form: an integral has to creep up to an unknown breakaway, and then has too much; a
+//! pulse is far above any breakaway, and how far it moves depends on the friction in motion, which
+//! is known within a factor. Guarantees: with `A` well above the friction the error shrinks with
+//! each pulse by about `(F_hi - F_lo)/(F_hi + F_lo)` for every friction in the range, although it
+//! is unknown (van de Wouw and Leine, "Robust impulsive control of motion systems with uncertain
+//! friction", *International Journal of Robust and Nonlinear Control* 22(4), 2012, have the proof
+//! of a similar law). The effort of a pulse never exceeds `U`. The band with two edges keeps it
+//! from firing forever where bristles yield and come back. Does badly: a load above the friction
+//! drives the joint off again. On a flexible joint a pulse rings. It does nothing for tracking.
 
 use crate::control::laws::{Law, LawInput, Loop};
 use crate::units::error::HUGE;
@@ -42,7 +40,7 @@ use crate::units::value::table;
 /// The number of ticks in the longest pulse.
 const LONGEST: f32 = 40.0;
 
-/// Where the pulses stop and where they begin anew, counts.
+/// Errors at which the pulses stop and start again, counts.
 const STOP: f32 = 1.25;
 const REARM: f32 = 1.5;
 
@@ -88,9 +86,9 @@ pub struct ImpulsiveState {
     effort: f32,
     /// Error from which the pulse began, deg; zero: no pulse has to be judged.
     from: f32,
-    /// How far a pulse is to reach, as a share of the error: forwards and backwards.
+    /// Factor k from the error to the distance that a pulse is planned for: forwards and backwards.
     reach: [f32; 2],
-    /// Within the band, and not beyond its outer edge since.
+    /// Whether the error has been within the band, and not beyond its outer edge since.
     content: bool,
 }
 
@@ -116,7 +114,7 @@ impl Impulsive {
         // A rounding does not make it a tick longer.
         let least = libm::sqrtf(needed / room) - 1e-4;
         let shortest = if room > 0.0 { libm::ceilf(least) } else { LONGEST };
-        // One after the other, so that what is not a number is one tick.
+        // One after the other, so that NaN becomes one tick.
         let at_least_one = shortest.max(1.0);
         let ticks = at_least_one.min(LONGEST);
         let under_root = self.friction * self.friction + needed / (ticks * ticks);
@@ -124,7 +122,7 @@ impl Impulsive {
         Pulse { effort: effort.max(self.smallest).min(self.largest), ticks: ticks as u32 }
     }
 
-    /// Adapts the reach to what the last pulse did, if there was one.
+    /// Adapts the reach to the travel after the last pulse, if there was one.
     fn judge(state: &mut ImpulsiveState, error: f32) {
         if state.from == 0.0 {
             return;

@@ -1,9 +1,9 @@
-//! The laws of others, to compare with: a law a file, as those beside it.
+//! Laws by other authors, for comparison: one law a file, as in the folder above.
 //!
 //! They are compiled with the feature `rivals` alone, and no image has them
-//! ([`Law::ON_THE_DEVICE`](super::Law::ON_THE_DEVICE)). What gains a joint gets from its data sheet
-//! is said by the tuning rules of the simulator, so that each law is judged at its best. A
-//! [`guest`] is computed by another program.
+//! ([`Law::ON_THE_DEVICE`](super::Law::ON_THE_DEVICE)). The tuning rules of the simulator set the
+//! gains for a joint from its data sheet, so that each law is judged at its best. A [`guest`] is
+//! computed by another program.
 
 pub mod guest;
 pub mod impulsive;

@@ -6,15 +6,15 @@
 //! ```
 //!
 //! The second line is the anti-windup: conditional integration (Astrom and Hagglund, *PID
-//! Controllers*, 2nd ed., 1995, section 3.5). While the drive gives less than was asked for, no
-//! error is taken that would ask for still more. One that asks for less is taken, so the integral
-//! leaves the limit by itself. A back-calculation would need one more time constant, and does the
-//! same on a joint that is at its limit for tenths of a second.
+//! Controllers*, 2nd ed., 1995, section 3.5). While the drive applies less than requested, an error
+//! that would increase the request is not integrated. An error that reduces it is integrated, so
+//! the integral leaves the limit automatically. A back-calculation would need one more time
+//! constant, and does the same on a joint that is at its limit for tenths of a second.
 //!
 //! Why this form: it is what most drives have, and so the law that any other has to beat.
 //! Guarantees: |v_c| never exceeds the full scale; no constant load leaves an error at rest, if the
 //! joint comes to rest at all. Does badly: with static friction above dynamic it hunts around the
-//! target for ever, for every `Ki` (Armstrong and Amin, *Automatica* 32(5), 1996). It seems to
+//! target forever, for every `Ki` (Armstrong and Amin, *Automatica* 32(5), 1996). It seems to
 //! settle where the hunting stays within the band, or where a count hides it.
 
 use crate::control::laws::{Law, LawInput, Loop};
@@ -70,7 +70,7 @@ impl Law for Pid {
     /// assert_eq!(law.update(&mut state, &LawInput { error: -0.25, ..limited }), 0.25);
     /// ```
     fn update(&self, state: &mut PidState, input: &LawInput) -> f32 {
-        // During a soft start the effort may be limited to nothing, which has no sign.
+        // During a soft start the effort can be limited to zero, which has no sign.
         let asks_for_more = input.saturated && input.applied * input.error >= 0.0;
         if !asks_for_more {
             state.v_c = saturate(state.v_c + self.ki_h * input.error, self.full_scale).0;

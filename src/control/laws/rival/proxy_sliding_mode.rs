@@ -3,8 +3,8 @@
 //!
 //! After Kikuuwe, Yasukouchi, Fujimoto and Yamamoto, "Proxy-based sliding mode control: a safer
 //! extension of PID position control", *IEEE Transactions on Robotics* 26(4), 2010, pp. 670-684.
-//! The proxy has no mass and is ahead of the joint by `w`; `a` is the integral of that. On the
-//! joint acts PID, on the proxy the largest effort `U` towards the sliding surface:
+//! The proxy has no mass and is ahead of the joint by `w`; `a` is the integral of `w`. PID acts on
+//! the joint, and the largest effort `U` acts on the proxy, towards the sliding surface:
 //!
 //! ```text
 //! v_c = L a + K w + D w'          a' = w
@@ -22,14 +22,14 @@
 //! ```
 //!
 //! In the first line, `s = 0` is solved for `w` and put into PID; where that needs more than `U`,
-//! the second line lets the proxy lag. `U` is the full scale.
+//! the proxy lags by the second line. `U` is the full scale.
 //!
-//! Why this form: within the limits it is PID to the letter; from far away it comes back along
-//! `s = 0`, overdamped with the time constant `H`, whatever the gains. The integral cannot wind up,
-//! since `w` follows from what the drive can give. Guarantees: |v_c| <= U. Does badly: at rest it
-//! is PID, and hunts as PID does on a joint that really sticks (Armstrong and Amin, *Automatica*
-//! 32(5), 1996). On a joint with bristles, which creeps under the integral, it settles nicely: a
-//! test of such joints alone is half a test.
+//! Why this form: within the limits it is PID to the letter; from far away it comes back along `s =
+//! 0`, overdamped with the time constant `H`, whatever the gains. The integral cannot wind up,
+//! since `w` follows from the effort that the drive can apply. Guarantees: |v_c| <= U. Does badly:
+//! at rest it is PID, and hunts as PID does on a joint that really sticks (Armstrong and Amin,
+//! *Automatica* 32(5), 1996). On a joint with bristles, which creeps under the integral, it settles
+//! well, so a test on such joints alone is incomplete.
 
 use crate::control::laws::{Law, LawInput, Loop};
 use crate::units::error::HUGE;

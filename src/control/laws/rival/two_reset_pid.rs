@@ -1,5 +1,5 @@
-//! Two-reset PID: an integral that changes its sign where the error does, and is emptied where the
-//! joint stops.
+//! Two-reset PID: an integral that changes its sign where the error does, and is reset to zero
+//! where the joint stops.
 //!
 //! After Beerens, Bisoffi, Zaccarian, Nijmeijer, Heemels and van de Wouw, "Reset PID design for
 //! motion systems with Stribeck friction", *IEEE Transactions on Control Systems Technology*, 2021,
@@ -13,18 +13,19 @@
 //! w(t)   = w(t - h) + x h/T                    while the joint slides, below
 //! ```
 //!
-//! Why this form: what makes a PID hunt is the integral that it carries across the target, filled
+//! Why this form: a PID hunts because of the integral that it carries across the target, filled
 //! against the static friction and too large against the dynamic one. The first reset makes it
-//! brake, the second lets the joint rest. Each breakaway then begins nearer the target. The paper
-//! proves set-points globally asymptotically stable, for unknown static friction and any Stribeck
-//! curve, if `Kp Kd > Ki J`. There, the resets are at the very crossings. Here, they are at the
-//! first sample after them: the error by its sign, the stop by the velocity's regression.
+//! brake, and after the second one the joint can rest. Each breakaway then begins nearer the
+//! target. The paper proves set-points globally asymptotically stable, for unknown static friction
+//! and any Stribeck curve, if `Kp Kd > Ki J`. There, the resets are at the very crossings. Here,
+//! they are at the first sample after them: the error by its sign, the stop by the velocity's
+//! regression.
 //!
-//! The paper's joint carries no load. A constant one would be taken away with each second reset.
-//! So, in an addition of ours, an estimate `w` of the load takes over the integral's content with
-//! the time constant `T` while the joint slides towards the target (after the second reset, before
-//! the first). `T` of some seconds or more keeps the friction, whose sign changes with the side,
-//! from entering it. Without effect on a joint that is at rest.
+//! The paper's joint carries no load. Each second reset would remove the effort that holds a
+//! constant load. So, in an addition of ours, an estimate `w` of the load takes over the integral's
+//! content with the time constant `T` while the joint slides towards the target (after the second
+//! reset, before the first). `T` of some seconds or more keeps the friction, whose sign changes
+//! with the side, from entering it. While the joint rests, `w` stays constant.
 //!
 //! Guarantees: |v_c| never exceeds the full scale, nor do its two parts. Does badly: it is slow
 //! near the target, since it fills the integral from zero for each breakaway, in
@@ -68,7 +69,7 @@ pub struct TwoResetPidState {
     /// Error and velocity of the last tick, deg and deg/s.
     error: f32,
     velocity: f32,
-    /// The first reset has been; the second is due.
+    /// Whether the first reset has happened, and the second is due.
     crossed: bool,
 }
 

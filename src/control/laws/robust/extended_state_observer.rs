@@ -12,15 +12,15 @@
 //! z = exp(-w_e h),  l1 = 1 - z^3,  l2 = 1.5 (1 - z)^2 (1 + z) / h,  l3 = (1 - z)^3 / h^2
 //! ```
 //!
-//! `-J x3` is the disturbance: whatever effort the model lacks, friction above all. The gains put
-//! all three poles of the error's dynamics at `z` (J. Han, *From PID to active disturbance
-//! rejection control*, IEEE Trans. Industrial Electronics 56 (2009), 900; Z. Gao, *Scaling and
+//! `-J x3` is the disturbance: the effort that the model lacks, mainly friction. The gains put all
+//! three poles of the error's dynamics at `z` (J. Han, *From PID to active disturbance rejection
+//! control*, IEEE Trans. Industrial Electronics 56 (2009), 900; Z. Gao, *Scaling and
 //! bandwidth-parameterization based controller tuning*, Proc. ACC 2003, for the single parameter
 //! `w_e`; the discrete form is that of R. Miklosovic, A. Radke and Z. Gao, Proc. ACC 2006).
 //!
-//! Why this form: friction changes by all of its size where the direction does, and no model of it
-//! is as quick as `1/w_e`. The limit keeps an impact, or a count that is lost, from becoming an
-//! effort for long.
+//! Why this form: friction changes by its full size where the direction changes, and no model of
+//! friction is as quick as `1/w_e`. The limit keeps an impact, or a count that is lost, from
+//! becoming an effort for long.
 //!
 //! Guarantees: without error of the model, an error of the state decays like `k^2 z^k`. `x3` is
 //! bounded. Does badly: a sample is late by half a tick and a count is a step, so that the speed is
@@ -78,7 +78,8 @@ impl ExtendedStateObserver {
         }
     }
 
-    /// Takes the position of a tick (deg from the origin) and the effort (V) before it.
+    /// Updates the estimates with the position of a tick (deg from the origin) and the effort (V)
+    /// since the last tick.
     #[inline]
     pub fn update(&self, estimate: &mut ObserverState, effort: f32, position: f32) {
         let ObserverState { position: x1, velocity: x2, disturbance: x3 } = *estimate;

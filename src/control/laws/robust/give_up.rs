@@ -1,4 +1,4 @@
-//! Giving up: attempts without success end, against an end stop above all.
+//! Giving up: the law ends attempts without success, above all against an end stop.
 //!
 //! ```text
 //! n_s  judged pulses after which the joint had not moved (peak < q / 2) although
@@ -8,29 +8,29 @@
 //! n_s >= 12  or  n_t = n  (8 n with the encoder on the load):  GIVE_UP
 //! ```
 //!
-//! A HOLD and a new motion clear both. In GIVE_UP the effort is `u_b`, constant; a joint that is
-//! lost, or a new motion, leaves it, also one to the same target.
+//! A HOLD and a new motion clear both counts. In GIVE_UP the effort is `u_b`, constant. The law
+//! leaves GIVE_UP if the joint is lost, or with a new motion, also one to the same target.
 //!
-//! Why this form: no friction of the declared range stands against three long pulses of half as
-//! much again as its upper end, so something else is in the way. A short one is less evidence: a
-//! winding of L/R = 5 ms has 18 % of its current after 1 ms and 45 % after 3. With such a winding,
-//! three pulses of any length gave up 18 of 100 simulated rigid joints, and this none. If short
-//! ones did not count, every second wall would be a stall of the monitors before the law gave up. A
-//! pulse with the encoder on the load may wind up the transmission without a count, so there only
-//! the number of attempts says anything. Joints that come to rest need fewer attempts than 50 with
-//! the encoder on the motor, and up to some 320 on the load. With a budget of 100, four families
-//! missed as many of 10 000 moves each as with 50, and 33 of 500 flexible joints fewer ended before
-//! a wall within 2 s.
+//! Why this form: no friction of the declared range resists three long pulses of 1.5 times its
+//! upper end, so something else is in the way. A short pulse is less evidence: a winding of L/R = 5
+//! ms has 18 % of its current after 1 ms and 45 % after 3. With such a winding, a rule of three
+//! pulses of any length gave up on 18 of 100 simulated rigid joints, and this rule on none. If
+//! short pulses did not count, every second wall would trip the stall monitor before the law gave
+//! up. With the encoder on the load, a pulse can wind up the transmission without a count, so there
+//! only the number of attempts is evidence. Joints that come to rest need fewer attempts than 50
+//! with the encoder on the motor, and up to some 320 on the load. With a budget of 100, four
+//! families missed as many of 10 000 moves each as with 50, and 33 of 500 flexible joints fewer
+//! ended before a wall within 2 s.
 //!
 //! Guarantees: after `n` attempts at most, the motor has the hold effort and no pulses. Does badly:
-//! until then the pulses grow up to the full scale. A transmission that winds up against a stop
-//! lets the motor rest at its target, and nothing is given up. The budget of the load side is not
+//! until then the pulses grow up to the full scale. If a transmission winds up against a stop, the
+//! motor can rest at its target, and the law does not give up. The budget of the load side is not
 //! simulated.
 
-/// Evidence after which the joint is stuck for good: strong pulses without a count.
+/// Evidence at which the joint counts as blocked, in short strong pulses without a count.
 const SILENT: u8 = 12;
 
-/// Evidence of a long pulse, and the time from which it is one, s.
+/// Evidence of a long pulse, and the time from which a pulse is long, s.
 const LONG: u8 = 4;
 const LONG_S: f32 = 0.003;
 
@@ -40,7 +40,7 @@ const LOAD_SIDE: u32 = 8;
 /// The rule, prepared for a joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GiveUp {
-    /// The number of attempts; zero: it never gives up.
+    /// Number of attempts after which the law gives up; zero: it never does.
     attempts: u16,
     /// Effort of a pulse that moves every free joint, V; infinite with the encoder on the load.
     strong: f32,
@@ -61,7 +61,7 @@ pub struct Attempts {
 
 impl GiveUp {
     /// Prepares the rule for a number of attempts (zero: off), the effort that moves every free
-    /// joint (V), the encoder's side, and the angle of a count (deg).
+    /// joint (V), the encoder's side, the angle of a count (deg), and ticks of `sample_time` (s).
     pub fn new(attempts: u32, strong: f32, on_load: bool, [count, sample_time]: [f32; 2]) -> Self {
         let factor = if on_load { LOAD_SIDE } else { 1 };
         let attempts = attempts.saturating_mul(factor).min(u16::MAX.into()) as u16;
@@ -70,14 +70,14 @@ impl GiveUp {
         Self { attempts, strong, long, half_count: 0.5 * count }
     }
 
-    /// Takes a judged step. Returns whether it is time to give up.
+    /// Counts a judged step. Returns whether it is time to give up.
     pub fn step(&self, attempts: &mut Attempts) -> bool {
         attempts.all = attempts.all.saturating_add(1);
         self.is_due(*attempts)
     }
 
-    /// Takes a judged pulse of an effort (V), on which the joint went `peak` (deg). Returns
-    /// whether it is time to give up.
+    /// Counts a judged pulse of an effort (V), in which the joint went as far as `peak` (deg).
+    /// Returns whether it is time to give up.
     pub fn pulse(&self, attempts: &mut Attempts, [effort, peak]: [f32; 2], ticks: u8) -> bool {
         if peak >= self.half_count || effort < self.strong {
             attempts.silent = 0;

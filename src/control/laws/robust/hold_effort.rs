@@ -1,7 +1,7 @@
 //! The hold effort of a joint that springs back: it is stepped until the joint breaks away.
 //!
-//! A joint whose friction sits behind a spring (a gear, a bristle) goes back after each pulse. What
-//! moves it for good is an effort that stays. `u_b` is that effort, and `db` its step:
+//! A joint whose friction sits behind a spring (a gear, a bristle) goes back after each pulse. Only
+//! an effort that stays moves it permanently. `u_b` is that effort, and `db` its step:
 //!
 //! ```text
 //! step:   against the last step's sign  N_b = min(N_b + N_b / 2, cap), db = max(0.6 db, db_min)
@@ -14,12 +14,13 @@
 //!
 //! A pulse has sprung back if the joint returned by a count at least, and by half of its way, and
 //! rests short of half of the error. From the second time on, steps take over; from the third one
-//! they grow, `db = min(1.4 db, 0.3 F_hi)`. A pulse that moved the joint for good lets the count
-//! fall to one, never to zero: a joint that has sprung back once may do it again.
+//! they grow, `db = min(1.4 db, 0.3 F_hi)`. After a pulse that moved the joint permanently, the
+//! count of pulses that sprang back falls to one, never to zero: a joint that has sprung back once
+//! can do it again.
 //!
 //! Why this form: the elastic range before sliding is some counts wide, so that steps of a few
-//! hundredths of the friction move the joint by fractions of a count. Guarantees: no step leads
-//! beyond `most`. Does badly: what is left in `u_b` heats the motor at rest.
+//! hundredths of the friction move the joint by fractions of a count. Guarantees: no step exceeds
+//! `most`. Does badly: the effort that remains in `u_b` heats the motor at rest.
 
 use crate::units::saturation::bounded;
 
@@ -39,7 +40,7 @@ pub struct HoldEffort {
     longest_wait: u16,
 }
 
-/// The hold effort and what its steps have taught.
+/// The hold effort, and the values learned from its steps.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Held {
     /// Hold effort u_b, V.
@@ -77,13 +78,14 @@ impl HoldEffort {
         }
     }
 
-    /// Begins with a hold effort, V.
+    /// Returns the initial state for a hold effort, V.
     pub fn start(&self, effort: f32) -> Held {
         let effort = bounded(effort, self.most);
         Held { effort, step: self.first, wait: self.first_wait, ..Held::default() }
     }
 
-    /// Begins a new move: the waits are short again, and the steps are no smaller than the first.
+    /// Called when a move starts: the waits are short again, and the steps are no smaller than the
+    /// first.
     pub fn begin_move(&self, held: &mut Held) {
         held.wait = self.first_wait;
         held.step = held.step.max(self.first);
@@ -123,7 +125,8 @@ impl HoldEffort {
         }
     }
 
-    /// Judges whether the joint sprang back after a pulse: it went `peak` and is `moved` away now.
+    /// Returns whether the joint sprang back after a pulse for an error of `wanted`: it went as far
+    /// as `peak` towards the target, and rests at `moved` (deg).
     pub fn sprang_back(&self, held: &mut Held, wanted: f32, moved: f32, peak: f32) -> bool {
         let back = peak - moved;
         if !(back >= self.count && back >= 0.5 * peak && moved < 0.5 * wanted) {

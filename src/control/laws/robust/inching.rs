@@ -16,16 +16,16 @@
 //! v_g = 2 q / h,  v_i = 0.4 q / h (0.2 q / h in a slow loop)
 //! ```
 //!
-//! Source: a prototype of this law, whose figures these are, but for the bar. Stick and slip is
-//! what a loop of any gain does below the speed at which friction falls: it waits until its
-//! integral or its error exceeds the breakaway effort, and jumps. A pulse of the law moves the
-//! joint by a count or two, so a row of pulses follows the set point to within them. `w` is what
-//! the set point travels between two counts: a joint that slides makes a count for each count of
-//! it, and one that sticks does not. Half a count and 6 ms ahead of the set point is where a pulse
-//! leads on average to no error, since it is decided late and ends early.
+//! Source: the figures are those of a prototype of this law, except the bar. Below the speed at
+//! which friction falls, a loop of any gain sticks and slips: it waits until its integral or its
+//! error exceeds the breakaway effort, and jumps. A pulse of the law moves the joint by a count or
+//! two, so a row of pulses follows the set point to within one or two counts. `w` is the travel of
+//! the set point since the last count: a joint that slides makes a count for each count of this
+//! travel, and one that sticks does not. Pulses that aim half a count and 6 ms ahead of the set
+//! point have no error on average, since a pulse is decided late and ends early.
 //!
-//! Why not at higher speed: an attempt takes some 15 ticks, which is a count at `v_i` / 6. Where
-//! the joint slides at a speed below that, it is not at rest, and nothing begins.
+//! Why not at higher speed: an attempt lasts some 15 ticks, which is a count at `v_i` / 6. If the
+//! joint slides at a lower speed than that, it is not at rest, and inching does not begin.
 //!
 //! In a slow loop, and with the encoder on the load, a pulse that throws the joint bars the rule,
 //! so that it is not thrown to and fro: a pulse of one tick goes far there, and the load breaks
@@ -42,22 +42,22 @@
 
 use crate::control::profile::bounded_acceleration::LimitedReference;
 
-/// Time in which a slow profile may not change its speed by as much as it has, s.
+/// Time in which a slow profile changes its speed by no more than the speed itself, s.
 const STEADY: f32 = 0.2;
 
 /// Time by which an attempt aims ahead of the set point, s.
 const AHEAD: f32 = 0.006;
 
-/// Travel within which a joint that slides makes a count, counts and s.
+/// Travel of the set point within which a joint that slides makes a count, counts and s.
 const COUNT_DUE: (f32, f32) = (1.5, 0.1);
 
 /// Lead of a joint over its set point beyond which it has slipped, counts and s.
 const SLIPPED: (f32, f32) = (3.0, 0.1);
 
-/// The most of either, and the lag that ends inching, counts.
+/// Upper limit of both, and the lag that ends inching, counts.
 const MOST: f32 = 6.0;
 
-/// Error after an attempt that has thrown the joint, counts.
+/// Error beyond which an attempt has thrown the joint, counts.
 const THROWN: f32 = 16.0;
 
 /// The rule, prepared for a loop.
@@ -69,19 +69,19 @@ pub struct Inching {
     speed: f32,
     /// v_g, deg/s.
     slow_speed: f32,
-    /// Error at which an attempt has thrown the joint, deg.
+    /// Error beyond which an attempt has thrown the joint, deg; infinite: no attempt does.
     thrown: f32,
     on_load: bool,
 }
 
-/// What the rule keeps from tick to tick.
+/// State of the rule from tick to tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct InchingState {
     /// Travel of the set point since the last count w, deg.
     pub travel: f32,
-    /// The law inches.
+    /// Whether the law inches.
     pub active: bool,
-    /// It does not inch: an attempt has thrown the joint, or the encoder is on the load.
+    /// Whether inching is barred: an attempt has thrown the joint, or the encoder is on the load.
     pub barred: bool,
 }
 
@@ -92,17 +92,17 @@ pub struct Following {
     pub velocity: f32,
     /// r - y, deg.
     pub error: f32,
-    /// The set point is [slow](Inching::is_slow).
+    /// Whether the set point is [slow](Inching::is_slow).
     pub slow: bool,
-    /// The law is in MOVE.
+    /// Whether the law is in MOVE.
     pub in_move: bool,
-    /// A count has come in this tick.
+    /// Whether the joint made a count in this tick.
     pub counted: bool,
-    /// The joint is at rest.
+    /// Whether the joint is at rest.
     pub rests: bool,
 }
 
-/// What a tick begins or ends.
+/// Start or end of inching in a tick.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Change {
     /// The law begins to inch.
@@ -112,8 +112,8 @@ pub enum Change {
 }
 
 impl Inching {
-    /// Prepares the rule for a sample time (s) and the angle of a count (deg); `slow` says that the
-    /// loop is a slow one, and `on_load` that the encoder is on the load.
+    /// Prepares the rule for a sample time (s) and the angle of a count (deg); `slow`: the loop is
+    /// slow; `on_load`: the encoder is on the load.
     pub fn new([sample_time, count]: [f32; 2], slow: bool, on_load: bool) -> Self {
         let count_a_tick = count / sample_time;
         let speed = if slow { 0.2 } else { 0.4 } * count_a_tick;
@@ -132,19 +132,19 @@ impl Inching {
             && STEADY * profile.acceleration.abs() <= speed
     }
 
-    /// Returns whether a speed (deg/s) is one to inch with.
+    /// Returns whether a speed (deg/s) is low enough to start inching.
     #[inline]
     pub fn is_speed(&self, velocity: f32) -> bool {
         velocity.abs() <= self.speed
     }
 
-    /// Returns whether a joint that slides would have made a count.
+    /// Returns whether a joint that slides would have made a count during the present travel.
     #[inline]
     pub fn is_count_overdue(&self, state: &InchingState) -> bool {
         state.travel > COUNT_DUE.0 * self.count
     }
 
-    /// Takes a tick.
+    /// Updates the rule in a tick, and returns whether inching begins or ends.
     #[inline]
     pub fn update(&self, state: &mut InchingState, seen: &Following) -> Option<Change> {
         let Following { velocity, error, slow, in_move, counted, rests } = *seen;
@@ -180,7 +180,8 @@ impl Inching {
         None
     }
 
-    /// Returns counts and time of travel at a speed, but no more than [`MOST`], deg.
+    /// Returns the travel of a number of counts and of a time (s) at a speed, deg, but no more than
+    /// [`MOST`] counts.
     #[inline]
     fn within(&self, (counts, time): (f32, f32), speed: f32) -> f32 {
         let wanted = counts * self.count + time * speed;
@@ -195,8 +196,8 @@ impl Inching {
         error + (velocity * AHEAD + if velocity < 0.0 { -half } else { half })
     }
 
-    /// Returns whether an error E wants an attempt: ahead of the joint from a count on, and behind
-    /// it from 1.5 counts on.
+    /// Returns whether an error E needs an attempt: from one count on if it is in the direction of
+    /// the motion, and from 1.5 counts on if it is against it.
     #[inline]
     pub fn is_due(&self, aimed: f32, velocity: f32) -> bool {
         let ahead = (aimed > 0.0) == (velocity > 0.0);

@@ -1,7 +1,8 @@
 //! The load rule: a load that drives the joint is held when the motion ends, and during it.
 //!
-//! The effort that a motion needs beside the model, `w`, is followed while the profile moves, and
-//! what of it is no friction becomes the hold effort when the profile has come to rest:
+//! While the profile moves, the rule filters `w`, the effort that the motion needs beyond the
+//! model. When the profile has come to rest, the part of `w` that is not friction becomes the hold
+//! effort:
 //!
 //! ```text
 //! L1  |u_b| <= 0.8 F_hi + u_L,   |x3| <= (1.5 F_hi + u_L) / J
@@ -17,18 +18,18 @@
 //! without it.
 //!
 //! Why this form: without it the observer's disturbance is dropped at the end of a motion, and a
-//! load above the static friction runs away with the joint, until it is lost, and again. The load
-//! is then distinguished from friction by what is known: `R_0`, since the learned `R_i` has the
-//! load in it. The filter of 1/30 s keeps the swings of a flexible joint out of `u_b`: without it
-//! the prototype made some flexible joints spin. L4 hands over between motion and rest without a
-//! step of the effort.
+//! load above the static friction runs away with the joint until the joint is lost, again and
+//! again. The rule distinguishes the load from friction by `R_0`, which follows from the
+//! configuration, since the learned `R_i` includes the load. The filter of 1/30 s keeps the swings
+//! of a flexible joint out of `u_b`: without it the prototype made some flexible joints spin. With
+//! L4 the effort has no step between motion and rest.
 //!
-//! Guarantees: the hold effort stays within `0.8 F_hi + u_L`. With `u_L = 0` nothing of the law is
-//! different. L6 is not the prototype's: a hold effort that is halved there lets the load creep
-//! away forever. Does badly: while the joint is first released nothing holds it, and it drops until
-//! the observer has learned the load, which takes some 20 ms; set the hold effort at enabling.
-//! Where no load can drive the joint the rule leaves a hold effort that heats the motor for
-//! nothing. Of flexible joints a few may still spin: the overspeed monitor is what stops them.
+//! Guarantees: the hold effort stays within `0.8 F_hi + u_L`. With `u_L = 0` the law is unchanged.
+//! L6 is not part of the prototype: if the hold effort is halved there, the load creeps away
+//! forever. Does badly: while the joint is first released nothing holds it, and it drops until the
+//! observer has learned the load, after some 20 ms; set the hold effort at enabling. Where no load
+//! can drive the joint the rule leaves a hold effort that heats the motor for nothing. A few
+//! flexible joints can still spin: the overspeed monitor stops them.
 
 use crate::units::saturation::bounded;
 
@@ -52,7 +53,7 @@ impl LoadRule {
         Self { acts: load > 0.0, rate: (30.0 * sample_time).min(1.0), friction, most }
     }
 
-    /// Follows the effort that the motion needs beside the model (L2), V.
+    /// Filters the effort w that the motion needs beyond the model (L2), V.
     #[inline]
     pub fn follow(&self, effort: &mut f32, disturbance: f32) {
         *effort += self.rate * (disturbance - *effort);

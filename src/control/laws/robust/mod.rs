@@ -1,7 +1,7 @@
 //! `robust`: a supervisor that moves the joint by a profile, and then by attempts onto the count.
 //!
-//! The law takes the place of PD. It is made of parts that are algorithms of their own, each with
-//! its equation and source in its own file. The supervisor says which of them acts:
+//! The law replaces PD. It consists of separate algorithms, each with its equation and source in
+//! its own file. The supervisor selects which of them acts:
 //!
 //! ```text
 //!           p' != 0 (from any state)                   |e| > 1.25 q for N_r ticks, or > 3.5 q
@@ -25,40 +25,41 @@
 //!   p' = r', slower than the joint can slide:  MOVE --> STUCK, PULSE, COAST, STUCK, PULSE ...
 //! ```
 //!
-//! `q` is one count. With a configured load, the joint is lost (*) beyond `|e_b| + 64 q` already.
-//! `p` is the profile within the set point `r`
+//! `q` is one count. With a configured load, the joint already counts as lost (*) beyond `|e_b| +
+//! 64 q`. `p` is the profile within the set point `r`
 //! ([`BoundedAcceleration`](crate::control::profile::BoundedAcceleration)), `x2` and `x3` are the
 //! observer's ([`extended_state_observer`]), `R_i` the learned friction ([`sliding_friction`]), `A`
 //! and `N` planned ([`pulse_planner`], [`reverse_pulse`]), `u_b` the hold effort ([`hold_effort`],
 //! [`load_rule`]), `g` the guard's gain and `d` its factor on the damping, 1 or 1/2
-//! ([`oscillation_guard`]). The rest is that of [`rest_detector`], the end that of [`give_up`]. `e
-//! = r - y`, of the mean of a rest. Several transitions may happen in a tick, in the order MOVE,
-//! HOLD, STUCK, then PULSE or COAST: a pulse of one tick shows as COAST.
+//! ([`oscillation_guard`]). [`rest_detector`] detects rest, and [`give_up`] ends the attempts. `e =
+//! r - y`; at rest, `y` is the mean of the rest. Several transitions can happen in a tick, in the
+//! order MOVE, HOLD, STUCK, then PULSE or COAST: a pulse of one tick shows as COAST.
 //!
-//! A set point that moves slowly is followed by attempts, too, where the joint cannot slide at its
-//! speed: it inches ([`inching`] says when). No attempt of that counts as one without success. The
-//! observer is faster while the set point moves (`w_m`), since friction changes its direction then;
-//! with jitter it is not, since jitter is motion to it.
+//! If the joint cannot slide at the speed of a slow set point, the law follows the set point by
+//! attempts, too: it inches ([`inching`] has the conditions). These attempts do not count towards
+//! giving up. The observer is faster while the set point moves (`w_m`), since friction changes its
+//! direction then; with jitter it is not, since a faster observer responds to jitter as to motion.
 //!
 //! Why this form: a law that is a function of the error rests where its effort equals the friction,
-//! or swings about the target. An attempt decides only at rest, learns from what it did, and stops
+//! or swings about the target. An attempt decides only at rest, learns from its result, and stops
 //! where the error is as small as the encoder resolves: the stop band of 1.25 counts leaves a true
 //! error of 1.75 at most. Everything that happens fast is planned open loop, so a delay, a coarse
 //! encoder or a spring makes attempts worse, not the loop unstable.
 //!
-//! Positions are differences of integer counts from an origin. It moves to the joint at a rest
-//! 16,384 counts from it, and on the way at 65,536. So an `f32` keeps 1/128 of a count however far
-//! the joint has turned, and 1/500 at rest. It does not move at each rest: there comparisons with
-//! one count are about equal numbers, and another origin would round them to the other side.
+//! Positions are differences of integer counts from an origin. The origin moves to the joint if the
+//! joint rests 16,384 counts away from it, and in motion from 65,536 counts on. So an `f32` keeps
+//! 1/128 of a count however far the joint has turned, and 1/500 at rest. The origin does not move
+//! at each rest: comparisons with one count are between nearly equal numbers there, and another
+//! origin would round them to the other side.
 //!
 //! Guarantees: |v_c| never exceeds the full scale. In HOLD and in GIVE_UP the effort is constant.
-//! It is odd: a mirrored motion has the mirrored effort. From a tick at rest, the first effort is
-//! that of a profile that sets out, however far the target is. `u_b` stays within `0.8 F_hi + u_L`.
-//! Does badly: inertia that is wrong by half, in tracking; a load that slides by more than 16
+//! The law is odd: a mirrored motion has the mirrored effort. From a tick at rest, the first effort
+//! is that of a profile that sets out, however far the target is. `u_b` stays within `0.8 F_hi +
+//! u_L`. Does badly: inertia that is wrong by half, in tracking; a load that slides by more than 16
 //! counts behind the transmission; noise of the encoder that is not declared; a loop slower than 5
-//! ms on 100 000 counts; loads and end stops, without [`load_rule`] and [`give_up`]. What was
-//! learned is lost when the joint is armed again. The thresholds are those of a prototype, and
-//! nothing of it has run on a real joint.
+//! ms on 100 000 counts; loads and end stops, without [`load_rule`] and [`give_up`]. The learned
+//! values are lost when the joint is armed again. The thresholds are those of a prototype, and the
+//! law has not run on a real joint.
 
 pub mod extended_state_observer;
 pub mod give_up;
@@ -84,7 +85,7 @@ use crate::units::error::HUGE;
 pub(super) use parameters::{Rules, SLOW};
 use supervisor::{Seen, Supervisor};
 
-/// Distance from the origin at which it moves to the joint, counts: at rest, and on the way.
+/// Distance from the origin at which the origin moves to the joint, counts: at rest, and in motion.
 const AT_REST: u32 = 1 << 14;
 const ON_THE_WAY: u32 = 1 << 16;
 
@@ -108,13 +109,13 @@ pub struct RobustState {
 }
 
 impl RobustState {
-    /// Lets the law begin anew at its next tick, which sets everything else. One flag and not all
-    /// of the state: a tick that latches a fault has the bridge to turn off.
+    /// Resets the law: its next tick sets the whole state. This call clears one flag alone, since a
+    /// tick that latches a fault has to turn off the bridge first.
     pub const fn forget(&mut self) {
         self.begun = false;
     }
 
-    /// Returns which state the supervisor is in.
+    /// Returns the state of the supervisor.
     pub const fn mode(&self) -> Mode {
         self.supervisor.mode
     }
@@ -136,8 +137,8 @@ impl RobustState {
 }
 
 impl Robust {
-    /// Begins anew, at rest where the joint is now. In place: copying the whole state would be a
-    /// tenth of the tick.
+    /// Resets the state to a joint at rest at `counts`. In place: copying the whole state would
+    /// cost a tenth of the tick.
     #[cold]
     fn begin(&self, state: &mut RobustState, counts: i32) {
         self.supervisor.start(&mut state.supervisor);
@@ -230,30 +231,37 @@ impl Law for Robust {
         state.supervisor.try_again();
     }
 
-    /// Twice the profile's speed: no part of the law asks for more.
+    /// Returns twice the profile's speed, deg/s, at least 16 counts a tick. No part of the law
+    /// requests more than twice the profile's speed.
     fn overspeed(gains: &RobustGains, around: &Loop) -> Option<f32> {
         let slowest = 16.0 * around.resolution / around.sample_time;
         Some((2.0 * Rules::new(gains, around).speed).max(slowest).min(HUGE))
     }
 
-    /// The guard needs some swings to see that a gain is too high. Meanwhile the motor, or the load
-    /// that the encoder sits on, goes to and fro against the transmission. In a slow loop the guard
-    /// does not look at wide swings, and the monitor does.
+    /// Returns the time for which the joint can swing before the guard has lowered the gain, s. The
+    /// guard needs some swings to detect that a gain is too high. Meanwhile the motor, or the load
+    /// with the encoder, swings against the transmission. In a slow loop the guard does not check
+    /// for wide swings, and the monitor does: none is returned.
     fn swing_time(gains: &RobustGains, around: &Loop) -> Option<f32> {
         let fast = around.sample_time <= SLOW;
         fast.then(|| if Rules::new(gains, around).on_load { 0.1 } else { 0.05 })
     }
 
-    /// The way in which the profile comes to its full speed, `v_m^2 / (2 a_m)`: by so much it
-    /// trails a set point that sets out with that speed. Or, if that is more, the error that asks
-    /// for the largest breakaway effort and load, `(F_hi + u_L) / (J w_n^2)`: by so much a joint
-    /// may hang before the loop has asked for what moves it. But no more than the error that asks
-    /// for the full scale, [`saturating_error`](Law::saturating_error): that of a loop that has run
-    /// away, as it does with an encoder that is reversed in motion. Where this is less, a set point
-    /// that sets out with more than `sqrt(8) a_m / w_n` needs a larger limit, or a blend.
+    /// Returns the default limit of the following error, deg: the larger one of the first two of
+    /// these errors, but no more than the third one, and at least 16 counts.
     ///
-    /// All of it twice with the encoder on the motor and a sample time up to 10 ms: a motor that
-    /// swings against its gear goes beyond it on either side before the guard has lowered the gain.
+    /// - The distance in which the profile reaches its full speed, `v_m^2 / (2 a_m)`. The profile
+    ///   trails a set point that starts at that speed by this distance.
+    /// - The error at which the loop requests the largest breakaway effort and load, `(F_hi + u_L)
+    ///   / (J w_n^2)`. A joint can hang back by this error before the requested effort moves it.
+    /// - The error at which the loop requests the full scale,
+    ///   [`saturating_error`](Law::saturating_error). A loop that has run away reaches it, as with
+    ///   an encoder that is reversed in motion. Where this error is the limit, a set point that
+    ///   starts at more than `sqrt(8) a_m / w_n` needs a larger limit, or a blend.
+    ///
+    /// With the encoder on the motor and a sample time up to 10 ms, the error is doubled: a motor
+    /// that swings against its gear exceeds the single error on either side before the guard has
+    /// lowered the gain.
     fn following_error(gains: &RobustGains, around: &Loop) -> Option<f32> {
         let Rules { speed, acceleration, bandwidth, on_load, .. } = Rules::new(gains, around);
         let way = speed * speed / (2.0 * acceleration);
@@ -264,7 +272,7 @@ impl Law for Robust {
         Some((swings * way.max(hanging).min(saturating)).max(16.0 * around.resolution).min(HUGE))
     }
 
-    /// `u_m / (J w_n^2)`.
+    /// Returns `u_m / (J w_n^2)`, deg.
     fn saturating_error(gains: &RobustGains, around: &Loop) -> Option<f32> {
         let bandwidth = Rules::new(gains, around).bandwidth;
         Some((around.full_scale / (gains.inertia * bandwidth * bandwidth)).min(HUGE))

@@ -25,42 +25,42 @@
 //! Why this form: on a flexible joint the loop's own oscillation is a few counts large, and no gain
 //! is right for all of them. Swings of the law's own pulses do not count, since each attempt clears
 //! them. In motion a joint crosses the profile's speed a few times after each corner; six times in
-//! `8 N_g` ticks is an oscillation. A motor that swings against its gear by half of the profile's
-//! speed does not wait for the sixth: its swing doubles in a period. `g` climbs back within a few
-//! moves to just below the level that oscillated, and the ceiling lets that level be tried again
-//! some 80 moves later.
+//! `8 N_g` ticks is an oscillation. If a motor swings against its gear by half of the profile's
+//! speed, the guard does not wait for the sixth crossing: the swing doubles in a period. `g` climbs
+//! back within a few moves to just below the level that oscillated, and the ceiling allows that
+//! level again some 80 moves later.
 //!
 //! In motion the law uses a gain of 0.3 at least, since a joint with less does not follow. A motor
-//! of a tenth of the inertia swings with that, too, and wider from period to period. It needs less
-//! damping, whose velocity comes late, and as much stiffness as before: with a gain of 0.1 instead
-//! of 0.3, 33 of 2000 simulated joints fell behind their trajectory, and 3 had swung.
+//! of a tenth of the inertia swings even at that gain, and wider from period to period. It needs
+//! less damping, since the velocity comes late, and as much stiffness as before: with a gain of 0.1
+//! instead of 0.3, 33 of 2000 simulated joints fell behind their trajectory, and 3 had swung.
 //!
 //! Guarantees: `g_min <= g <= g_c <= 1`. Does badly: `g` rises only at a HOLD, so a reference that
-//! never rests keeps it down, and a joint that pulses to and fro without swinging is not seen.
+//! never rests keeps it down, and a joint that pulses to and fro without swinging is not detected.
 
-/// Reversals at rest that are an oscillation.
+/// Number of reversals at rest that count as an oscillation.
 const SWINGS: u8 = 5;
 
-/// Losses without a rest between that are an oscillation.
+/// Number of losses without a HOLD between them that count as an oscillation.
 const LOSSES: u8 = 3;
 
 /// The guard, prepared for a sample time and an encoder.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OscillationGuard {
-    /// Limit N_g of the counter in motion, and what a swing adds to it.
+    /// Limit N_g of the counter in motion, and the amount that a swing adds to the counter.
     limit: u16,
     swing: u16,
     /// The least gain g_min.
     least: f32,
-    /// A reversal, deg.
+    /// Distance from the last extreme that counts as a reversal, deg.
     reversal: f32,
-    /// Difference of speeds of less than half a count a tick, deg/s.
+    /// Speed error that the encoder cannot resolve, 0.4 counts a tick, deg/s.
     coarse: f32,
     /// Speed error of a swing that lowers the gain at once, deg/s.
     wide: f32,
 }
 
-/// The gain and the swings that were counted.
+/// The gain, and the counts of swings.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SwingState {
     /// Gain g.
@@ -71,11 +71,11 @@ pub struct SwingState {
     pub damping: f32,
     /// Last extreme of the position at rest y_e, deg from the law's origin.
     pub extreme: f32,
-    /// Direction in which the joint leaves it; zero: none yet.
+    /// Direction in which the joint leaves that extreme; zero: none yet.
     direction: f32,
     /// Counter in motion v_n.
     pub motion: u16,
-    /// Ticks for its leak.
+    /// Ticks for the leak of that counter.
     leak: u8,
     /// Reversals at rest n_w.
     swings: u8,
@@ -117,13 +117,13 @@ impl OscillationGuard {
         }
     }
 
-    /// Begins with the whole gain.
+    /// Returns the initial state, with the whole gain.
     pub fn start(&self) -> SwingState {
         SwingState { gain: 1.0, ceiling: 1.0, damping: 1.0, ..SwingState::default() }
     }
 
-    /// Takes a tick in which the reference rests. In a HOLD, and after a long rest, the joint is
-    /// `quiet`, and the swings are forgotten.
+    /// Updates the guard in a tick in which the reference rests. In a HOLD, and after a long rest,
+    /// the joint is `quiet`, and the swings are cleared.
     #[inline]
     pub fn at_rest(&self, guarded: &mut SwingState, position: f32, quiet: bool) {
         guarded.motion = 0;
@@ -146,8 +146,8 @@ impl OscillationGuard {
         }
     }
 
-    /// Takes a tick in which the reference moves with `wanted` and the joint with `velocity`,
-    /// deg/s. One that `sticks` does not swing: what follows is stick and slip.
+    /// Updates the guard in a tick in which the reference moves with `wanted` and the joint with
+    /// `velocity`, deg/s. A joint that `sticks` does not swing: its motion is stick and slip.
     #[inline]
     pub fn in_motion(
         &self,
@@ -192,7 +192,7 @@ impl OscillationGuard {
         }
     }
 
-    /// Forgets the swings at rest.
+    /// Clears the count of swings at rest.
     #[inline]
     pub fn clear(&self, guarded: &mut SwingState, position: f32) {
         guarded.swings = 0;
@@ -200,7 +200,7 @@ impl OscillationGuard {
         guarded.extreme = position;
     }
 
-    /// Takes that the joint was lost: `pushed` away, or left behind by its set point.
+    /// Called when the joint is lost: `pushed` away, or left behind by its set point.
     pub fn lost(&self, guarded: &mut SwingState, pushed: bool) {
         guarded.pushed |= pushed;
         guarded.losses = guarded.losses.saturating_add(1);
@@ -209,7 +209,7 @@ impl OscillationGuard {
         }
     }
 
-    /// Takes that a HOLD begins.
+    /// Called when a HOLD starts: raises the gain unless it was lowered since the last HOLD.
     pub fn holds(&self, guarded: &mut SwingState) {
         if !guarded.lowered {
             guarded.gain = (1.1 * guarded.gain).min(guarded.ceiling);
@@ -219,7 +219,7 @@ impl OscillationGuard {
         guarded.losses = 0;
     }
 
-    /// Lowers the gain, and counts anew.
+    /// Lowers the gain, and clears the counts.
     pub fn lower(&self, guarded: &mut SwingState) {
         guarded.ceiling = (0.85 * guarded.gain).max(self.least);
         guarded.gain = (0.7 * guarded.gain).max(self.least);

@@ -3,32 +3,33 @@
 //! A user sets, of the joint: inertia `J`, viscous friction `B`, the range of breakaway efforts
 //! `[F_lo, F_hi]`, the encoder's side and its jitter. The sample time `h`, the count `q`, the
 //! largest effort `u_m` and its step `u_q` are those of the loop. Each other value has a rule, and
-//! may be overridden; zero means the rule.
+//! can be set instead; zero means the rule.
 //!
 //! - Bandwidth `w_n`: `min(2 pi 8, 0.14 / h)`, with the encoder on the load `2 pi 2`. A dead time
-//!   of 1.5 h takes 12 degrees of phase. 8 Hz is below most transmissions, and 2 Hz below the load
+//!   of 1.5 h costs 12 degrees of phase. 8 Hz is below most transmissions, and 2 Hz below the load
 //!   behind one.
 //! - Observer `w_e`: `min(110, 0.7 / h)`. One count is `l3 J` V of disturbance; `z` is no less than
-//!   1/2, so that two samples of delay are borne.
+//!   1/2, so that the observer tolerates two samples of delay.
 //! - Observer in motion `w_e'`: `w_e`, with the encoder on the load `min(15, 0.7 / h)`. That load
 //!   swings at 5 Hz and more, and its disturbance drives the swing if it is fed back to the motor
 //!   with less delay. A set `observer_rad_per_s` holds for both.
-//! - Acceleration `a_m`: `0.25 u_m / J`. Friction and damping get the other three quarters.
+//! - Acceleration `a_m`: `0.25 u_m / J`. The other three quarters are for friction and damping.
 //! - Speed `v_m`: `0.15 u_m / B`, and no more than 3 rad/s if `h <= 10 ms` or `B = 0`. Viscous
-//!   friction takes 15 % of the limit, and a profile needs a finite speed.
+//!   friction needs 15 % of the limit, and a profile needs a finite speed.
 //! - Step of the hold effort `db_0`: `0.15 F_lo`, a seventh of the smallest elastic range.
 //! - Least gain `g_min`: 0.1, with the encoder on the load 0.05: a motor of a tenth of the inertia.
 //! - Speed up to which friction is learned `v_R`: any up to `h = 10 ms`, above that the larger one
 //!   of `0.3 F_lo / B` and `3 a_m h`. At the first, an error of the viscous friction by all of `B`
 //!   is no more than the least friction that is learned ([`super::sliding_friction`]). Below the
-//!   second, a profile of its own has less than three ticks, and would teach nothing.
-//! - Wait `N_c`: 10 ms, with the encoder on the load 60 ms, and at least 3 ticks: a period of what
-//!   swings behind the encoder.
+//!   second, the law's own profile has fewer than three ticks, and nothing would be learned.
+//! - Wait `N_c`: 10 ms, with the encoder on the load 60 ms, and at least 3 ticks: a period of the
+//!   part that swings behind the encoder.
 //!
 //! The fixed times are 20 ms before a HOLD (at least 3 ticks), 40 ms before one is left (2), 20 to
 //! 100 ms after a step of the hold effort (3 and 6), 0.1 s of the guard's counter (load side 0.25
 //! s, at least 10 ticks), and 6 ticks of rest (3 above 10 ms, where 6 would be longer than a pulse
-//! takes). The figures were found by a prototype on random joints, and not again by this law.
+//! takes). The figures were found with a prototype on random joints, and were not found again with
+//! this law.
 
 use super::Loop;
 use super::sliding_friction::LEAST_LEARNED;
@@ -98,9 +99,10 @@ table! {
 }
 
 impl RobustGains {
-    /// Returns the same gains, with bandwidth, observer, acceleration and speed as the rules give
-    /// them where they are not set. The law is the same one. So the observer is left out with the
-    /// encoder on the load: there its rule has two values, and a set one holds for both.
+    /// Returns the same gains, with bandwidth, observer, acceleration and speed set to the values
+    /// of their rules where they are not set. The law stays the same. With the encoder on the load,
+    /// the observer therefore stays unset: there its rule has two values, and a set value applies
+    /// to both.
     #[must_use]
     pub fn written_out(&self, around: &Loop) -> Self {
         let Rules { bandwidth, observer, acceleration, speed, on_load, .. } =
@@ -116,7 +118,7 @@ const SPEED_CAP: f32 = 171.887_34;
 /// Sample time above which a loop is slow, s.
 pub(in super::super) const SLOW: f32 = 0.01;
 
-/// What the rules give, or the user instead of them. Angles are degrees.
+/// Values by the rules, or as the user has set them. Angles are degrees.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in super::super) struct Rules {
     pub on_load: bool,
@@ -137,7 +139,7 @@ pub(in super::super) struct Rules {
     pub first_wait: u16,
     pub longest_wait: u16,
     pub guard: u16,
-    /// To wait after a pulse of inching, and to rest before it is judged.
+    /// Ticks to wait after a pulse of inching, and ticks of rest before the pulse is judged.
     pub inching: [u16; 2],
 }
 
@@ -150,7 +152,7 @@ impl Rules {
         let on = |motor: f32, load: f32| if on_load { load } else { motor };
         let ticks = |time: f32, least: u16| ((time / h + 0.5) as u16).max(least);
         let hertz = core::f32::consts::TAU;
-        // Without viscous friction the quotient is infinite, and the cap is what is left.
+        // Without viscous friction the quotient is infinite, and the cap alone limits the speed.
         let viscous_speed = 0.15 * around.full_scale / gains.viscous;
         let capped = !slow || gains.viscous == 0.0;
         let speed = if capped { viscous_speed.min(SPEED_CAP) } else { viscous_speed };

@@ -10,7 +10,7 @@
 //! ```
 //!
 //! with `f = min(R_i, 0.7 u_m)` and `x = k_i |e|`. After the joint has come to rest, the distance
-//! `m` that it moved, and the farthest one on its way, teach the direction's gain `k_i` and its
+//! `m` that it moved, and the farthest one on its way, update the direction's gain `k_i` and its
 //! least effort `A_i`:
 //!
 //! ```text
@@ -32,7 +32,7 @@
 //! transmission changes least.
 //!
 //! Guarantees: `N` and `A` are bounded, whatever was learned. Without friction in the plan's way
-//! the distance is that of the closed form. Does badly: a spring lets the joint go back (then
+//! the distance is that of the closed form. Does badly: a spring moves the joint back (then
 //! [`hold_effort`](super::hold_effort) takes over), and below the smallest move of a tick,
 //! `(F_s/F_c)(F_s - F_c) h^2 / (2 J)`, no pulse lands.
 
@@ -54,7 +54,7 @@ pub struct PulsePlanner {
     pub least: f32,
 }
 
-/// What was learned from the pulses in one direction.
+/// Values learned from the pulses in one direction.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PulseMemory {
     /// Factor k_i between the error and the planned travel x of a pulse: x = k_i |e|.
@@ -91,8 +91,8 @@ impl PulsePlanner {
         Self { sample_time, per_sample_time, twice_inertia, half_count, limit, least }
     }
 
-    /// Plans the pulse that moves a joint with a friction (V) by a distance (deg), with no less
-    /// than an effort (V).
+    /// Plans the pulse that moves a joint with a friction (V) by a distance (deg), with an effort
+    /// of at least `least` (V).
     #[inline]
     pub fn plan(&self, friction: f32, distance: f32, least: f32) -> Pulse {
         let limit = self.limit;
@@ -107,8 +107,8 @@ impl PulsePlanner {
         Pulse { effort: if wanted < limit { wanted } else { limit }, ticks }
     }
 
-    /// Learns from a pulse towards an error of `wanted` (deg, positive): the joint went `peak`
-    /// and is `moved` away now.
+    /// Learns from a pulse for an error of `wanted` (deg, positive): the joint went as far as
+    /// `peak` towards the target, and rests at `moved` (deg).
     pub fn learn(&self, learned: &mut PulseMemory, wanted: f32, moved: f32, peak: f32) {
         let much = if moved > 2.0 * wanted { 0.6 } else { 0.8 };
         let too_far = moved > 1.2 * wanted;
@@ -174,7 +174,7 @@ mod tests {
             assert_eq!(planner().plan(5.0, share * one_tick, 0.0).ticks, ticks, "{share}");
         }
         assert_eq!(planner().plan(5.0, 1e9, 0.0).effort, 60.0);
-        // What is learned as friction may be beyond the limit; the plan is not.
+        // A learned friction can exceed the limit; the plan does not.
         assert!(planner().plan(1e6, 10.0, 0.0).effort.is_finite());
     }
 

@@ -7,11 +7,11 @@
 //! otherwise:                 n_z += 1,        y_b += (y - y_b) / min(n_z + 1, 32)
 //! ```
 //!
-//! Why this form: a speed that is computed of counts is a difference of whole numbers, and says
-//! nothing below a count per tick. Counts that stay say it. The jitter `n_j` is the number of
+//! Why this form: a speed that is computed from counts is a difference of whole numbers, and shows
+//! nothing below a count per tick. Counts that stay show rest. The jitter `n_j` is the number of
 //! counts that the encoder changes by although the joint rests. The tenth of a count is for
-//! positions that are rounded. The mean over the rest takes most of the jitter out of the position:
-//! it is that of the last ticks, with a memory of 32.
+//! positions that are rounded. The mean over the rest removes most of the jitter from the position:
+//! it is the mean of the last ticks, with a memory of 32.
 //!
 //! Guarantees: `n_z` is zero in every tick in which the joint left its anchor. The mean is within
 //! `n_j + 0.1` counts of the anchor. Does badly: a joint that creeps by a count in more than `N_z`
@@ -20,7 +20,7 @@
 /// Ticks that the mean remembers.
 const MEMORY: u16 = 32;
 
-/// The width of an anchor.
+/// Rest detector, with the largest distance from the anchor at rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RestDetector {
     band: f32,
@@ -43,7 +43,7 @@ impl RestDetector {
         Self { band: (jitter + 0.1) * count }
     }
 
-    /// Takes the position of a tick, from the origin.
+    /// Updates the rest with the position of a tick, from the origin.
     #[inline]
     pub fn update(&self, rest: &mut Rest, position: f32) {
         if (position - rest.anchor).abs() > self.band {
@@ -84,7 +84,7 @@ mod tests {
     fn mean_is_that_of_all_positions_since_the_anchor() {
         // The anchor counts as one of them: (0 + 1 + 2 + 1) / 4.
         assert!((after(2.0, &[1.0, 2.0, 1.0]).mean - 1.0).abs() < 1e-6);
-        // After long, it forgets: ten ticks later the weight of what was is (31/32)^10.
+        // After a long rest, old positions fade: ten ticks later their weight is (31/32)^10.
         let mut positions = [0.0; 60];
         positions[50..].fill(1.0);
         let expected = 1.0 - (31f32 / 32.0).powi(10);

@@ -1,8 +1,9 @@
 //! The reverse pulse: it brakes a load that has broken away, with the encoder on the load.
 //!
-//! The load leaves stick at a spring torque, and slides far beyond what the motor moved. When it
-//! runs towards the target with the speed `v = s x2`, it passes it unless it stops within
-//! `v (c v + h)`, with `c = 3 J / R_0`. So once in an attempt,
+//! The load breaks away at a spring torque, and slides much farther than the motor moved. A load
+//! that runs towards the target with the speed `v = s x2` is assumed to need `v (c v + h)` to stop,
+//! with `c = 3 J / R_0`. If less than that is left, it would pass the target. So once in an
+//! attempt,
 //!
 //! ```text
 //! m > q / 2,  v > 0.05 q / h  and  s e <= v (c v + h):
@@ -11,11 +12,11 @@
 //!          m < 0.3 |e_b|:  kb = max(0.6 kb, 0.03)       it was braked too early
 //! ```
 //!
-//! Why this form: `c v^2` is six times the way in which the sliding friction stops the joint
-//! (`v^2 J / (2 R)`): the load hangs on the spring that the motor has wound up. Guarantees: one
-//! pulse in an attempt, of a bounded length. Does badly: a slide of more than some 16 counts is
-//! over before a few samples have shown it. What is fed back decides whether a reverse pulse comes,
-//! so that a small change of the effort may make one appear.
+//! Why this form: `c v^2` is six times the way in which the sliding friction stops the joint (`v^2
+//! J / (2 R)`): the load hangs on the spring that the motor has wound up. Guarantees: one pulse in
+//! an attempt, of a bounded length. Does badly: a slide of more than some 16 counts is over before
+//! a few samples have shown it. Whether a reverse pulse comes depends on the measured motion, so
+//! that a small change of the effort can trigger one.
 
 /// The rule, prepared for a joint and a sample time.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -40,8 +41,8 @@ impl ReversePulse {
         Self { reach, sample_time, slowest, count, farthest: 50.0 * count }
     }
 
-    /// Returns whether a joint that has `moved` (deg) runs through a target that is still
-    /// `ahead` (deg) with its `speed` (deg/s).
+    /// Returns whether a joint that has `moved` (deg) would pass a target that is still `ahead`
+    /// (deg) at its `speed` (deg/s).
     #[inline]
     pub fn is_due(&self, moved: f32, ahead: f32, speed: f32) -> bool {
         moved > 0.5 * self.count
@@ -62,8 +63,8 @@ impl ReversePulse {
         ahead < -1.5 * self.count
     }
 
-    /// Learns the gain kb from an attempt with a reverse pulse towards an error of `wanted`
-    /// (deg, positive), of which `ahead` is left and `moved` was gone.
+    /// Learns the gain kb from an attempt with a reverse pulse, for an error of `wanted` (deg,
+    /// positive): the joint has `moved` towards the target, and `ahead` is left (deg).
     pub fn learn(&self, gain: &mut f32, wanted: f32, moved: f32, ahead: f32) {
         if self.is_beyond(ahead) {
             *gain = (1.25 * *gain).min(8.0);

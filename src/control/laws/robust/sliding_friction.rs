@@ -8,13 +8,13 @@
 //! v_R = max(0.3 F_lo / B, 3 a_m h)  where h > 10 ms, else infinite; or as configured
 //! ```
 //!
-//! It begins as `R_0 = 0.8 sqrt(F_lo F_hi)`, four fifths of the geometric mean of the breakaway
+//! `R_i` begins as `R_0 = 0.8 sqrt(F_lo F_hi)`, four fifths of the geometric mean of the breakaway
 //! range: sliding friction is below the breakaway friction.
 //!
 //! Why this form: the observer needs some `3 / w_e` to find the friction after a change of
-//! direction; what was learned stands there at once. The filter of 0.2 s is longer than a stop at
-//! a spot, and shorter than a move. The conditions leave out what is no sliding: a joint that
-//! hangs, and one that is pushed back.
+//! direction; the learned friction is available at once. The filter of 0.2 s is longer than a stop
+//! at a spot, and shorter than a move. The conditions exclude joints that do not slide: a joint
+//! that hangs, and one that is pushed back.
 //!
 //! In a slow loop a pulse is a single tick, and `R_i` decides how far it goes. The configured
 //! viscous friction is wrong by a part of `B p'`, which at the full speed is more than the sliding
@@ -24,18 +24,18 @@
 //! twice that speed, 12 of 400,000 moves were late; at that speed none, at two thirds of it one, at
 //! a third none.
 //!
-//! The profile of a light joint passes that speed in its first tick. It learns from the three ticks
-//! at either end of a move, instead of nothing.
+//! The profile of a light joint passes that speed in its first tick. With `3 a_m h`, the law learns
+//! from the three ticks at either end of a move, instead of not at all.
 //!
 //! Guarantees: `R_i` stays within `[0.3 F_lo, 1.2 F_hi]`. Does badly: a constant load appears in
 //! both directions with opposite signs, and friction that depends on the place is averaged. A slow
-//! loop knows less of the friction at full speed, so it tracks less closely there
+//! loop learns less of the friction at full speed, so it tracks less closely there
 //! (docs/explanation/robust.md).
 
 /// The least friction that is learned, as a part of F_lo.
 pub(super) const LEAST_LEARNED: f32 = 0.3;
 
-/// The bounds of what is learned, prepared for a sample time.
+/// Rate and bounds of the learned friction, prepared for a sample time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SlidingFriction {
     rate: f32,
@@ -45,13 +45,13 @@ pub struct SlidingFriction {
     slowest: f32,
     /// Speed of the profile above which nothing is learned, deg/s.
     fastest: f32,
-    /// What is supposed before anything is learned, R_0, V.
+    /// Friction R_0 that is assumed before anything is learned, V.
     pub first: f32,
 }
 
 impl SlidingFriction {
-    /// Prepares it for ticks of `sample_time` (s), a range of breakaway efforts (V), a speed above
-    /// which nothing is learned (deg/s) and the angle of a count (deg).
+    /// Prepares the rule for ticks of `sample_time` (s), a range of breakaway efforts (V), a speed
+    /// above which nothing is learned (deg/s) and the angle of a count (deg).
     pub fn new(sample_time: f32, [low, high]: [f32; 2], fastest: f32, count: f32) -> Self {
         Self {
             rate: (5.0 * sample_time).min(0.5),
@@ -63,8 +63,9 @@ impl SlidingFriction {
         }
     }
 
-    /// Learns from the disturbance (V, against the motion) of a joint that slides with a `speed`
-    /// towards where the profile goes with `wanted` (both deg/s, positive).
+    /// Learns from the disturbance `found` (V, against the motion) if the joint slides. `speed` is
+    /// its speed in the direction of the profile, and `wanted` the speed of the profile (positive),
+    /// both deg/s.
     #[inline]
     pub fn learn(&self, friction: &mut f32, found: f32, speed: f32, wanted: f32) {
         if speed > 0.5 * wanted && speed > self.slowest && wanted <= self.fastest {

@@ -1,8 +1,8 @@
 //! The golden traces of slow set points: 5500 ticks, with every state of the law in every tick.
 //!
-//! They are what a prototype gave in `f32`. Their set points are multiples of a tenth of a count,
-//! so that many comparisons are about equal numbers. So the supervisor is given the very numbers of
-//! the prototype, and not positions in counts, whose rounding is another.
+//! They are the results of a prototype in `f32`. Their set points are multiples of a tenth of a
+//! count, so that many comparisons are between nearly equal numbers. So the supervisor gets exactly
+//! the numbers of the prototype, and not positions in counts, which are rounded differently.
 
 extern crate std;
 
@@ -20,14 +20,14 @@ use crate::units::value::Table;
 
 const TRACES: &[u8] = include_bytes!("../../../../tests/robust/golden_slow.csv.gz");
 
-/// The figure behind a name in the comment above a trace.
+/// Returns the figure after a name in the comment above a trace.
 fn figure(comment: &str, name: &str) -> f64 {
     let words: Vec<&str> = comment.split_whitespace().collect();
     let at = words.iter().position(|word| *word == name).unwrap();
     words[at + 1].parse().unwrap()
 }
 
-/// The law of a trace; angles are in its own unit.
+/// Returns the law of a trace; angles are in the unit of the trace.
 fn law(comment: &str) -> Supervisor {
     let [h, q, inertia, viscous, low, high, limit, lsb, jitter] =
         ["h", "q", "J", "B", "Flo", "Fhi", "umax", "uq", "nj"].map(|name| figure(comment, name));

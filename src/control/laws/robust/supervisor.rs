@@ -1,4 +1,4 @@
-//! The supervisor: which part acts, and how the gains flow.
+//! The supervisor: it selects the part that acts, and computes the gains of a tick.
 //!
 //! Positions are angles from an origin that the law moves; efforts are V. The unit of the angles is
 //! deg, and no equation here depends on it.
@@ -47,15 +47,15 @@ pub(super) struct SupervisorState {
     pub estimate: ObserverState,
     pub guarded: SwingState,
     pub held: Held,
-    /// Sliding friction R_i and what pulses taught: backwards and forwards.
+    /// Sliding friction R_i, V, and memory of the pulses: backwards and forwards.
     pub friction: [f32; 2],
     learned: [PulseMemory; 2],
     /// Gain of reverse pulses kb.
     reverse: f32,
     attempt: Attempt,
-    /// Effort that a HOLD keeps u_hold, V.
+    /// Effort u_hold that a HOLD keeps, V.
     latched: f32,
-    /// Effort that the motion needs beside the model w, V.
+    /// Effort w that the motion needs beyond the model, V.
     needed: f32,
     /// Sign of the profile's speed in the last tick of MOVE.
     direction: f32,
@@ -70,7 +70,7 @@ pub(super) struct SupervisorState {
     inside: bool,
 }
 
-/// What one tick sees, in deg from the origin.
+/// Inputs of one tick; positions are in deg from the origin.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Seen {
     pub position: f32,
@@ -116,7 +116,7 @@ pub(super) struct Supervisor {
     guard: OscillationGuard,
     planner: PulsePlanner,
     hold_effort: HoldEffort,
-    /// With the encoder on the load.
+    /// Rule of the reverse pulse; only with the encoder on the load.
     reverse: Option<ReversePulse>,
     load_rule: LoadRule,
     give_up: GiveUp,
@@ -127,14 +127,14 @@ pub(super) struct Supervisor {
     /// N_z, N_c, N_h and N_r, ticks.
     rest_ticks: u16,
     coast_ticks: u16,
-    /// The same of an attempt of inching: to wait, and of rest.
+    /// Ticks to wait and ticks of rest after an attempt of inching.
     inching_ticks: [u16; 2],
     hold_ticks: u16,
     leave_ticks: u16,
 }
 
 impl SupervisorState {
-    /// Leaves GIVE_UP as after a motion, with all attempts ahead.
+    /// Leaves GIVE_UP for MOVE, and clears the counts of attempts.
     pub fn try_again(&mut self) {
         if self.mode == Mode::GiveUp {
             self.mode = Mode::Move;
@@ -153,8 +153,9 @@ impl Supervisor {
         let most_held = 0.8 * gains.breakaway_high + gains.load;
         let most_disturbance = 1.5 * gains.breakaway_high + gains.load;
         let Rules { bandwidth, on_load, .. } = rules;
-        // A load that breaks away behind its transmission is as fast of itself: with the encoder on
-        // it, no swing is wide. In a slow loop a swing has a few ticks, and says less.
+        // A load that breaks away behind its transmission is as fast without a swing: with the
+        // encoder on the load, no swing counts as wide. In a slow loop a swing has only a few
+        // ticks, and is weaker evidence.
         let is_wide = !on_load && sample_time <= SLOW;
         let wide = if is_wide { 0.5 * rules.speed } else { f32::INFINITY };
         let observer = |bandwidth: f32| {
@@ -213,7 +214,7 @@ impl Supervisor {
         }
     }
 
-    /// Begins anew, for a joint at rest at the origin.
+    /// Resets the state, for a joint at rest at the origin.
     pub fn start(&self, state: &mut SupervisorState) {
         let gain = if self.reverse.is_some() { 0.5 } else { 1.0 };
         *state = SupervisorState {
@@ -293,7 +294,7 @@ impl Supervisor {
             self.guard.at_rest(&mut s.guarded, position, long || s.mode == Mode::Hold);
         }
 
-        // One after the other: several transitions may happen in one tick.
+        // One after the other: several transitions can happen in one tick.
         let mut effort = 0.0;
         if s.mode == Mode::Move {
             effort = if runs {
@@ -319,8 +320,8 @@ impl Supervisor {
         bounded(effort, self.limit)
     }
 
-    /// Returns the observer of this tick: the fast one sees a pulse and what comes of it at once,
-    /// and that of a set point that moves is faster still.
+    /// Returns the observer of this tick: the fast one shows a pulse and its effect at once, and
+    /// the one for a moving set point is faster still.
     #[inline]
     fn observer_of(&self, s: &SupervisorState, velocity: f32) -> &ExtendedStateObserver {
         if let Some(tracking) = &self.observer_tracking
@@ -361,8 +362,8 @@ impl Supervisor {
         slow
     }
 
-    /// The joint is elsewhere: the profile leads it back from where it is. It was pushed there
-    /// unless the set point has left the profile.
+    /// Handles a lost joint: the profile moves the joint back from its present position. The joint
+    /// was pushed away unless the set point has left the profile.
     #[cold]
     fn find(&self, s: &mut SupervisorState, position: f32, reference: f32) {
         let pushed = (reference - s.profile.position).abs() < self.count;
@@ -371,7 +372,7 @@ impl Supervisor {
         if !self.load_rule.acts {
             s.held.effort *= 0.5;
         } else if !self.rests(s) {
-            // L6: it slides, so that the effort of its sliding shows the load.
+            // L6: the joint slides, so that the effort of its sliding shows the load.
             let sign = if s.estimate.velocity > 0.0 { 1.0 } else { -1.0 };
             s.held.effort = self.load_rule.held(-self.inertia * s.estimate.disturbance, sign);
         }
@@ -380,8 +381,8 @@ impl Supervisor {
         self.guard.lost(&mut s.guarded, pushed);
     }
 
-    /// Returns the observer's disturbance of a joint at rest: none, but for a configured load
-    /// (L5).
+    /// Returns the observer's disturbance x3 for a joint at rest, deg/s^2: zero, or with a
+    /// configured load that of the hold effort (L5).
     #[inline]
     fn disturbance_at_rest(&self, s: &SupervisorState) -> f32 {
         if self.load_rule.acts { -s.held.effort * self.per_inertia } else { 0.0 }

@@ -1,7 +1,7 @@
-//! What bumps teach: of the motor, and of the twist at which the load slides.
+//! Memory of the bumps: what they show of the motor, and of the twist at which the load slides.
 //!
-//! In the direction `i` with the sign `s`, a bump that began at the twist `w` and was to have its
-//! peak at `P` moved the load by `m`. Wanted was the travel `x`.
+//! In the direction `i` with the sign `s`, a bump began at the twist `w` and moved the load by `m`.
+//! It was planned with its peak at `P`, for the travel `x`.
 //!
 //! ```text
 //! x = |e|, but where |e| < 0.8 m_min,i:  |e| + c max(m_min,-i, 4 q),  c = 1.1 to 1.7
@@ -9,9 +9,9 @@
 //! |P - W_i| <= (1 to 1.8) S,             |P - N| >= 0.97 |d_i - N|
 //! ```
 //!
-//! `m_min` is about the smallest travel seen. A target that is nearer cannot be met from this side:
-//! the bump goes past it by what a bump from the other side can move. The figures that vary do so
-//! by the golden ratio, so that no two bumps in a row fail alike.
+//! `m_min` is about the smallest travel seen. A nearer target cannot be reached from this side: the
+//! bump goes past it by a travel that a bump from the other side can make. The figures with a range
+//! vary by the golden ratio, so that no two bumps in a row fail alike.
 //!
 //! ```text
 //! motor:  J_m += (clamp(impulse / speed, J_m/2, 2 J_m) - J_m) / 2,    k_i *= 1 + 0.7 (f - 1)
@@ -22,14 +22,14 @@
 //!         else        g_i by the secant of two bumps, 0.3 to 3;  W_i halfway to P - s m / g_i
 //! ```
 //!
-//! Why this form: the travel grows with the peak from the level `W_i` on, and nothing else about
-//! the gear has to be known. Every figure is a measured one, and has bounds.
+//! Why this form: the travel grows with the peak from the level `W_i` on, and no other property of
+//! the gear is required. Every figure is measured, and has bounds.
 //!
 //! `R_b` shrinks by 0.85 where the motor went a third too far. Where `k_i` exceeds 2, `J_m` grows
 //! by a quarter instead.
 //!
 //! Guarantees: `J_m`, `R_b`, `k_i`, `g_i` and `rho` stay within bounds, whatever a bump did. Does
-//! badly: what was learned at one place is wrong at another, so a new motion forgets the travel and
+//! badly: values learned at one place are wrong at another, so a new motion discards the travel and
 //! the gains.
 
 use super::motor_bump::{BumpState, MotorModel};
@@ -38,7 +38,7 @@ use super::twist_levels::TwistState;
 /// The golden ratio: multiples of it are spread evenly over a unit.
 const GOLDEN: f32 = 0.618_034;
 
-/// Kicks in a row after which pulses are tried, and how many.
+/// Number of kicks in a row after which pulses are tried, and number of these pulses.
 const KICKS: u8 = 4;
 const PULSES: u8 = 4;
 
@@ -60,43 +60,43 @@ pub struct BumpMemory {
     soft_from: f32,
 }
 
-/// What bumps in one direction have taught of the load.
+/// Values learned of the load, from bumps in one direction.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Learned {
-    /// Factor k_i of the motor's way.
+    /// Factor k_i on the motor's travel.
     pub gain: f32,
-    /// Travel of the load per twist g_i.
+    /// Travel of the load per twist, g_i.
     per_twist: f32,
     /// Twist and travel of the last bump that moved the load, P_i and m_i, deg. No travel: none.
     peak: f32,
     travel: f32,
-    /// About the smallest travel seen m_min, deg; 0: none.
+    /// About the smallest travel seen, m_min, deg; 0: none.
     least: f32,
     /// Bumps in a row without travel.
     without: u8,
 }
 
-/// What bumps have taught.
+/// Values learned from bumps.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct MemoryState {
-    /// The motor.
+    /// Model of the motor.
     pub motor: MotorModel,
-    /// Backwards and forwards.
+    /// Values of the load: backwards and forwards.
     pub learned: [Learned; 2],
-    /// How far beyond the neutral twist a bump leaves the motor, rho, in parts of S.
+    /// Distance rho beyond the neutral twist at which a bump leaves the motor, in parts of S.
     pub overshoot: f32,
     /// Half width of the range of twists from which bumps are tried, deg.
     soft_from: f32,
     /// Pulses that are left before the next bump.
     pub pulses: u8,
     kicks: u8,
-    /// Pulses of this motion that moved no count.
+    /// Pulses of this motion that moved the load by no count.
     silent: u8,
     /// Number of bumps, for the figures that vary.
     bumps: u8,
 }
 
-/// What a bump did.
+/// Result of a bump.
 #[derive(Clone, Copy, Debug)]
 pub struct Outcome {
     /// Sign of its direction.
@@ -109,15 +109,15 @@ pub struct Outcome {
     pub half_width: f32,
 }
 
-/// Returns what varies from bump to bump, from 0 to 1.
+/// Returns a figure from 0 to 1 that varies from bump to bump.
 fn varied(bumps: u8) -> f32 {
     let at = GOLDEN * f32::from(bumps & 63);
     at - libm::floorf(at)
 }
 
 impl BumpMemory {
-    /// Prepares it for a joint with an inertia (V s^2/deg), that of its motor (0: unknown), a range
-    /// of breakaway efforts (V), and the angles of a count of load and motor (deg).
+    /// Prepares the memory for a joint with an inertia (V s^2/deg), that of its motor (0: unknown),
+    /// a range of breakaway efforts (V), and the angles of a count of load and motor (deg).
     pub fn new(
         [inertia, of_motor]: [f32; 2],
         breakaway: [f32; 2],
@@ -135,7 +135,7 @@ impl BumpMemory {
         }
     }
 
-    /// Begins with nothing learned.
+    /// Returns the initial memory, with nothing learned.
     pub fn start(&self) -> MemoryState {
         let motor = MotorModel { inertia: self.first_inertia, friction: self.friction, gain: 1.0 };
         let mut memory = MemoryState { motor, ..MemoryState::default() };
@@ -143,7 +143,8 @@ impl BumpMemory {
         memory
     }
 
-    /// Forgets what bumps taught of a place; what they taught of the motor stays.
+    /// Discards the values that were learned at one place. The motor's inertia stays, and its
+    /// friction, which is at least the first one.
     pub fn forget_place(&self, memory: &mut MemoryState) {
         let motor = MotorModel {
             gain: 1.0,
@@ -208,8 +209,9 @@ impl BumpMemory {
         wanted
     }
 
-    /// Takes a pulse at rest: whether it moved the joint by a count. A gear whose motor does not
-    /// move by pulses is softer than it seems.
+    /// Updates the memory after a pulse at rest; `is_silent`: the pulse moved the load by no count.
+    /// A gear on which pulses have no effect is softer than it seems: after six of them, bumps are
+    /// tried from half the width of the range on.
     pub fn pulse(&self, memory: &mut MemoryState, is_silent: bool) {
         if is_silent {
             memory.silent += 1;
@@ -272,8 +274,8 @@ impl BumpMemory {
         }
     }
 
-    /// Learns of the motor: its inertia by impulse and speed, its friction and the gain of its way
-    /// by how far it went.
+    /// Learns the motor's inertia from impulse and speed, and its friction and the gain of its
+    /// travel from how far it went.
     fn learn_motor(
         &self,
         memory: &mut MemoryState,
@@ -310,7 +312,7 @@ impl BumpMemory {
 }
 
 impl MemoryState {
-    /// Moves the origins; of what is remembered only twists depend on them.
+    /// Moves the origins. In the memory, only the twists depend on them.
     pub fn rebase(&mut self, twist: f32) {
         self.learned.iter_mut().for_each(|learned| learned.peak += twist);
     }

@@ -1,7 +1,7 @@
 //! The golden traces: eight runs of 12,200 ticks together, with the state of the law in every tick.
 //!
-//! They are what a prototype gave in `f32`. The supervisor is given the very numbers of the
-//! prototype, as `robust/slow_traces.rs` does it, in rad and N m.
+//! They are the results of a prototype in `f32`. As in `robust/slow_traces.rs`, the supervisor gets
+//! exactly the numbers of the prototype, in rad and N m.
 
 extern crate std;
 
@@ -19,7 +19,7 @@ use crate::units::value::Table;
 
 const TRACES: &[u8] = include_bytes!("../../../../tests/robust/golden_dual.csv.gz");
 
-/// A trace: what the law is given, and its rows.
+/// A trace: the parameters of the law, and the rows.
 struct Trace {
     name: String,
     given: Vec<(String, f64)>,
@@ -81,7 +81,7 @@ fn traces() -> Vec<Trace> {
     traces
 }
 
-/// Number of a state in the traces.
+/// Returns the number of a state in the traces.
 const fn number(mode: Mode) -> u8 {
     match mode {
         Mode::Bump => 5,

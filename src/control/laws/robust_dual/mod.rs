@@ -20,20 +20,19 @@
 //! ```
 //!
 //! `N`, the neutral twist, and `S`, half the width of the twists that the load's friction holds,
-//! are learned from rests ([`twist_levels`]). The motor goes to where the gear is relaxed if the
-//! load is at its target. What is left is moved by bumps of the motor ([`motor_bump`]), which learn
-//! from what they did ([`bump_memory`]). Where `robust` waits for the joint to rest, this law waits
-//! for motor and load. Observer,
-//! profile, guard, `R_i`, pulses and steps of the hold effort are those of
-//! [`robust`](super::robust). Nothing has to be known of the gear.
+//! are learned from rests ([`twist_levels`]). The motor goes to the position at which the gear is
+//! relaxed with the load at its target. Bumps of the motor ([`motor_bump`]) remove the remaining
+//! error, and the law learns from each bump ([`bump_memory`]). Where `robust` waits for the joint
+//! to rest, this law waits for motor and load. Observer, profile, guard, `R_i`, pulses and steps of
+//! the hold effort are those of [`robust`](super::robust). No property of the gear is required.
 //!
-//! Why this form: behind a soft gear, the motor's position says little of the load, and a loop
+//! Why this form: behind a soft gear, the motor's position shows little of the load, and a loop
 //! around the load swings. The load leaves its rest at some twist, and jumps as far as the gear was
-//! wound up for the difference of stick and slip friction. The motor can take that twist back while
+//! wound up for the difference of stick and slip friction. The motor can reduce that twist while
 //! the load slides.
 //!
 //! Positions are differences of integer counts from an origin of each side, which moves as that of
-//! `robust` does. Both origins move by whole counts of their own, and what that changes of the
+//! `robust` does. Both origins move by whole counts of their own, and the resulting change of the
 //! twist is added to all levels. So an `f32` keeps 1/128 of a count of the load wherever it is.
 //!
 //! Guarantees: |v_c| never exceeds the full scale; in HOLD the effort is constant. Does badly: the
@@ -42,8 +41,8 @@
 //! encoders; set points that move slowly, which it does not follow by attempts as `robust` does.
 //!
 //! The thresholds are those of a prototype. The law is compiled with the feature `two-encoders`,
-//! which the simulator turns on: no image reads a second encoder yet, and nothing of it has run on
-//! a real joint.
+//! which the simulator turns on: no image reads a second encoder yet, and the law has not run on a
+//! real joint.
 
 pub mod bump_memory;
 #[cfg(test)]
@@ -65,12 +64,12 @@ use crate::control::signal::{LawSignal, MAX_LAW_SIGNALS};
 use crate::units::error::HUGE;
 use supervisor::{Seen, Supervisor};
 
-/// Distance of the load from its origin at which the origins move, counts: at rest, and on the way.
+/// Distance of the load from its origin at which the origins move, counts: at rest, and in motion.
 const AT_REST: u32 = 1 << 14;
 const ON_THE_WAY: u32 = 1 << 16;
 
-/// The same of the motor, whose encoder can be finer. A position is then within 1/32 of a count at
-/// rest, and 1/16 on the way: less than the tenth that a rest tolerates.
+/// The same distances for the motor, whose encoder can be finer. A position is then within 1/32 of
+/// a count at rest, and 1/16 in motion: less than the tenth that a rest tolerates.
 const MOTOR_AT_REST: u32 = 1 << 18;
 const MOTOR_ON_THE_WAY: u32 = 1 << 19;
 
@@ -94,21 +93,21 @@ pub struct RobustDualState {
 }
 
 impl RobustDualState {
-    /// Lets the law begin anew at its next tick, as [`RobustState::forget`] does.
+    /// Resets the law at its next tick, as [`RobustState::forget`] does.
     ///
     /// [`RobustState::forget`]: super::robust::RobustState::forget
     pub const fn forget(&mut self) {
         self.begun = false;
     }
 
-    /// Returns which state the supervisor is in.
+    /// Returns the state of the supervisor.
     pub const fn mode(&self) -> Mode {
         self.supervisor.mode
     }
 }
 
 impl RobustDual {
-    /// Begins anew, with both sides at rest where they are now.
+    /// Resets the state to both sides at rest at their present counts.
     #[cold]
     fn begin(&self, state: &mut RobustDualState, counts: [i32; 2]) {
         self.supervisor.start(&mut state.supervisor);
@@ -210,19 +209,20 @@ impl Law for RobustDual {
         state.supervisor.try_again();
     }
 
-    /// As `robust`: twice the profile's speed, of the motor.
+    /// Returns twice the profile's speed of the motor, deg/s, at least 16 counts a tick, as
+    /// `robust` does.
     fn overspeed(gains: &RobustDualGains, around: &Loop) -> Option<f32> {
         let slowest = 16.0 * around.resolution / around.sample_time;
         Some((2.0 * gains.rules(around).speed).max(slowest).min(HUGE))
     }
 
-    /// As `robust` with the encoder on the load.
+    /// Returns the time of `robust` with the encoder on the load, s.
     fn swing_time(_: &RobustDualGains, around: &Loop) -> Option<f32> {
         (around.sample_time <= SLOW).then_some(0.1)
     }
 
-    /// That of `robust` with the encoder on the motor, and the twist under the largest breakaway
-    /// effort and load: by so much the load hangs behind, before it jumps.
+    /// Returns the error of `robust` with the encoder on the motor, plus the twist under the
+    /// largest breakaway effort and load, deg: the load lags by this twist before it jumps.
     fn following_error(gains: &RobustDualGains, around: &Loop) -> Option<f32> {
         let of_motor = Robust::following_error(&gains.of_motor(), around)?;
         Some((of_motor + gains.largest_twist()).min(HUGE))

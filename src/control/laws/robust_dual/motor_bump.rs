@@ -8,8 +8,8 @@
 //! T    = 2 sqrt(6 k_i D J_m / max(0.9 u_m - R_i, 0.2 u_m)),    12 to 200 ticks, half of them up
 //! ```
 //!
-//! While the load moves with `l'`, the way down is ahead of itself: the motor draws back, and the
-//! spring lets the load go.
+//! While the load moves with `l'`, the way down is shifted against that motion: the motor draws
+//! back farther, and the spring releases the load.
 //!
 //! ```text
 //! down:  b -= clamp(0.05 l', 0.7 S)
@@ -17,13 +17,13 @@
 //! w_b  = g_b min(100, 0.14 / h),   y' = (y_k - y_{k-2}) / 2h
 //! ```
 //!
-//! `J_m` and `R_b` are the motor's own inertia and friction, which bumps teach
+//! `J_m` and `R_b` are the motor's own inertia and friction, learned from bumps
 //! ([`bump_memory`](super::bump_memory)). The largest acceleration of the cubic is `6 k_i D /
 //! (T/2)^2`, hence `T`: the largest effort, less friction and a reserve, accelerates the motor by
-//! it.
+//! this much.
 //!
-//! Afterwards the motor is held at `c`. When the load rests, it is held at `l + N`, for 30 ticks at
-//! most, so that it comes to rest without torque in the gear:
+//! Afterwards the motor is held at `c`. When the load rests, the motor is moved to `l + N`, for 30
+//! ticks at most, so that it comes to rest without torque in the gear:
 //!
 //! ```text
 //! u = J_m w_b (w_b d - 1.8 y') + R_b g_b sat(d / d_w) + g_b u_i,    d_w = max(2 q_m, 0.08 S)
@@ -33,13 +33,13 @@
 //! motor sticks before `d_w`, and fades within it.
 //!
 //! Why this form: a pulse on the motor winds the gear up and leaves it wound up, so that the load
-//! goes as far as the spring takes it. A bump takes the twist back while the load slides. The
-//! smallest slide is then that of a motor that draws back as fast as it can, a ninetieth of the
-//! jump in the median of soft gears.
+//! goes as far as the spring moves it. A bump reduces the twist while the load slides. The smallest
+//! slide is then that of a motor that draws back as fast as it can, a ninetieth of the jump in the
+//! median of soft gears.
 //!
-//! Guarantees: `b` stays within `[m_0, m_0 + k_i D]` and `c`, but for what it draws back; the
-//! length is bounded. Does badly: a load so light, or friction that falls so much at the breakaway,
-//! that the motor cannot draw back in time.
+//! Guarantees: `b` stays within `[m_0, m_0 + k_i D]` and `c`, except by the distance that it draws
+//! back; the length is bounded. Does badly: a load so light, or friction that falls so much at the
+//! breakaway, that the motor cannot draw back in time.
 
 use crate::units::saturation::bounded;
 
@@ -47,11 +47,12 @@ use crate::units::saturation::bounded;
 const SHORTEST: u16 = 12;
 const LONGEST: u16 = 200;
 
-/// Factor of b' T / 2 D: the whole friction is asked for from half the largest speed of a raised
-/// cosine on, which is `pi/2` of it. It is 4/pi, rounded as the prototype does it.
+/// Factor of b' T / 2 D: the whole friction is requested from half the largest speed of a raised
+/// cosine on, which is `pi/2` times the mean speed `2 D / T`. The factor is 4/pi, rounded as in the
+/// prototype.
 const FULL_FROM: f32 = 1.273_885;
 
-/// Ticks for which the motor is led back after the load has come to rest.
+/// Ticks for which the motor is moved back after the load has come to rest.
 const LEAD_BACK: u8 = 30;
 
 /// Bumps, prepared for a joint and a sample time.
@@ -65,47 +66,47 @@ pub struct MotorBump {
     bandwidth: f32,
     /// Angle of a count of the motor's encoder q_m, deg.
     pub motor_count: f32,
-    /// Largest effort that the motor is led back with beside the loop, V.
+    /// Largest effort u_i that moves the motor back, beside the loop, V.
     most_led: f32,
 }
 
 /// Request for a bump.
 #[derive(Clone, Copy, Debug)]
 pub struct Wanted {
-    /// Where motor and load rest, deg.
+    /// Positions at which motor and load rest, deg.
     pub from: [f32; 2],
-    /// Way up with its sign D, deg.
+    /// Travel D of the way up, with its sign, deg.
     pub way: f32,
-    /// Where the way down ends c, deg.
+    /// Position c at which the way down ends, deg.
     pub end: f32,
-    /// Factor of the way that the motor is asked for: k_i.
+    /// Factor k_i from the travel to the commanded travel of the motor.
     pub gain: f32,
     /// Sliding friction R_i, V.
     pub friction: f32,
 }
 
-/// The motor as bumps have shown it.
+/// Model of the motor, learned from bumps.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct MotorModel {
     /// Inertia J_m, V s^2/deg.
     pub inertia: f32,
     /// Friction R_b, V.
     pub friction: f32,
-    /// Gain g_b of the loop that leads the motor.
+    /// Gain g_b of the motor's loop in a bump.
     pub gain: f32,
 }
 
 /// The bump that runs, or the last one.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BumpState {
-    /// Where motor and load rested, deg.
+    /// Positions at which motor and load rested, deg.
     pub from: [f32; 2],
-    /// Way up that is wanted, and the one that the motor is asked for, deg.
+    /// Travel of the way up, with its sign, and the commanded travel (positive), deg.
     pub way: f32,
     asked: f32,
-    /// Where the way down ends, deg.
+    /// Position at which the way down ends, deg.
     end: f32,
-    /// Farthest way of the motor so far, deg.
+    /// Farthest travel of the motor so far, deg.
     pub peak: f32,
     /// Largest speed on the way up, deg/s.
     pub speed: f32,
@@ -114,19 +115,19 @@ pub struct BumpState {
     impulse_so_far: f32,
     /// Efforts of the last two ticks, V.
     efforts: [f32; 2],
-    /// Effort u_i that leads the motor back, V.
+    /// Effort u_i that moves the motor back, V.
     led: f32,
     ticks: u16,
     /// Ticks of the way up, and of the whole.
     up: u16,
     length: u16,
-    /// Ticks for which the motor has been led back.
+    /// Ticks for which the motor has been moved back.
     led_ticks: u8,
-    /// Whether the load has come to rest afterwards.
+    /// Whether the load has come to rest after the bump.
     load_rests: bool,
 }
 
-/// What a tick shows a bump.
+/// Inputs of a bump in a tick.
 #[derive(Clone, Copy, Debug)]
 pub struct MotorSeen {
     /// Position y of the motor, deg.
@@ -195,7 +196,7 @@ impl MotorBump {
             place.position -= bounded(0.05 * seen.load_speed, 0.7 * seen.half_width);
         }
         let bandwidth = self.bandwidth * motor.gain;
-        // Half of the path's largest speed asks for the whole friction.
+        // The whole friction is requested from half of the path's largest speed on.
         let direction =
             place.speed * FULL_FROM * f32::from(bump.up) * self.sample_time / bump.asked;
         let effort = motor.inertia * place.acceleration
@@ -209,8 +210,8 @@ impl MotorBump {
         (effort, bump.ticks >= bump.length)
     }
 
-    /// Holds the motor after a bump, until the load rests, and leads it to `neutral` then, deg from
-    /// the load. Returns the effort (V), and whether the bump has to be waited for.
+    /// Holds the motor after a bump until the load rests, and then moves it to `neutral`, deg from
+    /// the load. Returns the effort (V), and whether the motor is still on its way to `neutral`.
     pub fn hold(
         &self,
         bump: &mut BumpState,
@@ -270,7 +271,7 @@ impl MotorBump {
         }
     }
 
-    /// Adds the impulse of a tick on the way up, and remembers it at the largest speed.
+    /// Adds the impulse of a tick on the way up, and stores the impulse at the largest speed.
     fn measure(
         &self,
         bump: &mut BumpState,
@@ -289,18 +290,18 @@ impl MotorBump {
 }
 
 impl BumpState {
-    /// Counts a tick of leading back, and returns whether more remain.
+    /// Counts a tick in which the motor is moved back, and returns whether more remain.
     pub const fn count_led_tick(&mut self) -> bool {
         self.led_ticks = self.led_ticks.saturating_add(1);
         self.led_ticks < LEAD_BACK
     }
 
-    /// Remembers the farthest way of the motor.
+    /// Stores the farthest travel of the motor.
     fn note(&mut self, sign: f32, position: f32) {
         self.peak = self.peak.max(sign * (position - self.from[0]));
     }
 
-    /// Returns a bump whose way up is over, with the motor led to `end` from now on.
+    /// Returns a bump whose path is over; from now on the motor is held at `end`.
     pub fn led_back(from: [f32; 2], sign: f32, end: f32) -> Self {
         Self { from, way: sign, asked: 1.0, end, ..Self::default() }
     }

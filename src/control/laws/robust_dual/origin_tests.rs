@@ -1,4 +1,4 @@
-//! The law counts from origins that move. Where the counters stand changes nothing.
+//! The law counts from origins that move: the readings of the counters have no effect on it.
 
 use super::super::{FIRST_LAW, Gains, Law, LawInput, Loop};
 use super::{Mode, RobustDual, RobustDualGains, RobustDualState};
@@ -33,7 +33,7 @@ const AROUND: Loop = Loop {
 };
 
 /// Runs the law on a rigid joint that follows its set point at 40 counts a tick, and rests there.
-/// Its motor is wound up by a constant twist, motor counts. Shows the law after each tick.
+/// Its motor is wound up by a constant twist, motor counts. Calls `see` after each tick.
 fn follow(
     from: [i32; 2],
     to_counts: i32,
@@ -117,7 +117,7 @@ fn loop_with_one_encoder_refuses_the_law() {
     assert!(Controller::new(&with(AROUND.motor), &HARDWARE).is_ok());
 }
 
-/// 384 bytes were wanted.
+/// The goal was 384 bytes.
 #[test]
 fn state_has_388_bytes_at_most() {
     assert!(size_of::<RobustDualState>() <= 388, "{}", size_of::<RobustDualState>());

@@ -1,12 +1,12 @@
-//! Parameters of `robust-dual`, and the rules for what is not set.
+//! Parameters of `robust-dual`, and the rules for those that are not set.
 //!
-//! A user sets what `robust` knows of a joint. The counts of both encoders are those of the loop.
-//! Nothing has to be known of the gear. If its stiffness or the motor's inertia is known, the first
-//! bumps are closer.
+//! A user sets the same properties of a joint as for `robust`. The counts of both encoders are
+//! those of the loop. No property of the gear is required. If the gear's stiffness or the motor's
+//! inertia is set, the first bumps end closer to the target.
 //!
 //! Bandwidths, profile, guard and times are those of [`robust`](super::super::robust) with the
-//! encoder on the motor, but for the wait after an attempt, which is 20 ms: a period of what swings
-//! behind the encoder.
+//! encoder on the motor, except the wait after an attempt, which is 20 ms: a period of the part
+//! that swings behind the encoder.
 
 use super::super::Loop;
 use super::super::robust::{EncoderSide, RobustGains, Rules};
@@ -52,7 +52,7 @@ table! {
 }
 
 impl RobustDualGains {
-    /// Returns the same joint as `robust` knows it with the motor's encoder alone.
+    /// Returns the parameters of the same joint for `robust`, with the motor's encoder alone.
     pub const fn of_motor(&self) -> RobustGains {
         RobustGains {
             inertia: self.inertia,
@@ -71,14 +71,14 @@ impl RobustDualGains {
         }
     }
 
-    /// Returns what the rules give.
+    /// Returns the values by the rules of `robust`.
     pub(super) fn rules(&self, around: &Loop) -> Rules {
         Rules::new(&self.of_motor(), around)
     }
 
-    /// Returns the twist under the largest breakaway effort and load, deg. An unknown gear is taken
-    /// for the softest one that the law is made for: with the motor held still, a load
-    /// of a fifth of the inertia swings at 5 Hz.
+    /// Returns the twist under the largest breakaway effort and load, deg. An unknown gear counts
+    /// as the softest one that the law is made for: with the motor held still, a load of a fifth of
+    /// the inertia swings at 5 Hz.
     pub(super) fn largest_twist(&self) -> f32 {
         let softest = core::f32::consts::TAU * 5.0;
         let stiffness = if self.stiffness > 0.0 {
@@ -100,5 +100,5 @@ impl RobustDualGains {
     }
 }
 
-/// Wait and rest after an attempt, and the rest in which levels are taken, s.
+/// Wait and rest after an attempt, and the rest that the twist levels need, s.
 pub(super) const COAST_S: f32 = 0.02;

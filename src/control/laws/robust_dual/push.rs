@@ -7,23 +7,25 @@
 //! u = u_b + s a,    a from 0 to 1.5 F_hi + u_L in 0.2 s,  then for 20 ms more
 //! ```
 //!
-//! At that speed the motor is as good as at rest, so what its own friction leaves of the effort is
-//! in the gear. The friction of both sides together is no more than `F_hi`. So a load that has not
-//! moved by then is held by something else, and the law gives up. One that moves shows the twist at
-//! which it does ([`twist_levels`](super::twist_levels)), and the motor draws back at once.
+//! At that speed the motor is almost at rest, so the effort less the motor's own friction is in the
+//! gear. The friction of both sides together is no more than `F_hi`. So a load that has not moved
+//! by then is held by something else, and the law gives up. A load that moves shows the twist at
+//! which it breaks away ([`twist_levels`](super::twist_levels)), and the motor draws back at once.
 //!
-//! Guarantees: no more than that effort; its time is bounded. Does badly: a load that moves jumps
-//! as far as its gear was wound up for, as in any slow motion; a joint with more friction than
-//! `F_hi` is given up. With noise, a load that moves by no more than its jitter counts as at rest.
+//! Guarantees: the effort never exceeds that limit; the time is bounded. Does badly: a load that
+//! moves jumps as far as its gear was wound up for, as in any slow motion; the law gives up on a
+//! joint with more friction than `F_hi`. With noise, a load that moves by no more than its jitter
+//! counts as at rest.
 
-/// Attempts in a row without travel, after which it pushes.
+/// Number of attempts in a row without travel, after which the next attempt is a push.
 const ATTEMPTS: u8 = 4;
 
 /// Time in which the effort grows, and for which it is held, s.
 const GROWS_S: f32 = 0.2;
 const HELD_S: f32 = 0.02;
 
-/// Least ticks for which it is held: two samples of delay, and what a load needs to show a count.
+/// Least number of ticks for which the effort is held: two samples of delay, and the time that a
+/// load needs to show a count.
 const LEAST_TICKS: u16 = 8;
 
 /// Pushes, prepared for a joint and a sample time.
@@ -31,10 +33,10 @@ const LEAST_TICKS: u16 = 8;
 pub struct Push {
     /// Effort that moves every free load, V.
     strong: f32,
-    /// What it grows by in a tick, V.
+    /// Increase of the effort in a tick, V.
     step: f32,
     held_ticks: u16,
-    /// Travel of a load that moves under a push, deg: 1.5 counts and the jitter.
+    /// Travel from which a load moves under a push, deg: 1.5 counts and the jitter.
     moves: f32,
     /// Travel beyond which an attempt has moved the load, deg: half a count and the jitter.
     moved: f32,
@@ -51,10 +53,10 @@ pub struct PushState {
     without: u8,
 }
 
-/// What a tick of a push has led to.
+/// Result of a tick of a push.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Pushed {
-    /// It goes on with this effort, V.
+    /// The push goes on with this effort, V.
     On(f32),
     /// The load has moved.
     Moved,
@@ -76,7 +78,8 @@ impl Push {
         }
     }
 
-    /// Runs a tick in which the load is `moved` from where it rested, deg towards the target.
+    /// Runs a tick of a push. `moved` is the travel of the load since its rest, deg towards the
+    /// target.
     pub fn update(&self, push: &mut PushState, moved: f32) -> Pushed {
         if moved >= self.moves {
             return Pushed::Moved;
@@ -91,7 +94,8 @@ impl Push {
         Pushed::On(push.effort)
     }
 
-    /// Takes an attempt that has been judged, and how far the load moved at most, deg.
+    /// Updates the number of attempts without travel, after an attempt in which the load moved by
+    /// `peak` at most (deg).
     pub fn judge(&self, push: &mut PushState, peak: f32) {
         push.without = if peak >= self.moved { 0 } else { push.without.saturating_add(1) };
     }
@@ -103,7 +107,7 @@ impl PushState {
         self.without >= ATTEMPTS
     }
 
-    /// Begins a push.
+    /// Starts a push.
     pub fn begin(&mut self) {
         *self = Self::default();
     }

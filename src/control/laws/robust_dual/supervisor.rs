@@ -1,4 +1,4 @@
-//! The supervisor: which part acts.
+//! The supervisor: it selects the part that acts.
 //!
 //! Positions are angles from origins that the law moves, in deg of the joint; efforts are V. No
 //! equation here depends on the unit of the angles.
@@ -57,7 +57,7 @@ pub(super) struct SupervisorState {
     pub memory: MemoryState,
     bump: BumpState,
     push: PushState,
-    /// Sliding friction R_i and what pulses taught: backwards and forwards.
+    /// Sliding friction R_i, V, and memory of the pulses: backwards and forwards.
     pub friction: [f32; 2],
     learned: [PulseMemory; 2],
     attempt: Attempt,
@@ -65,11 +65,11 @@ pub(super) struct SupervisorState {
     before: [[f32; 2]; 2],
     /// Twist that is added to the set point of the motor, deg.
     twist: f32,
-    /// Where the load rested as the motion began, deg.
+    /// Position at which the load rested when the motion began, deg.
     set_out: f32,
-    /// Effort that a HOLD keeps u_hold, V.
+    /// Effort u_hold that a HOLD keeps, V.
     latched: f32,
-    /// Effort that the motion needs beside the model w, V.
+    /// Effort w that the motion needs beyond the model, V.
     needed: f32,
     /// Sign of the profile's speed in the last tick of MOVE.
     direction: f32,
@@ -87,7 +87,7 @@ pub(super) struct SupervisorState {
     has_left: bool,
 }
 
-/// What one tick sees, in deg from the origins.
+/// Inputs of one tick; positions are in deg from the origins.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Seen {
     pub motor: f32,
@@ -147,14 +147,14 @@ pub(super) struct Supervisor {
     leave_ticks: u16,
     guard_ticks: u16,
     push: Push,
-    /// Whether it gives up at all.
+    /// Whether the law can give up.
     gives_up: bool,
 }
 
 const MOTOR: usize = 0;
 const LOAD: usize = 1;
 
-/// Least gain g_b of the loop that leads the motor, and the factor by which it is lowered.
+/// Least gain g_b of the motor's loop in a bump, and the factor that lowers the gain.
 const LEAST_BUMP_GAIN: f32 = 0.2;
 const LOWERED: f32 = 0.7;
 
@@ -162,7 +162,7 @@ const LOWERED: f32 = 0.7;
 const TRAILS: f32 = 0.4;
 
 impl SupervisorState {
-    /// Leaves GIVE_UP as after a motion, with all attempts ahead.
+    /// Leaves GIVE_UP for MOVE, and clears the counts of attempts.
     pub fn try_again(&mut self) {
         if self.mode == Mode::GiveUp {
             self.mode = Mode::Move;
@@ -183,7 +183,7 @@ impl Supervisor {
         let most_disturbance = 1.5 * gains.breakaway_high + gains.load;
         let Rules { bandwidth, .. } = rules;
         let strong = most_disturbance.min(limit);
-        // The load swings the motor as it breaks away: no swing is wide.
+        // The load swings the motor as it breaks away: no swing counts as wide.
         let wide = f32::INFINITY;
         let rest_of_levels = ((COAST_S / sample_time + 0.5) as u16).max(rules.rest);
         Self {
@@ -244,7 +244,7 @@ impl Supervisor {
         }
     }
 
-    /// Begins anew, for a joint whose sides rest at their origins.
+    /// Resets the state, for a joint whose sides rest at their origins.
     pub fn start(&self, state: &mut SupervisorState) {
         *state = SupervisorState {
             guarded: self.guard.start(),
@@ -350,7 +350,7 @@ impl Supervisor {
             load_speed: speeds[LOAD],
             half_width,
         };
-        // One after the other: several transitions may happen in one tick.
+        // One after the other: several transitions can happen in one tick.
         let mut effort = 0.0;
         if s.mode == Mode::Move {
             effort = if runs {
@@ -418,7 +418,7 @@ impl Supervisor {
         s.levels.ease();
     }
 
-    /// The load is elsewhere: the profile leads the motor back from where it is.
+    /// Handles a lost load: the profile moves the motor back from its present position.
     #[cold]
     fn find(&self, s: &mut SupervisorState, motor: f32, reference: f32) {
         let pushed = (reference + s.twist - s.profile.position).abs() < self.count;
@@ -427,7 +427,7 @@ impl Supervisor {
         if !self.load_rule.acts {
             s.held.effort *= 0.5;
         } else if !self.rests(s) {
-            // It slides, so that the effort of its sliding shows the load.
+            // The joint slides, so that the effort of its sliding shows the load.
             let sign = if s.estimate.velocity > 0.0 { 1.0 } else { -1.0 };
             s.held.effort = self.load_rule.held(-self.inertia * s.estimate.disturbance, sign);
         }
@@ -437,7 +437,8 @@ impl Supervisor {
         self.guard.lost(&mut s.guarded, pushed);
     }
 
-    /// Returns the observer's disturbance of a joint at rest: none, but for a configured load.
+    /// Returns the observer's disturbance x3 for a joint at rest, deg/s^2: zero, or with a
+    /// configured load that of the hold effort.
     #[inline]
     fn disturbance_at_rest(&self, s: &SupervisorState) -> f32 {
         if self.load_rule.acts { -s.held.effort * self.per_inertia } else { 0.0 }

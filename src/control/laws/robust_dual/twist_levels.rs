@@ -1,7 +1,7 @@
-//! Levels of the twist: what two encoders show of a gear of unknown slack and stiffness.
+//! Levels of the twist, which two encoders show for a gear of unknown slack and stiffness.
 //!
 //! The twist is `w = y - l`, the motor's position less the load's, both in deg of the joint. The
-//! load's friction holds the load while `w` is within a range, and lets it go at either end. The
+//! load's friction holds the load while `w` is within a range, and releases it at either end. The
 //! middle of that range is the twist without torque, the neutral twist `N`.
 //!
 //! ```text
@@ -18,8 +18,9 @@
 //! move the load ([`bump_memory`](super::bump_memory)); they cover `w_hi` and `w_lo`. `S` is half
 //! the width of the range.
 //!
-//! A new motion ends at another place with another friction. There each level moves away from `N`
-//! or towards it by a tenth of its distance, so that a later observation can correct it.
+//! A new motion ends at another place with another friction. So at its start `w_hi` and `w_lo` move
+//! towards `N`, and `d_hi` and `d_lo` away from it, each by a tenth of its distance, so that a
+//! later observation can correct it.
 //!
 //! Guarantees: `w_hi <= d_hi` and `d_lo <= w_lo` after every tick. Does badly: friction that
 //! depends on the place makes the range another one at each place, and `N` the middle of all; a
@@ -30,18 +31,18 @@
 pub struct TwistLevels {
     /// Ticks for which both sides have to rest, N_q.
     rest_ticks: u16,
-    /// Twist at which a bump moves the load, before any was seen, deg.
+    /// Twist at which a bump is assumed to move the load, before any bump was seen, deg.
     first: f32,
 }
 
-/// The levels as of the last tick, deg.
+/// The levels after the last tick, deg.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct TwistState {
     /// Neutral twist N.
     pub neutral: f32,
     /// Twists W- and W+ at which a bump moves the load: backwards and forwards.
     pub breakaway: [f32; 2],
-    /// Whether a bump has shown them.
+    /// Whether a bump has shown each of these twists.
     pub is_seen: [bool; 2],
     /// Smallest and largest twist at which both sides have rested, w_lo and w_hi.
     rested: [f32; 2],
@@ -55,7 +56,7 @@ pub struct TwistState {
     has_left: bool,
 }
 
-/// What a tick shows of both sides.
+/// Inputs of a tick, from both sides.
 #[derive(Clone, Copy, Debug)]
 pub struct BothSides {
     /// Twist w, deg.
@@ -64,18 +65,18 @@ pub struct BothSides {
     pub load: [f32; 2],
     /// Ticks for which motor and load have rested.
     pub rested_ticks: [u16; 2],
-    /// Whether the load has rested as long as a rest of the law is.
+    /// Whether the load has rested for as long as the law requires of a rest.
     pub load_rests: bool,
 }
 
 impl TwistLevels {
-    /// Prepares the levels: the ticks of rest, and half the width of the range that is supposed at
+    /// Prepares the levels: the ticks of rest, and half the width of the range that is assumed at
     /// first (deg).
     pub const fn new(rest_ticks: u16, first: f32) -> Self {
         Self { rest_ticks, first }
     }
 
-    /// Returns the levels of a gear that nothing is known of.
+    /// Returns the initial levels, for an unknown gear.
     pub fn start(&self) -> TwistState {
         TwistState {
             breakaway: [-self.first, self.first],
@@ -139,7 +140,7 @@ impl TwistState {
         left.is_finite().then_some(self.neutral + 0.97 * (left - self.neutral))
     }
 
-    /// Holds the levels less firmly, for the friction of another place.
+    /// Moves the levels by a tenth, so that observations at another place can correct them.
     pub fn ease(&mut self) {
         let neutral = self.neutral;
         self.rested.iter_mut().for_each(|level| *level -= 0.1 * (*level - neutral));
@@ -155,7 +156,8 @@ impl TwistState {
         *backwards = backwards.min(self.neutral);
     }
 
-    /// Moves the origins of both sides, deg: of the load, and what that adds to every twist.
+    /// Moves the origins of both sides: `load` is the move of the load's origin, and `twist` the
+    /// change of every twist, deg.
     pub fn rebase(&mut self, load: f32, twist: f32) {
         self.load_rested -= load;
         self.neutral += twist;
@@ -163,7 +165,7 @@ impl TwistState {
         levels.into_iter().flatten().for_each(|level| *level += twist);
     }
 
-    /// Takes a twist at which both sides rest.
+    /// Updates the levels with a twist at which both sides rest.
     fn rest_at(&mut self, twist: f32) {
         let [backwards, forwards] = &mut self.breakaway;
         let mirrored = 2.0 * self.neutral - twist;
@@ -196,7 +198,8 @@ mod tests {
 
     const LEVELS: TwistLevels = TwistLevels::new(20, 4.0);
 
-    /// Lets both sides rest at a twist, and the load then leave its rest at another one.
+    /// Runs ticks in which both sides rest at a twist, and the load then leaves its rest at another
+    /// one.
     fn rest_and_leave(levels: &mut TwistState, rests: f32, leaves: f32) {
         let seen = |twist, load, ticks| BothSides {
             twist,
@@ -207,17 +210,17 @@ mod tests {
         LEVELS.update(levels, &seen(rests, 0.0, 20));
         let step = leaves.signum();
         LEVELS.update(levels, &seen(leaves, step, 0));
-        // What comes after the first count says nothing of the level.
+        // Ticks after the first count have no effect on the level.
         LEVELS.update(levels, &seen(10.0 * leaves, 5.0 * step, 0));
     }
 
-    /// A gear that lets its load go at -30 and at 50 has its neutral twist at 10.
+    /// A gear that releases its load at -30 and at 50 has its neutral twist at 10.
     #[test]
     fn neutral_twist_is_the_middle_of_where_the_load_leaves() {
         let mut levels = LEVELS.start();
         assert_eq!((levels.neutral, levels.half_width()), (0.0, 4.0));
         rest_and_leave(&mut levels, 49.0, 50.0);
-        // The lower end is unknown: 0 is still between what is possible.
+        // The lower end is unknown: 0 is still possible.
         assert_eq!(levels.neutral, 0.0);
         rest_and_leave(&mut levels, -29.0, -30.0);
         // Between (49 - 30) / 2 and (50 - 29) / 2.

@@ -20,7 +20,7 @@ fn arm() -> ArmDescription {
     }
 }
 
-/// The links with the rotors, for the second method.
+/// Links with their rotors, for the second method.
 struct Links(TwoLinkArm, [f64; 2]);
 
 impl Mechanism<2> for Links {

@@ -84,7 +84,7 @@ fn a_creeping_motor_lets_the_load_stick_and_slip() {
 }
 
 /// A hunting PID brings motor and load to their switches in any order and at nearly the same
-/// instant: all of the time is followed all the same.
+/// instant. The solver must not skip any time.
 #[test]
 fn a_hunting_controller_does_not_stop_the_time() {
     // A linear congruential generator for the draws (Knuth's constants).
@@ -125,8 +125,8 @@ fn a_hunting_controller_does_not_stop_the_time() {
     }
 }
 
-/// The gear carries the middle of what its friction lets it carry, on the flank that the load's
-/// torque presses: `|T|` from `|d| - F_l` to the least of `|d|` and `F_m`.
+/// The torque of the gear is in the middle of the range that friction allows, on the flank that the
+/// load presses: `|T|` from `|d| - F_l` to the smaller of `|d|` and `F_m`.
 #[test]
 fn a_wound_up_joint_rests_with_its_load_on_a_flank_and_stays_there() {
     // F_m and F_l are 3 N m, half of the backlash is 10 counts.

@@ -21,7 +21,7 @@ fn a_bristle_moves_as_in_time_stepping() {
     }
 }
 
-/// A slow effort up to `s F_s` and back takes the joint by `-d ln(1 - s)` and then to
+/// A slow effort up to `s F_s` and back moves the joint by `-d ln(1 - s)` and then to
 /// `-d ln(1 - s^2)`, with d the deflection at the break; there it comes to rest.
 #[test]
 fn a_joint_below_its_break_gives_way_as_the_bristle_s_closed_form() {

@@ -1,4 +1,4 @@
-//! Joints against closed forms and second methods.
+//! Compares joints with closed forms and with second methods.
 
 mod arm;
 mod flexible;
@@ -22,15 +22,15 @@ fn rigid(curve: StribeckCurve) -> Description {
     Description::of(Train::Rigid(Body { inertia: INERTIA, friction: curve.into() }), COUNT)
 }
 
-/// An effort (N m) that starts, reverses, stops and hunts a joint, at a sample of 1 ms.
+/// Returns an effort (N m) that starts, reverses, stops and hunts a joint; a sample is 1 ms.
 fn effort(sample: u32) -> f64 {
     let t = f64::from(sample) * 1e-3;
     9.0 * (17.0 * t).sin() + 5.0 * (61.0 * t).sin() + 3.0 * (7.0 * t).cos()
 }
 
-/// How far a joint is from the second method at worst, in counts, over samples of 1 ms. The second
-/// method is run with two steps, and tends to what their difference says, since its error falls
-/// like h; at switches, where it does so by leaps, a hundredth of a count stays.
+/// Returns the largest deviation of a joint from the second method, counts, over samples of 1 ms.
+/// The second method runs with two steps h and is extrapolated to h = 0, since its error falls like
+/// h. At switches the error falls by leaps, and a hundredth of a count remains.
 fn against_time_stepping(joint: &Description, effort: impl Fn(u32) -> f64, samples: u32) -> f64 {
     let coarse = reference::positions(joint, &effort, samples, 500);
     let fine = reference::positions(joint, &effort, samples, 1000);

@@ -1,5 +1,5 @@
-//! The second method: time stepping at a fixed, very short step, with every force but the
-//! set-valued one taken at its begin. It shares no code with the joints but their description.
+//! Second method: time stepping at a fixed, very short step. All forces except the set-valued one
+//! are those at the start of the step. The method shares only the description with the joints.
 //!
 //! ```text
 //! v* = (J v + h (u + ..))/(J + h B)
@@ -12,7 +12,7 @@
 
 use super::*;
 
-/// Positions of motor and load at the end of each sample of 1 ms.
+/// Returns the positions of motor and load at the end of each sample of 1 ms.
 pub fn positions(
     joint: &Description,
     effort: impl Fn(u32) -> f64,

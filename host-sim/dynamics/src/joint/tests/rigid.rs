@@ -5,8 +5,8 @@ use crate::friction::Coulomb;
 use crate::mechanism::RobotAxis;
 use crate::solver::{AxisSolver, EventKind, ExactAxis};
 
-/// Coulomb and viscous friction have a closed form between switches, which the robot's axis is
-/// solved in: both joints meet to rounding, break for break.
+/// With Coulomb and viscous friction, the motion between switches has the closed form in which the
+/// robot's axis is solved: both joints agree to rounding, break for break.
 #[test]
 fn coulomb_friction_moves_as_its_closed_form() {
     let (stick, slip, viscous) = (6.0, 4.0, 1.3);
@@ -50,7 +50,7 @@ fn a_frictionless_pendulum_keeps_its_energy() {
     assert!(fastest > 1.0);
 }
 
-/// What depends on the place comes along: gravity, ripple and walls.
+/// Gravity, ripple and walls move with the zero of the position.
 #[test]
 fn a_joint_that_begins_somewhere_moves_as_one_whose_zero_is_there() {
     let ripple = Some(Ripple { depth: 0.2, cycles: 7.0, phase: 0.4 });

@@ -1,4 +1,4 @@
-//! A data sheet in the core's units says what it says in SI, and its joint moves like that.
+//! Tests that a data sheet is the same in the core's units and in SI, and that its joint moves so.
 
 mod motion;
 mod numbers;
@@ -9,7 +9,7 @@ use toml::Table;
 use super::tables::DrivenBy;
 use super::{DataSheet, Mapping, SheetTables, WrittenDrive};
 
-/// A joint with a bridge, round numbers, and everything that a rigid joint has.
+/// Data sheet of a rigid joint with a bridge, in round numbers.
 const BRIDGE: &str = "
     motor = { resistance_ohm = 2.0, kt_nm_per_a = 0.05, rotor_inertia_kg_m2 = 1e-4 }
     gear = { ratio = 100, efficiency = 0.8 }
@@ -19,7 +19,7 @@ const BRIDGE: &str = "
     encoder = { lines = 500, at = 'motor' }
 ";
 
-/// A data sheet with the keys of some tables set.
+/// Returns [`BRIDGE`] with some keys set, and its mapping.
 fn sheet(set: &[(&str, &str)]) -> (DataSheet, Mapping) {
     let mut table: Table = BRIDGE.parse().unwrap();
     for (key, value) in set {
@@ -34,7 +34,7 @@ fn sheet(set: &[(&str, &str)]) -> (DataSheet, Mapping) {
     (sheet, mapping)
 }
 
-/// The difference of two numbers as a part of the second.
+/// Returns the deviation of `found` from `expected`, as a part of `expected`.
 fn off(found: f64, expected: f64) -> f64 {
     ((found - expected) / expected).abs()
 }

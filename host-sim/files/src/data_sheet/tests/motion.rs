@@ -8,7 +8,7 @@ use dynamics::solver::{AxisSolver, ExactAxis};
 
 const SAMPLE_S: f64 = 1e-3;
 
-/// The joint, and the friction that its axis has.
+/// Returns the joint of a data sheet, and the friction of its axis, V.
 fn axis(set: &[(&str, &str)]) -> (SheetAxis, Coulomb) {
     let (sheet, mapping) = sheet(set);
     let friction =
@@ -23,7 +23,7 @@ fn hold(axis: &mut impl AxisSolver, friction: &Coulomb, effort_v: f64, duration_
     }
 }
 
-/// Volts of a torque of these joints: 2 N m/V.
+/// Converts a torque of these joints (N m) to volts: 2 N m/V.
 fn volts(torque: f64) -> f64 {
     torque / 2.0
 }
@@ -89,7 +89,7 @@ fn an_unbalanced_load_falls_to_where_it_hangs_but_for_its_friction() {
     assert!((joint.position() - expected).abs() < 1e-3, "{} deg", joint.position());
 }
 
-/// A lag in front of a linear joint delays its position by its time constant, once all is steady.
+/// In steady motion, a lag in front of a linear joint delays its position by its time constant.
 #[test]
 fn an_inductance_delays_the_joint_by_its_time_constant() {
     let free = [("friction.stick_nm", "0"), ("friction.slip_nm", "0")];
@@ -102,7 +102,7 @@ fn an_inductance_delays_the_joint_by_its_time_constant() {
     assert!(off(quick.position() - slow.position(), expected) < 1e-4);
 }
 
-/// The load sticks, and the motor turns the shaft as far as its stiffness lets it.
+/// The load sticks, and the motor twists the shaft by torque over stiffness.
 #[test]
 fn an_elastic_gear_is_seen_by_an_encoder_on_the_motor_alone() {
     let set = |at| {

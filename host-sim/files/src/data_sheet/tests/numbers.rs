@@ -1,4 +1,4 @@
-//! Closed forms of a motor with a gear, against the mapped numbers alone.
+//! Compares the mapped numbers with closed forms of a motor with a gear.
 
 use super::*;
 
@@ -12,7 +12,7 @@ fn full_scale_gives_the_stall_torque_of_the_motor() {
     assert!(off(limited.duty_max, 0.5) < 1e-12 && off(limited.stall(), 24.0) < 1e-12);
 }
 
-/// The core's joint without friction ends at u / b, in deg/s.
+/// Without friction, the final speed of the core's joint is u / b, deg/s.
 #[test]
 fn without_friction_full_scale_ends_at_the_speed_without_load() {
     let (_, mapping) = sheet(&[("friction.viscous_nm_s_per_rad", "0")]);
@@ -21,7 +21,7 @@ fn without_friction_full_scale_ends_at_the_speed_without_load() {
     assert!(off(found, 4.8_f64.to_degrees()) < 1e-12, "{found} deg/s");
 }
 
-/// With friction it ends where the motor's torque and the friction are equal.
+/// With friction, the motor's torque equals the friction at the final speed.
 #[test]
 fn with_friction_it_ends_where_the_torques_are_equal() {
     let (_, mapping) = sheet(&[]);

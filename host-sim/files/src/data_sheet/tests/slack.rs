@@ -5,7 +5,7 @@ use toml::Table;
 use super::sheet;
 use crate::data_sheet::{SheetTables, UnseenSlack};
 
-/// The joint that the tests of every judge share.
+/// Data sheet of a joint with backlash that several tests share.
 const GEAR: &str = include_str!("../../../../tests/joints_under_test/gear_with_backlash.toml");
 
 #[test]

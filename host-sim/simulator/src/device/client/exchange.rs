@@ -28,12 +28,12 @@ const SHOWN: usize = 24;
 pub(super) struct Heard {
     /// The first bytes, at most [`SHOWN`].
     begin: Vec<u8>,
-    /// A whole message was among them.
+    /// Whether a whole message was among them.
     whole: bool,
 }
 
 impl<W: Wire> Client<W> {
-    /// Makes a request whose answer has no content.
+    /// Makes a request whose answer has no content; a refusal is an error.
     pub(super) fn done(&mut self, what: &str, request: Request) -> Result<(), Error> {
         match self.talk(request)? {
             Reply::Done => Ok(()),

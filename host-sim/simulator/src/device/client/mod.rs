@@ -53,15 +53,15 @@ use files::error::Error;
 pub struct Client<W> {
     wire: W,
     deframer: Deframer,
-    /// The number of the session that the device has chosen; none if another client has the motor
-    /// driven.
+    /// Number of the session, chosen by the device; `NO_SESSION` if another client drives the
+    /// motor.
     session: u32,
-    /// The number of the last request.
+    /// Number of the last request.
     number: u16,
     identity: Option<Identity>,
     subscription: Subscription,
     heard: Heard,
-    /// Set by Ctrl-C.
+    /// Flag that Ctrl-C sets.
     interrupt: Option<Arc<AtomicBool>>,
 }
 
@@ -90,8 +90,8 @@ impl<W: Wire> Client<W> {
         Ok(client)
     }
 
-    /// Says hello, and asks for the number of the session. While another client has the motor
-    /// driven, there is none, and this client only reads, stops and takes over.
+    /// Sends a hello, and opens a session. While another client drives the motor, the device opens
+    /// none, and this client can only read, stop and take over.
     ///
     /// # Errors
     /// Returns an error if the device does not answer, or has another version of the link.
@@ -122,8 +122,8 @@ impl<W: Wire> Client<W> {
         Ok(())
     }
 
-    /// Begins a session if there was none, since another client had the motor driven, and a request
-    /// needs one.
+    /// Opens a session if a request needs one and there is none, because another client drove the
+    /// motor.
     fn begin_late(&mut self, request: &Request) -> Result<(), Error> {
         let needs_none = matches!(
             request,
@@ -135,13 +135,13 @@ impl<W: Wire> Client<W> {
         self.begin_session()
     }
 
-    /// Returns whether another client had the motor driven when this one said hello: this one only
-    /// reads, stops and takes over.
+    /// Returns whether this client has no session, because another client drove the motor at the
+    /// hello: this client can only read, stop and take over.
     pub const fn is_guest(&self) -> bool {
         self.session == NO_SESSION
     }
 
-    /// Stops the motor, ends the session of any other client, and begins one.
+    /// Stops the motor, ends the session of any other client, and opens a new one.
     ///
     /// # Errors
     /// Returns an error if the device does not answer, or if its output stays on.

@@ -13,12 +13,12 @@ use crate::device::moved::longest_s;
 use crate::device::wire::Wire;
 use files::error::{Error, rounded, shown};
 
-/// Friction map: each speed in both senses, the fastest first.
+/// Friction map: a row for each speed, the fastest first, with a point for each direction.
 pub type Map = [[MapPoint; 2]; SPEEDS];
 
 impl<W: Wire> Client<W> {
-    /// Closes the loop at the position of the joint. From now on the client must send a request
-    /// within the device's link timeout.
+    /// Arms the device: the loop closes at the present position of the joint. From then on the
+    /// pause between two requests of the client must be shorter than the device's link timeout.
     ///
     /// # Errors
     /// Returns why the device refuses.
@@ -44,7 +44,7 @@ impl<W: Wire> Client<W> {
         self.done("move", Request::Move(Motion::Hold))
     }
 
-    /// Steps to a position (deg), counted from the zero that arming has set.
+    /// Steps the set point to a position (deg), counted from the zero that arming has set.
     ///
     /// # Errors
     /// Returns why the device refuses.
@@ -63,7 +63,7 @@ impl<W: Wire> Client<W> {
         self.move_along(motion)
     }
 
-    /// Turns a profiled move to a position (deg) into counts, for
+    /// Returns a profiled move to a position (deg), in counts, for
     /// [`move_along`](Self::move_along).
     ///
     /// # Errors
@@ -72,7 +72,7 @@ impl<W: Wire> Client<W> {
         self.counted(deg).map(Motion::Profiled)
     }
 
-    /// Turns a step to a position (deg) into counts, for [`move_along`](Self::move_along).
+    /// Returns a step to a position (deg), in counts, for [`move_along`](Self::move_along).
     ///
     /// # Errors
     /// Returns an error if the position is out of range.
@@ -80,8 +80,8 @@ impl<W: Wire> Client<W> {
         self.counted(deg).map(Motion::Step)
     }
 
-    /// Returns the longest time that a profiled move over `deg` takes until its set point rests, s,
-    /// with the wake-up of the driver and the soft start after arming.
+    /// Returns the longest time from arming until the set point of a profiled move over `deg` (deg)
+    /// rests, s. It includes the reset pulse and the wake-up of the driver, and the soft start.
     ///
     /// # Errors
     /// Returns an error if the device has no parameters.
@@ -95,8 +95,9 @@ impl<W: Wire> Client<W> {
         position_of(deg, self.status()?.resolution.into())
     }
 
-    /// Checks the target of a move before a stopped device is armed. It arms nothing, and accepts
-    /// every move in any other state of the device.
+    /// Checks whether the target of a step or a profiled move is within the limits of travel of a
+    /// stopped device, before it is armed. All other motions pass, and so do all moves in any other
+    /// state of the device. Nothing is armed.
     ///
     /// # Errors
     /// Returns why the device would refuse, or that it does not answer.
@@ -175,7 +176,8 @@ impl<W: Wire> Client<W> {
         }
     }
 
-    /// Returns the counts of a position (deg) that a device takes as that of its joint.
+    /// Converts a position of the joint (deg) to counts, for a request that sets the reference.
+    /// `what` is the command, for messages.
     ///
     /// # Errors
     /// Returns an error for a position that is not finite or 2^30 counts away or more.
@@ -194,8 +196,8 @@ impl<W: Wire> Client<W> {
         Ok(counts.round() as i32)
     }
 
-    /// Sets the position of the joint (deg), from which its range counts. The output is off and the
-    /// joint at rest.
+    /// Sets the present position of the joint (deg), from which its range counts. The output must
+    /// be off and the joint at rest.
     ///
     /// # Errors
     /// Returns why the device refuses.
@@ -215,14 +217,14 @@ impl<W: Wire> Client<W> {
         }
     }
 
-    /// Returns the bounds with which an identification fits between the limits of travel: without a
-    /// distance of its own, it goes no farther than the nearer limit. Nothing moves.
-    /// [`identify_joint`](Self::identify_joint) does not check this: the check takes several
-    /// exchanges, and the caller can do other checks before arming.
+    /// Returns the request of an identification that fits between the limits of travel: if the
+    /// request has no travel and the default is too long, the travel ends at the nearer limit.
+    /// Nothing moves. [`identify_joint`](Self::identify_joint) does not check this: the check takes
+    /// several exchanges, and the caller can do other checks before arming.
     ///
     /// # Errors
-    /// Returns why it does not fit, the speed limit that the encoder needs, or that the device does
-    /// not answer.
+    /// Returns why the identification does not fit, the speed limit that the encoder needs, or that
+    /// the device does not answer.
     pub fn check_identification(
         &mut self,
         asked: &identification::IdentificationRequest,
@@ -287,8 +289,8 @@ pub fn position_of(deg: f64, resolution_deg: f64) -> Result<Position, Error> {
     Ok(crate::experiment::position(counts))
 }
 
-/// Returns whether a position is out of the range of a device that is armed at `zero`, counts since
-/// power-on. False if the joint itself is out of range: the device refuses to arm then.
+/// Returns whether a target is outside the limits of travel of a device that is armed at `zero`,
+/// counts from the reference. False if the joint itself is outside: the device then refuses to arm.
 fn leads_out(parameters: &Parameters, zero: i32, to: Position) -> bool {
     let Limits { position_min, position_max, .. } = parameters.limits;
     if position_min == 0.0 && position_max == 0.0 {
@@ -300,11 +302,12 @@ fn leads_out(parameters: &Parameters, zero: i32, to: Position) -> bool {
     range.contains(&zero) && !range.contains(&zero.wrapping_add(to.counts))
 }
 
-/// Fits an identification between the limits of travel around a joint at `position`, counts since
-/// power-on. Other bounds are left to the device, and so is a joint that is out of its limits.
+/// Returns the request of an identification that fits between the limits of travel around a joint
+/// at `position`, counts from the reference; a default travel is shortened if necessary. The device
+/// checks all other bounds, and a joint that is outside its limits.
 ///
 /// # Errors
-/// Returns the room that there is and the room that is needed.
+/// Returns the distance to the nearer limit, and the travel that is allowed or needed.
 fn fits(
     asked: &identification::IdentificationRequest,
     parameters: &Parameters,
@@ -373,8 +376,8 @@ fn shows_too_little(
     ))
 }
 
-/// Returns a value 10 % higher, rounded up to two digits, so that rounding does not fall below the
-/// least one.
+/// Returns a value 10 % above `least`, rounded up to two digits, so that the rounded value is not
+/// below `least`.
 fn enough(least: f32) -> f32 {
     let more = 1.1 * f64::from(least);
     let digit = 10f64.powf(more.log10().floor() - 1.0);

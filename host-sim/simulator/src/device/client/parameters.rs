@@ -50,7 +50,8 @@ impl<W: Wire> Client<W> {
         self.done("params push", Request::TakeParameters { length: record.len() as u16 })
     }
 
-    /// Changes some parameters by their numbers. The device validates the whole result.
+    /// Changes some parameters, each given as its key and the bits of its value. The device
+    /// validates the whole result.
     ///
     /// # Errors
     /// Returns why the device refuses; no value is changed then.

@@ -13,7 +13,7 @@ use files::error::Error;
 /// Longest time between two requests of a waiting client: a fifth of the default link timeout.
 const SIGN_OF_LIFE: Duration = Duration::from_millis(100);
 
-/// Time between two looks at a stop.
+/// Time between two status requests during a stop.
 const STOP_POLL: Duration = Duration::from_millis(20);
 
 /// Twice the longest `device.stop_s`.
@@ -56,7 +56,8 @@ impl<W: Wire> Client<W> {
         self.done("faults --clear", Request::Clear)
     }
 
-    /// Waits for a time of the device, keeps the link alive, and stores the samples that arrive.
+    /// Waits for a time on the device's clock, keeps the link alive, and stores the samples that
+    /// arrive.
     ///
     /// # Errors
     /// Returns an error if the device does not answer, or if Ctrl-C ended the wait
@@ -73,7 +74,8 @@ impl<W: Wire> Client<W> {
         self.pass_while(time, |status| status.state == StateCode::Armed)
     }
 
-    /// Waits until the output is off. Ctrl-C does not end this wait: it is what asked for it.
+    /// Waits until the output is off. Ctrl-C does not end this wait, since it can be the cause of
+    /// the stop.
     pub(super) fn wait_until_off(&mut self) -> Result<(), Error> {
         let started = self.wire.now();
         while self.status()?.state == StateCode::Armed {

@@ -21,8 +21,8 @@ pub(super) struct Subscription {
 }
 
 impl Subscription {
-    /// Clears the samples if this is the answer to a subscription: earlier samples belong to the
-    /// previous one, which has other numbers.
+    /// Clears the samples if the answer is that to a subscription: earlier samples belong to the
+    /// previous subscription, which numbers them differently.
     pub(super) fn answered(&mut self) {
         if std::mem::take(&mut self.asked) {
             self.expected = None;
@@ -84,7 +84,7 @@ impl<W: Wire> Client<W> {
         self.subscription.samples.pop_front()
     }
 
-    /// Returns the number of lost samples, as far as later ones show.
+    /// Returns the number of lost samples, by the gaps in the numbers of those received.
     pub const fn lost(&self) -> u64 {
         self.subscription.lost
     }

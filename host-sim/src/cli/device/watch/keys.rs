@@ -16,7 +16,7 @@ const LONGEST_ENTRY: usize = 32;
 /// The text of the last line, which names the keys.
 pub const KEYS: &str = "q quit  s stop  a arm  h hold  c clear fault  NUMBER Enter move to, deg";
 
-/// Continuation of the view after a key.
+/// Whether the view goes on after a key.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum WatchFlow {
     /// The view goes on.
@@ -25,7 +25,7 @@ pub enum WatchFlow {
     Quit,
 }
 
-/// Executes the command of a key. A refusal of the device becomes the note.
+/// Executes the command of a key. If the device refuses, the note shows the refusal.
 ///
 /// # Errors
 /// Returns an error if the device does not answer.
@@ -42,11 +42,11 @@ pub fn press<W: Wire>(
         KeyCode::Char('s' | 'S' | ' ') => {
             client.stop().map(|()| "stopped: the motor is off".to_owned())
         }
-        // A terminal, a multiplexer or a slip of the hand can send these: Ctrl-A must not arm.
+        // A terminal, a multiplexer or a typing error can send these keys: Ctrl-A must not arm.
         KeyCode::Char(_) if !plain => return Ok(WatchFlow::Go),
         KeyCode::Char('q') => return Ok(WatchFlow::Quit),
         KeyCode::Char('h') => client.hold().map(|()| "stops here, and is held".to_owned()),
-        // A key that vanished inside a number would change the number: `4,5` would become 45.
+        // A key that is dropped inside a number would change the number: `4,5` would become 45.
         KeyCode::Char(c) if begins_a_number(c) || !watched.entry.is_empty() => {
             watched.entry.push(c);
             if watched.entry.chars().count() > LONGEST_ENTRY {
@@ -75,7 +75,8 @@ pub fn press<W: Wire>(
     Ok(WatchFlow::Go)
 }
 
-/// Returns whether a character starts a position; each one after it belongs to that position.
+/// Returns whether a character starts a typed position. Each later character is added to it, except
+/// the keys that always work.
 const fn begins_a_number(c: char) -> bool {
     matches!(c, '0'..='9' | '.' | ',' | '-' | '+' | '\u{2212}')
 }

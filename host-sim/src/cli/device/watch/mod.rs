@@ -24,7 +24,7 @@ use simulator::device::travel::Travel;
 use simulator::device::wire::Wire;
 use simulator::device::words;
 
-/// Samples of a plot: two for every dot of a wide terminal.
+/// Number of samples in a plot: two for every dot of a wide terminal.
 const SAMPLES: f64 = 500.0;
 
 /// Time between two drawings of the view.
@@ -51,7 +51,7 @@ pub fn on_a_terminal() -> Result<(), Error> {
     )))
 }
 
-/// Watches until `q` or a signal that ends programs, and returns the last sentences for the user.
+/// Shows the device until `q` or a signal that ends programs, and returns a text on its last state.
 ///
 /// # Errors
 /// Returns an error if the device no longer answers or the terminal fails. A drive that was armed
@@ -81,8 +81,8 @@ pub fn watch<W: Wire>(client: &mut Client<W>) -> Result<String, Error> {
     }
 }
 
-/// Returns a flag that signals set. Without it they would end the program with the terminal in
-/// disorder and the drive armed.
+/// Returns a flag that SIGTERM, SIGHUP and SIGINT set. Without the flag, these signals would end
+/// the program, and leave the terminal unrestored and the drive armed.
 fn endings() -> Result<Arc<AtomicBool>, Error> {
     let ending = Arc::new(AtomicBool::new(false));
     #[cfg(unix)]
@@ -103,7 +103,8 @@ fn every(status: &Status) -> u16 {
     }
 }
 
-/// The terminal. It is restored when this is dropped; in a panic a hook restores it.
+/// Screen of the terminal. The terminal is restored when this is dropped; after a panic, a hook
+/// restores it.
 struct Screen(ratatui::DefaultTerminal);
 
 impl Drop for Screen {
@@ -164,7 +165,7 @@ fn leave<W: Wire>(client: &mut Client<W>, watched: &WatchedDevice) -> Result<&'s
     })
 }
 
-/// Returns the error after a device was not reached; it warns if the drive may be armed.
+/// Returns the error for a device that cannot be reached, with a warning if the drive may be armed.
 fn unheard(error: &Error, watched: &WatchedDevice) -> Error {
     let armed = watched.armed_here || watched.is_armed();
     Error::Device(if armed { format!("{error}; {PERHAPS_ARMED}") } else { error.to_string() })

@@ -12,7 +12,7 @@ use simulator::device::travel::Travel;
 /// Length of the plotted past, s, unless a move takes longer.
 pub const WINDOW_S: f64 = 10.0;
 
-/// Longest plotted past, s: 50 samples a second for that long.
+/// Longest plotted past, s; at 50 samples a second, it bounds the number of stored samples.
 const LONGEST_WINDOW_S: f64 = 300.0;
 
 /// Signals that the view subscribes to in addition to those of the loop: the duty.
@@ -28,7 +28,7 @@ pub fn subscribed() -> impl Iterator<Item = &'static str> {
 pub struct WatchSample {
     /// Time of the device, s.
     pub time_s: f64,
-    /// theta_d in the zero of the arming, deg.
+    /// theta_d from the zero of the arming, deg.
     pub reference_deg: f64,
     /// theta_a, deg.
     pub position_deg: f64,
@@ -48,7 +48,8 @@ pub struct WatchSample {
     pub code: i32,
     /// Compare value, with its sign.
     pub duty: i32,
-    /// Whether the loop is closed; otherwise all of the above are zero.
+    /// Whether the device was armed in this tick; otherwise the view does not show the signals
+    /// above.
     pub armed: bool,
     /// Whether the output is at its limit.
     pub saturated: bool,
@@ -82,7 +83,7 @@ impl WatchSample {
 /// Samples and status of a device that is watched.
 #[derive(Clone, Debug)]
 pub struct WatchedDevice {
-    /// The warning with which every view begins; a board needs none.
+    /// Warning in the first line of the view; a board needs none.
     pub warning: Option<&'static str>,
     /// The name of the device, and its firmware.
     pub name: String,
@@ -90,11 +91,11 @@ pub struct WatchedDevice {
     pub signals: Signals,
     /// The answer to the last request for the status.
     pub status: Status,
-    /// Length of the past that is kept, s: the length of the longest recent move.
+    /// Length of the past that is kept, s: that of the last move, in whole tens of seconds.
     pub kept_s: f64,
-    /// The samples of that past.
+    /// Samples of the past that is kept.
     pub moments: VecDeque<WatchSample>,
-    /// Samples that did not arrive.
+    /// Number of samples that did not arrive.
     pub lost: u64,
     /// Whether this program has armed the drive.
     pub armed_here: bool,
@@ -107,7 +108,7 @@ pub struct WatchedDevice {
 }
 
 impl WatchedDevice {
-    /// Starts without a sample.
+    /// Returns a device without samples.
     pub fn new(
         warning: Option<&'static str>,
         name: String,
@@ -143,7 +144,7 @@ impl WatchedDevice {
         }
     }
 
-    /// Stores an answer to a request for the status. `armed_here` ends when the drive is not armed.
+    /// Stores an answer to a request for the status. Clears `armed_here` if the drive is not armed.
     pub fn follow(&mut self, status: Status) {
         self.armed_here &= matches!(status.state, StateCode::Armed);
         self.status = status;
@@ -172,7 +173,7 @@ impl WatchedDevice {
         self.kept_s = (10.0 * (move_s / 10.0).ceil()).clamp(WINDOW_S, LONGEST_WINDOW_S);
     }
 
-    /// Returns the last sample.
+    /// Returns the last sample; zeros if there is none.
     pub fn now(&self) -> WatchSample {
         self.moments.back().copied().unwrap_or_default()
     }
@@ -182,8 +183,8 @@ impl WatchedDevice {
         matches!(self.status.state, StateCode::Armed)
     }
 
-    /// Returns the time that the plots show, s: the time since the loop was closed, rounded up, so
-    /// that a short move fills the plots.
+    /// Returns the time that the plots show, s: the time since the first kept sample of an armed
+    /// device, rounded up to 1, 2 or 5 s or else to `kept_s`, so that a short move fills the plots.
     pub fn window_s(&self) -> f64 {
         let now_s = self.now().time_s;
         let first = self.moments.iter().find(|moment| moment.armed);
@@ -191,8 +192,8 @@ impl WatchedDevice {
         [1.0, 2.0, 5.0].into_iter().find(|window_s| length_s <= *window_s).unwrap_or(self.kept_s)
     }
 
-    /// Returns a signal over time, in pieces of uninterrupted arming. Time counts back from the
-    /// last sample, s.
+    /// Returns a signal over time, in pieces during which the device stayed armed. Time counts back
+    /// from the last sample, s.
     pub fn curves(&self, term: impl Fn(&WatchSample) -> f64) -> Vec<Vec<(f64, f64)>> {
         let now_s = self.now().time_s;
         let moments: Vec<&WatchSample> = self.moments.iter().collect();

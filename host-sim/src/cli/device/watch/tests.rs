@@ -94,7 +94,7 @@ fn row(buffer: &Buffer, y: u16) -> String {
     (0..buffer.area.width).map(|x| buffer[(x, y)].symbol()).collect::<String>().trim_end().into()
 }
 
-/// The cells of a curve: braille of its colour.
+/// Returns the cells of a curve: those with braille dots of its colour.
 fn curve(buffer: &Buffer, color: Color) -> Vec<(u16, u16)> {
     let all = (0..buffer.area.height).flat_map(|y| (0..buffer.area.width).map(move |x| (x, y)));
     let dotted = |symbol: &str| symbol.chars().all(|c| ('\u{2801}'..='\u{28FF}').contains(&c));
@@ -243,7 +243,7 @@ fn nothing_is_cut_at_sixty_columns_with_a_fault_and_every_warning_at_once() {
     }
 }
 
-/// A terminal of few rows has the fault, and which key stops.
+/// A terminal with few rows still shows the fault and its remedy.
 #[test]
 fn what_is_dangerous_is_the_last_to_be_cut() {
     let watched = with_all_at_once();
@@ -281,7 +281,7 @@ fn keys_arm_move_and_stop_the_device() {
         client.pass(Duration::from_secs(3)).unwrap();
         client.wire().simulated.position_deg()
     };
-    // Without arming nothing moves, and the view says why.
+    // Without arming nothing moves, and the view shows the reason.
     assert_eq!(keys("2\n", &mut watched, &mut client), WatchFlow::Go);
     assert!(watched.note.contains("`arm` first"), "{}", watched.note);
     assert!(pass(&mut client).abs() < 1e-9);
@@ -299,7 +299,7 @@ fn keys_arm_move_and_stop_the_device() {
     assert!(watched.note.contains("`1-2` is not a number"), "{}", watched.note);
     assert!((pass(&mut client) + 2.5).abs() < 0.03);
 
-    // Stop counts in the middle of a number, too, and forgets it.
+    // The stop key works in the middle of a number, too, and discards the number.
     keys("3s", &mut watched, &mut client);
     assert_eq!((watched.status.state, watched.entry.as_str()), (StateCode::Stopped, ""));
     assert!(!client.wire().simulated.tick().enable);
@@ -336,7 +336,7 @@ fn a_decimal_comma_and_an_exponent_move_to_the_number_that_is_shown_before() {
     }
 }
 
-/// A key that is no part of a number does not vanish inside one.
+/// A key that is not part of a number is not dropped inside a number.
 #[test]
 fn what_is_no_number_is_shown_as_typed_and_moves_nothing() {
     let (mut watched, mut client) = watched_device();
@@ -401,7 +401,7 @@ fn a_target_out_of_the_travel_is_refused_where_it_is_typed_with_the_range() {
     }
 }
 
-/// Whole tens of seconds, from ten to three hundred.
+/// The plotted past is in whole tens of seconds, from ten to three hundred.
 #[test]
 fn the_window_fits_the_move() {
     let mut watched = watched(None, [sample(4990, 7, 2)]);
@@ -533,7 +533,7 @@ fn axes_are_round_and_hold_all_values() {
         let (a, b) = (f64::from(k).sin() * 10f64.powi(k % 7 - 3), f64::from(3 * k).cos());
         let ([low, high], decimals) = of(&[a, b], 0.01);
         assert!(low <= a.min(b) + 1e-9 && high >= a.max(b) - 1e-9, "{a} {b}: {low} {high}");
-        // The values fill a third of it, and the labels say what the axis has.
+        // The values fill at least a third of the axis, and the labels are its exact values.
         assert!(high - low <= 3.0 * (a - b).abs().max(0.01) + 1e-9, "{a} {b}: {low} {high}");
         for value in [low, 0.5 * (low + high), high] {
             let label: f64 = format!("{value:.decimals$}").parse().unwrap();

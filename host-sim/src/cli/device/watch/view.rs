@@ -1,5 +1,5 @@
-//! The view has numbers, a plot of position and reference, and one of the effort. For a device that
-//! is no board the first line is the warning, at any size of the terminal.
+//! View of the device: numbers, a plot of position and reference, and a plot of the effort. If the
+//! device is not a board, the first line is the warning, at any size of the terminal.
 
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
@@ -15,7 +15,8 @@ use files::error::shown;
 use files::typed_number;
 use simulator::device::words;
 
-/// Least height of a plot with its legend, rows; a lower one shows no more than the numbers.
+/// Least height of a plot with its legend, rows. A lower plot is not drawn, since it would show no
+/// more than the numbers.
 const LEAST_PLOT: u16 = 5;
 
 /// Least span of the position, counts: noise is not stretched over the whole height.
@@ -32,7 +33,7 @@ const APPLIED: Color = Color::Magenta;
 
 /// Draws the whole view.
 pub fn draw(frame: &mut Frame, watched: &WatchedDevice) {
-    // The warning stands apart from the others, which give way where there is no room.
+    // The warning has a row of its own; the other parts shrink where there is no room.
     let area = frame.area();
     let rows = u16::from(watched.warning.is_some()).min(area.height);
     let warning = Rect { height: rows, ..area };
@@ -67,7 +68,7 @@ pub fn draw(frame: &mut Frame, watched: &WatchedDevice) {
     plots_of(frame, watched, plots);
 }
 
-/// Returns the number of rows that a text takes if words stay whole.
+/// Returns the number of rows that a text needs if it is wrapped between words.
 fn wrapped(line: &Line, columns: u16) -> u16 {
     let columns = usize::from(columns).max(1);
     let text: String = line.spans.iter().map(|span| span.content.as_ref()).collect();
@@ -183,8 +184,8 @@ fn numbers_of(watched: &WatchedDevice) -> Vec<Line<'static>> {
         .collect()
 }
 
-/// Returns the last note, or the position that is being typed with the number that it is read as,
-/// so that the user sees this number before Enter moves.
+/// Returns the last note. While a position is typed, returns the typed text and the number that it
+/// is read as, so that the user sees the number before Enter starts the move.
 fn note_of(watched: &WatchedDevice) -> Line<'_> {
     let entry = watched.entry.as_str();
     if entry.is_empty() {
@@ -228,7 +229,7 @@ fn plots_of(frame: &mut Frame, watched: &WatchedDevice, area: Rect) {
     }
 }
 
-/// A curve: its name in the legend, its colour and its term.
+/// A curve: its name in the legend, its colour and its signal.
 type Curve = (&'static str, Color, fn(&WatchSample) -> f64);
 
 fn plot(
@@ -292,9 +293,10 @@ pub(super) fn bounds(values: impl Iterator<Item = f64>, least: f64) -> ([f64; 2]
     let power = least_step.log10().floor();
     let steps = [1.0, 2.0, 5.0, 10.0].map(|factor| factor * 10f64.powf(power));
     let step = steps.into_iter().find(|step| *step >= least_step).unwrap_or(span);
-    // An even number of steps, so that the middle is one, too. A hair is no reason for a step more.
+    // An even number of steps, so that the middle is a multiple of a step, too. A rounding error
+    // must not add a step.
     let [low, high] = [(low / step + 1e-9).floor(), (high / step - 1e-9).ceil()];
     let high = high + (high - low).rem_euclid(2.0);
-    // The next lower power is enough for 1, 2 and 5 times this one.
+    // The labels are multiples of 10^power, so `-power` decimals are enough.
     ([low * step, high * step], (-power).max(0.0) as usize)
 }

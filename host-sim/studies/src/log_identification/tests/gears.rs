@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use rayon::prelude::*;
 
-use super::machine::{RandomMachine, SplitMix};
+use super::machine::{LinearCongruence, RandomMachine};
 use super::machines::request;
 use crate::log_identification::gear::IdentifiedGear;
 use crate::log_identification::identify;
@@ -14,13 +14,13 @@ use crate::log_identification::units::PositionUnit;
 /// Counts of the motor in a radian of the joint.
 const COUNTS: f64 = 40_000.0;
 
-/// A machine whose load is behind a gear with slack.
-fn geared(random: &mut SplitMix) -> RandomMachine {
+/// Returns a random machine whose load is behind a gear with slack.
+fn geared(random: &mut LinearCongruence) -> RandomMachine {
     let machine = RandomMachine::random(random);
     let behind = random.between(0.3, 0.7);
     let contact = random.between(60.0, 150.0);
     let friction = machine.coulomb[0];
-    // What the load's friction winds up.
+    // Wind-up of the gear by the load's friction.
     let wound = friction / (behind * machine.inertia * contact.powi(2));
     RandomMachine {
         backlash: [behind, wound * random.between(0.3, 3.0)],
@@ -33,9 +33,10 @@ fn geared(random: &mut SplitMix) -> RandomMachine {
     }
 }
 
-/// The log of a machine: the load's position, and the motor's in counts of its own.
+/// Returns the log of a machine, with the load's position, and the motor's position in its own
+/// counts.
 fn log(machine: &RandomMachine, seed: u64) -> MotionLog {
-    let samples = machine.samples(&mut SplitMix(seed));
+    let samples = machine.samples(&mut LinearCongruence(seed));
     let column = |place: usize| samples.iter().map(|sample| sample[place]).collect();
     MotionLog {
         time: column(0),
@@ -59,7 +60,7 @@ fn found(machine: &RandomMachine, seed: u64) -> Result<IdentifiedGear, String> {
 
 #[test]
 fn gears_come_back_and_the_error_bars_hold_the_truth() {
-    let mut random = SplitMix(14);
+    let mut random = LinearCongruence(14);
     let machines: Vec<RandomMachine> = (0..20).map(|_| geared(&mut random)).collect();
     let seeded = machines.par_iter().enumerate();
     let all: Vec<IdentifiedGear> =
@@ -109,7 +110,7 @@ fn gears_come_back_and_the_error_bars_hold_the_truth() {
 /// With slack, the gear presses neither way for a while; without it, it always presses.
 #[test]
 fn a_gear_without_slack_has_none() {
-    let mut random = SplitMix(15);
+    let mut random = LinearCongruence(15);
     for seed in 0..4 {
         let machine = geared(&mut random);
         let [behind, _] = machine.backlash;

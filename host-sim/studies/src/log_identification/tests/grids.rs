@@ -1,4 +1,4 @@
-//! What a log's text and its times can be like.
+//! Forms of a log's text and of its times.
 
 use crate::log_identification::gate;
 use crate::log_identification::reading::{LogColumns, MOST, MotionLog, read_from};
@@ -13,7 +13,7 @@ fn read(text: &str, names: [&str; 3]) -> Result<MotionLog, String> {
         .map_err(|error| error.to_string())
 }
 
-/// Rows of time, position and effort by a format.
+/// Returns `count` rows of time, position and effort, each formatted by `row`.
 fn rows(count: u32, row: impl Fn(f64) -> String) -> String {
     (0..count).map(|i| row(f64::from(i)) + "\n").collect()
 }

@@ -1,26 +1,26 @@
-//! A machine of its own for logs: Runge and Kutta's method of the fourth order with short fixed
-//! steps, friction with a smooth sign, and a PD that follows ramps of random length and speed.
-//! Nothing of the simulator is in it.
+//! Random machines that produce logs: Runge and Kutta's method of the fourth order with short fixed
+//! steps, friction with a smooth sign, and a PD that follows ramps of random length and speed. No
+//! code of the simulator is used.
 
 use crate::log_identification::reading::MotionLog;
 
-/// A random sequence (Numerical Recipes' linear congruence of 64 bits).
-pub struct SplitMix(pub u64);
+/// A random sequence (a linear congruence of 64 bits with Knuth's constants for MMIX).
+pub struct LinearCongruence(pub u64);
 
-impl SplitMix {
-    /// From 0 to 1.
+impl LinearCongruence {
+    /// Returns a random number from 0 to 1.
     pub fn part(&mut self) -> f64 {
         self.0 =
             self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (self.0 >> 11) as f64 / (1u64 << 53) as f64
     }
 
-    /// Between two values, evenly over their logarithm.
+    /// Returns a random number between two values, uniform in its logarithm.
     pub fn between(&mut self, low: f64, high: f64) -> f64 {
         low * (high / low).powf(self.part())
     }
 
-    /// Normally distributed, near enough (twelve parts).
+    /// Returns an approximately normally distributed number: the sum of twelve parts, minus 6.
     pub fn normal(&mut self) -> f64 {
         (0..12).map(|_| self.part()).sum::<f64>() - 6.0
     }
@@ -35,9 +35,10 @@ pub struct RandomMachine {
     pub gravity: [f64; 2],
     /// Amplitude of the Stribeck term, and its velocity.
     pub stribeck: [f64; 2],
-    /// Part of the friction that varies with the position, and its periods in a unit.
+    /// Share of the Coulomb friction that varies with the position, and periods per unit of the
+    /// position.
     pub ripple: [f64; 2],
-    /// Part of the inertia that sits behind a backlash, and its width.
+    /// Share of the inertia that is behind a backlash, and width of the backlash.
     pub backlash: [f64; 2],
     /// Natural frequency of the load on its contact, rad/s.
     pub contact: f64,
@@ -45,23 +46,23 @@ pub struct RandomMachine {
     pub damping: f64,
     /// Coulomb friction of the load.
     pub load_coulomb: f64,
-    /// A count of the encoder.
+    /// Size of a count of the encoder; 0: no counts.
     pub count: f64,
     /// Standard deviation of the measured effort.
     pub noise: f64,
-    /// Fastest ramp, and how quickly it is reached.
+    /// Speed of the fastest ramp, and its acceleration.
     pub speed: f64,
     pub acceleration: f64,
     pub sample_time_s: f64,
     pub duration_s: f64,
 }
 
-/// What moves: positions and velocities of the motor's side and the load's.
+/// Position and velocity of the motor's side, and of the load's.
 type State = [f64; 4];
 
 impl RandomMachine {
-    /// A machine somewhere between a gimbal and a big axis.
-    pub fn random(random: &mut SplitMix) -> Self {
+    /// Returns a random machine, from a gimbal to a big axis.
+    pub fn random(random: &mut LinearCongruence) -> Self {
         let inertia = random.between(0.01, 100.0);
         let speed = random.between(0.1, 5.0);
         let acceleration = speed * random.between(3.0, 20.0);
@@ -131,12 +132,11 @@ impl RandomMachine {
         std::array::from_fn(|i| at[i] + h / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i]))
     }
 
-    /// Time, position, effort, and position of the load of each sample; the effort is that of the
-    /// sample, as measured.
-    pub fn samples(&self, random: &mut SplitMix) -> Vec<[f64; 4]> {
+    /// Returns time, position, measured effort, and position of the load of each sample.
+    pub fn samples(&self, random: &mut LinearCongruence) -> Vec<[f64; 4]> {
         let h = self.sample_time_s;
         let wn = 25.0f64.min(0.1 / h);
-        // So short that the smooth sign is stable: its rate is level/(3e-3 speed inertia).
+        // Steps short enough for a stable smooth sign: its rate is level/(3e-3 speed inertia).
         let level = self.coulomb[0].max(self.coulomb[1]) + self.stribeck[0];
         let [behind, _] = self.backlash;
         let of_motor = level / (3e-3 * self.speed * self.inertia * (1.0 - behind));
@@ -176,7 +176,7 @@ impl RandomMachine {
             former = seen;
             let asked = self.inertia
                 * (wn * wn * (set - seen) + 1.6 * wn * (set_speed - velocity) + gain / h);
-            // What is measured is the mean of what acts before and behind the sample.
+            // The measured effort is the mean of the efforts before and after the sample.
             let measured = 0.5 * (effort + asked) + self.noise * random.normal();
             effort = asked;
             samples.push([h * i as f64, seen, measured, load]);
@@ -187,8 +187,8 @@ impl RandomMachine {
         samples
     }
 
-    /// The samples as a log that was read.
-    pub fn log(&self, random: &mut SplitMix) -> MotionLog {
+    /// Returns the samples as a log.
+    pub fn log(&self, random: &mut LinearCongruence) -> MotionLog {
         let samples = self.samples(random);
         let column = |place: usize| samples.iter().map(|sample| sample[place]).collect();
         MotionLog {

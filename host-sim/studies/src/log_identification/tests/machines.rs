@@ -3,7 +3,7 @@
 
 use rayon::prelude::*;
 
-use super::machine::{RandomMachine, SplitMix};
+use super::machine::{LinearCongruence, RandomMachine};
 use crate::log_identification::units::{LogUnits, PositionUnit};
 use crate::log_identification::verdict::{self, FitQuality, Objections};
 use crate::log_identification::{FitSettings, IdentifiedMachine, identify};
@@ -20,7 +20,7 @@ pub fn request() -> FitSettings {
 }
 
 fn found(machine: &RandomMachine, seed: u64, request: &FitSettings) -> IdentifiedMachine {
-    let log = machine.log(&mut SplitMix(seed));
+    let log = machine.log(&mut LinearCongruence(seed));
     identify(log, request).unwrap_or_else(|why| panic!("{why}: {machine:?}"))
 }
 
@@ -44,15 +44,15 @@ fn truth(machine: &RandomMachine, name: &str) -> f64 {
 
 #[test]
 fn random_machines_come_back_and_the_error_bars_hold_the_truth() {
-    let mut random = SplitMix(14);
+    let mut random = LinearCongruence(14);
     let machines: Vec<RandomMachine> =
         (0..50).map(|_| RandomMachine::random(&mut random)).collect();
     let (mut held, mut reported) = (0, 0);
     let (mut false_flags, mut poor, mut proposed) = (0, 0, 0);
     let mut worst = [0.0f64; 3];
     for (machine, found) in machines.iter().zip(all_found(&machines)) {
-        // What friction is at the top speed: of a part that is small beside the other, an error
-        // that is large beside itself matters little.
+        // Friction at the top speed, to which errors of friction are relative: a large relative
+        // error of a small part matters little.
         let level = machine.coulomb[0] + machine.viscous[0] * machine.speed;
         for (name, parameter) in &found.parameters {
             let error = parameter.value - truth(machine, name);
@@ -82,7 +82,7 @@ fn random_machines_come_back_and_the_error_bars_hold_the_truth() {
 
 #[test]
 fn machines_that_break_the_model_are_detected() {
-    let mut random = SplitMix(41);
+    let mut random = LinearCongruence(41);
     let (mut uneven, mut backlash, mut heavy) = (Vec::new(), Vec::new(), Vec::new());
     for _ in 0..15 {
         let machine = RandomMachine::random(&mut random);
@@ -96,7 +96,7 @@ fn machines_that_break_the_model_are_detected() {
             ..machine
         });
         let weight = machine.coulomb[0];
-        // Over less than a radian a weight is hardly another one.
+        // Over less than a radian, gravity hardly varies.
         heavy.push(RandomMachine {
             gravity: [weight, 0.0],
             speed: range.clamp(1.0, 2.0),
@@ -138,7 +138,7 @@ fn machines_that_break_the_model_are_detected() {
 
 #[test]
 fn the_terms_for_gravity_and_stribeck_bring_back_what_they_stand_for() {
-    let mut random = SplitMix(7);
+    let mut random = LinearCongruence(7);
     let machine = RandomMachine::random(&mut random);
     let machine = RandomMachine { speed: 2.0, count: 0.0, acceleration: 20.0, ..machine };
     let machine = RandomMachine { inertia: 0.2, noise: 0.01, sample_time_s: 5e-4, ..machine };
@@ -177,10 +177,10 @@ fn the_terms_for_gravity_and_stribeck_bring_back_what_they_stand_for() {
     }
 }
 
-/// A fit of a machine of the model, whose residual is set to what it is judged by.
+/// The residual of a good fit is set to values beside the limits.
 #[test]
 fn a_residual_of_5_percent_is_good_and_one_above_15_is_poor() {
-    let machine = RandomMachine::random(&mut SplitMix(14));
+    let machine = RandomMachine::random(&mut LinearCongruence(14));
     let good = found(&machine, 0, &request());
     assert_eq!(good.verdict.quality, FitQuality::Good, "{:?}", good.verdict);
     for (percent, quality) in [

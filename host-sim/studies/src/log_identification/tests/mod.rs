@@ -1,5 +1,5 @@
-//! Logs of machines that are known, made by a solver that the simulator does not have; and the
-//! parts of the way, against closed forms.
+//! Tests with logs of known machines, from a solver that is independent of the simulator; and tests
+//! of the steps of the identification, against closed forms.
 // The helpers of tests may panic like the tests themselves.
 #![allow(clippy::unwrap_used, clippy::panic)]
 

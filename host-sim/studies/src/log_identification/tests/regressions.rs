@@ -1,6 +1,6 @@
 //! Least squares and its standard deviations against closed forms.
 
-use super::machine::SplitMix;
+use super::machine::LinearCongruence;
 use crate::log_identification::least_squares::{Fit, MOST, RegressionRow};
 
 fn row(values: &[f64]) -> RegressionRow {
@@ -28,13 +28,13 @@ fn a_column_that_is_a_sum_of_others_is_named() {
     assert_eq!(Fit::of(3, rows).unwrap_err(), 2);
 }
 
-/// Of a mean of n values with the correlation a from one to the next, the variance is that of
-/// independent ones times (1 + a)/(1 - a).
+/// If n values have the correlation a from one to the next, the variance of their mean is that of
+/// independent values times (1 + a)/(1 - a).
 #[test]
 fn the_deviation_of_a_mean_takes_the_correlation_of_its_residuals_into_account() {
     const N: usize = 4000;
     for a in [0.0, 0.9] {
-        let mut random = SplitMix(3);
+        let mut random = LinearCongruence(3);
         let mut values = vec![0.0; N];
         let mut estimated = 0.0;
         const LOGS: usize = 40;

@@ -4,7 +4,7 @@ use super::super::pulse_planner::{Pulse, PulseMemory};
 use super::{LoopGains, Mode, Supervisor, SupervisorState};
 use crate::units::saturation::bounded;
 
-/// What an attempt is.
+/// Kind of an attempt.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum Kind {
     #[default]
@@ -28,14 +28,14 @@ pub(super) struct Attempt {
     pub output: f32,
     /// Effort A of its pulse towards the target, V.
     pub effort: f32,
-    /// Ticks to wait before it may be judged.
+    /// Ticks to wait before the attempt can be judged.
     pub wait: u16,
     /// Ticks of its pulse towards the target.
     pub ticks: u8,
     /// Ticks that are left of a pulse.
     pub left: u8,
     pub kind: Kind,
-    /// Whether a reverse pulse has come.
+    /// Whether a reverse pulse has started.
     pub braked: bool,
 }
 
@@ -75,7 +75,7 @@ impl Supervisor {
         s.mode = Mode::Pulse;
     }
 
-    /// PULSE: its effort, for its ticks.
+    /// PULSE: returns the effort of the pulse, and ends the pulse after its ticks.
     #[inline]
     pub(super) fn pulse(&self, s: &mut SupervisorState) -> f32 {
         s.attempt.left = s.attempt.left.saturating_sub(1);
@@ -86,7 +86,7 @@ impl Supervisor {
         s.attempt.output
     }
 
-    /// Returns the ticks to wait after a pulse, and those of rest after which it is judged.
+    /// Returns the ticks to wait after a pulse, and the ticks of rest after which it is judged.
     #[inline]
     const fn patience(&self, s: &SupervisorState) -> [u16; 2] {
         if s.inching.active { self.inching_ticks } else { [self.coast_ticks; 2] }
@@ -150,8 +150,8 @@ impl Supervisor {
         effort
     }
 
-    /// Learns from a pulse after which the joint has come to rest, `moved` from where it was and
-    /// still `ahead` of its target. Returns whether it is time to give up.
+    /// Learns from a pulse after which the joint has come to rest. `moved` is its travel towards
+    /// the target, and `ahead` the remaining distance, deg. Returns whether it is time to give up.
     fn judge_pulse(
         &self,
         s: &mut SupervisorState,
@@ -176,8 +176,8 @@ impl Supervisor {
                         s.held.effort *= 0.5;
                     }
                 } else if exhausted {
-                    // The whole effort does not move the load: wind the transmission up, and begin
-                    // again with six tenths of it.
+                    // The whole effort does not move the load: wind the transmission up, and start
+                    // again with six tenths of the effort.
                     let stepped = s.held.effort + sign * s.held.step;
                     s.held.effort = bounded(stepped, self.hold_effort.most);
                     learned.least = 0.6 * self.limit;

@@ -7,7 +7,7 @@ use super::super::push::Pushed;
 use super::{LOAD, LoopGains, MOTOR, Mode, Seen, Supervisor, SupervisorState};
 use crate::units::saturation::bounded;
 
-/// What an attempt is.
+/// Kind of an attempt.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Kind {
     #[default]
@@ -31,7 +31,7 @@ pub(super) struct Attempt {
     peak: f32,
     /// Effort of the whole pulse, u_b included, V.
     output: f32,
-    /// Ticks to wait before it may be judged.
+    /// Ticks to wait before the attempt can be judged.
     wait: u16,
     /// Ticks that are left of a pulse.
     left: u8,
@@ -39,7 +39,7 @@ pub(super) struct Attempt {
 }
 
 impl Attempt {
-    /// Returns whether the motor is led back after it.
+    /// Returns whether the motor is moved back after the attempt.
     pub fn is_bump(&self) -> bool {
         matches!(self.kind, Kind::Bump | Kind::Push)
     }
@@ -78,8 +78,8 @@ impl Supervisor {
         }
     }
 
-    /// Plans a bump: its peak by what bumps have taught, its end at the neutral twist ahead of the
-    /// target.
+    /// Plans a bump: its peak by what was learned from earlier bumps, its end beyond the neutral
+    /// twist at the target.
     fn begin_bump(&self, s: &mut SupervisorState, seen: &Seen, error: f32) {
         let sign = if error > 0.0 { 1.0 } else { -1.0 };
         let forward = usize::from(error > 0.0);
@@ -99,7 +99,7 @@ impl Supervisor {
         s.bump = self.bump.plan(&wanted, &s.memory.motor);
     }
 
-    /// PULSE: its effort, for its ticks.
+    /// PULSE: returns the effort of the pulse, and ends the pulse after its ticks; or runs a push.
     #[inline]
     pub(super) fn pulse(&self, s: &mut SupervisorState, seen: &MotorSeen, load: f32) -> f32 {
         if s.attempt.kind == Kind::Push {
@@ -113,7 +113,8 @@ impl Supervisor {
         s.attempt.output
     }
 
-    /// A push: its effort, until the load moves. If it does not, there is something in the way.
+    /// Runs a tick of a push: returns its effort until the load moves. If the load does not move,
+    /// something is in the way, and the law gives up.
     fn push(&self, s: &mut SupervisorState, seen: &MotorSeen, load: f32) -> f32 {
         let sign = if s.attempt.error > 0.0 { 1.0 } else { -1.0 };
         let [_, rested] = s.bump.from;
@@ -133,7 +134,7 @@ impl Supervisor {
         }
     }
 
-    /// BUMP: the effort that leads the motor along its path.
+    /// BUMP: returns the effort that moves the motor along its path.
     #[inline]
     pub(super) fn bump(&self, s: &mut SupervisorState, seen: &MotorSeen) -> f32 {
         let friction = s.friction[usize::from(s.attempt.error > 0.0)];
@@ -199,7 +200,7 @@ impl Supervisor {
     /// Learns from an attempt after which both sides rest. Returns whether it is time to give up.
     fn judge(&self, s: &mut SupervisorState, sign: f32, wanted: f32, moved: f32) -> bool {
         let peak = s.attempt.peak;
-        // A step waits for a load that is held by the gear, and says nothing of a wall.
+        // A step waits for a load that is held by the gear, and is no evidence of a wall.
         let travel = if s.attempt.kind == Kind::Step { f32::INFINITY } else { peak };
         self.push.judge(&mut s.push, travel);
         match s.attempt.kind {
