@@ -22,18 +22,18 @@ use rigless::time::VirtualNanos;
 use super::uart::{USART1, Uart};
 use files::error::Error;
 
-/// Instructions a virtual second: one a cycle of the core's clock.
+/// Instructions per virtual second: one per cycle of the core's clock.
 pub const CLOCK_HZ: NonZeroU64 = NonZeroU64::MIN.saturating_add(167_999_999);
 
 const CRYSTAL_HZ: u64 = 8_000_000;
-/// TIM11's last capture, and the divider of the crystal that captures it, in RCC_CFGR. The emulated
-/// part has no wire between the two: this board has.
+/// Last capture of TIM11. The crystal, divided as set in RCC_CFGR, triggers it. The emulated
+/// microcontroller lacks this connection, and this board adds it.
 pub const TIM11_CCR1: u64 = 0x4001_4834;
 const TIM11_OR: u64 = 0x4001_4850;
 const TIM11_CR1: u64 = 0x4001_4800;
 const TIM11_CCMR1: u64 = 0x4001_4818;
 const TIM11_CCER: u64 = 0x4001_4820;
-/// The internal oscillator, Hz, with no error.
+/// Frequency of the internal oscillator, Hz, without its error.
 const HSI_HZ: u64 = 16_000_000;
 /// In RCC_CR: the crystal oscillates, and the PLL has locked.
 const HSERDY: u64 = 1 << 17;
@@ -41,21 +41,21 @@ const PLLRDY: u64 = 1 << 25;
 /// In RCC_PLLCFGR: the PLL runs from the crystal, divided by this.
 const PLLSRC: u64 = 1 << 22;
 const PLLM: u64 = 63;
-/// What the PLL locks on, Hz (data sheet: 0.95 to 2.1 MHz).
+/// Input frequencies on which the PLL locks, Hz (data sheet: 0.95 to 2.1 MHz).
 const PLL_INPUT_HZ: std::ops::RangeInclusive<u64> = 950_000..=2_100_000;
-/// In FLASH_OPTCR: the level of the brown-out reset; none of its bits is the highest level.
+/// In FLASH_OPTCR: the level of the brown-out reset; if both bits are 0, it is the highest level.
 const BOR_LEV: u64 = 0b1100;
-/// In RCC_CSR: a brown-out, and what every reset sets, the pin.
+/// In RCC_CSR: the flag of a brown-out, and that of the reset pin, which every reset sets.
 const BORRSTF: u64 = 1 << 25;
 const PADRSTF: u64 = 1 << 26;
-/// Oscillator of the watchdog, typically. The data sheet's limits are 17 and 47 kHz.
+/// Typical frequency of the watchdog's oscillator, Hz. The data sheet's limits are 17 and 47 kHz.
 const LSI_HZ: u64 = 32_000;
 /// Control register, counter, prescaler and reload value of the control tick's timer.
 const TIM3_CR1: u64 = 0x4000_0400;
 const TIM3_CNT: u64 = 0x4000_0424;
 const TIM3_PSC: u64 = 0x4000_0428;
 const TIM3_ARR: u64 = 0x4000_042C;
-/// Its clock with the crystal and without it, as the firmware sets it up.
+/// Clock of TIM3 with the crystal and without it, as the firmware configures it, Hz.
 const TIM3_HZ: [u64; 2] = [84_000_000, 16_000_000];
 /// In RCC_CFGR: the processor runs from the PLL.
 const RCC_CFGR: u64 = 0x4002_3808;
@@ -65,7 +65,7 @@ const RAIL_MV: u32 = 3_300;
 /// PC0, which measures the supply of the bridge, is channel 10 of ADC1.
 const SUPPLY_CHANNEL: u8 = 10;
 
-/// A port of the part, by its place in the part's table.
+/// Port of the microcontroller, by its place in the emulator's table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum GpioPort {
     /// GPIOA.
@@ -77,17 +77,17 @@ pub enum GpioPort {
 /// Components on the board; the default is a complete board.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FittedParts {
-    /// The 8 MHz crystal is there and oscillates.
+    /// Whether the 8 MHz crystal is fitted and oscillates.
     pub crystal: bool,
     /// The frequency of the crystal, Hz.
     pub crystal_hz: u64,
-    /// The option bytes have the brown-out reset on, at 2.7 V. The factory leaves it off.
+    /// Whether the option bytes enable the brown-out reset, at 2.7 V. As delivered, it is off.
     pub brown_out: bool,
     /// Voltage on the pin that measures the bridge's supply, mV.
     pub supply_pin_mv: u32,
     /// Frequency of the oscillator that the watchdog counts, 17 to 47 kHz.
     pub lsi_hz: u64,
-    /// Of a million bytes that the command link's port receives, the number that noise changes.
+    /// Bytes that noise changes, of a million that the command link's port receives.
     pub noisy_bytes: u32,
 }
 
@@ -111,7 +111,7 @@ pub struct EmulatedBoard {
     pub mcu: Stm32f427,
     crystal: bool,
     crystal_hz: u64,
-    /// The break input is pulled.
+    /// Whether the break input is pulled low.
     breaks: bool,
     noisy_bytes: u32,
 }
@@ -123,10 +123,10 @@ store!(EmulatedBoard {
 });
 
 impl EmulatedBoard {
-    /// A board out of the box, without power.
+    /// Creates a board as delivered, without power.
     ///
     /// # Errors
-    /// If the emulator's own description of the part contradicts itself.
+    /// Returns an error if the emulator's description of the microcontroller contradicts itself.
     pub fn new(fitted: FittedParts) -> Result<Self, Error> {
         let mut mcu = Stm32f427::new().map_err(|error| Error::Emulator(error.to_string()))?;
         mcu.rcc.attach_crystals(if fitted.crystal { fitted.crystal_hz } else { 0 }, 0);
@@ -147,7 +147,7 @@ impl EmulatedBoard {
         Ok(board)
     }
 
-    /// FLASH_OPTCR: the option bytes that the part goes by.
+    /// Returns FLASH_OPTCR: the option bytes in use.
     pub fn option_bytes(&mut self) -> u64 {
         self.mcu.program().1.get(flash::Register::Optcr)
     }
@@ -159,20 +159,20 @@ impl EmulatedBoard {
         program.keep_options(word, more, registers);
     }
 
-    /// Which of its functions a pin carries, if it is not a plain input or output.
+    /// Returns the alternate function of a pin; `None` if it is a plain input or output.
     pub fn function(&mut self, port: GpioPort, pin: u8) -> Option<u8> {
         let (_, registers) = self.mcu.port(port as usize);
         Gpio::function(Pin::new(pin)?, registers)
     }
 
-    /// What a voltmeter on a pin would show.
+    /// Returns whether the level of a pin is high.
     pub fn is_high(&mut self, port: GpioPort, pin: u8) -> bool {
         let (port, registers) = self.mcu.port(port as usize);
         Pin::new(pin).is_some_and(|pin| port.level(pin, registers) == Level::High)
     }
 
-    /// Pulls the break input of TIM1 low, as the fault output of a bridge's driver does, or lets go
-    /// of it.
+    /// Pulls the break input of TIM1 low, as the fault output of a bridge's driver does, or
+    /// releases it.
     pub fn drive_break(&mut self, at: VirtualNanos, active: bool) {
         self.breaks = active;
         let level = if active { Level::Low } else { Level::High };
@@ -189,33 +189,34 @@ impl EmulatedBoard {
         }
     }
 
-    /// To be called after a reset of the part: the emulated one forgets the level of its break
-    /// input.
+    /// Restores the level of the break input. Must be called after a reset of the emulated
+    /// microcontroller, which loses this level.
     pub fn reconnect(&mut self, at: VirtualNanos) {
         self.drive_break(at, self.breaks);
     }
 
-    /// Lets the crystal fail.
+    /// Stops the crystal.
     pub fn lose_crystal(&mut self, at: VirtualNanos) {
         self.crystal = false;
         self.mcu.rcc.attach_crystals(0, 0);
         self.mcu.drive_clocks(at, |rcc, registers, context| rcc.fail_hse(registers, context));
     }
 
-    /// Lets the last reset look like one of a brown-out; for the instant of that reset.
+    /// Sets the flags of the last reset to those of a brown-out. Must be called at the instant of
+    /// that reset.
     pub fn flag_brown_out(&mut self) {
         let (_, registers) = self.mcu.clocks();
         registers.set(rcc::Register::Csr, BORRSTF | PADRSTF);
     }
 
-    /// Sets the rail of the part itself, mV.
+    /// Sets the supply voltage of the microcontroller, mV.
     pub fn set_rail(&mut self, millivolts: u32) {
         self.mcu.set_supply(millivolts);
     }
 
-    /// To be called when TIM11's capture has been read: puts the next one there. The timer counts
-    /// the internal oscillator, and every eighth edge of the divided crystal captures it, if all of
-    /// that is set up as RM0090 has it.
+    /// Sets the next capture of TIM11. Must be called when the last capture has been read. The
+    /// timer counts the internal oscillator, and every eighth edge of the divided crystal captures
+    /// the count, if all registers are set up as in RM0090.
     pub fn capture_crystal(&mut self, at: VirtualNanos) {
         let [configuration, remap, control, mode, enable] =
             [RCC_CFGR, TIM11_OR, TIM11_CR1, TIM11_CCMR1, TIM11_CCER]
@@ -238,7 +239,7 @@ impl EmulatedBoard {
         let _ = self.mcu.write(at, TIM3_CR1, Width::W32, 0);
     }
 
-    /// Lets the control tick's timer be at its end.
+    /// Sets the control tick's timer to its end, so that the tick comes now.
     pub fn early_tick(&mut self, at: VirtualNanos) {
         if let Some(reload) = self.peek(at, TIM3_ARR) {
             // A timer without a clock does not tick either.
@@ -246,7 +247,8 @@ impl EmulatedBoard {
         }
     }
 
-    /// Time from one control tick to the next, as its timer is set; nothing if it has no clock.
+    /// Returns the time between two control ticks as their timer is set, ns; `None` if the timer
+    /// has no clock.
     pub fn tick_period_ns(&mut self, at: VirtualNanos) -> Option<u64> {
         let [prescaler, reload] = [TIM3_PSC, TIM3_ARR].map(|address| self.peek(at, address));
         let crystal = self.peek(at, RCC_CFGR)? & SWS == SWS_PLL;
@@ -264,9 +266,9 @@ impl EmulatedBoard {
         }
     }
 
-    /// To be called whenever the models have acted: an oscillator without a crystal never says that
-    /// it is ready, and the model's would, as soon as its start-up time is over. Nor does a PLL
-    /// whose input is out of its range.
+    /// Clears the ready flags of an oscillator without a crystal and of a PLL whose input is out of
+    /// its range. The models set these flags after the start-up time, so this must be called
+    /// whenever the models have acted.
     pub fn settle(&mut self) {
         let hz = self.crystal_hz;
         let (_, registers) = self.mcu.clocks();
@@ -284,11 +286,11 @@ impl EmulatedBoard {
 
     /// Writes a register as the core would now.
     pub fn poke(&mut self, at: VirtualNanos, address: u64, value: u32) {
-        // A peripheral without a clock takes nothing either.
+        // A peripheral without a clock ignores the write on the real microcontroller as well.
         let _ = self.mcu.write(at, address, Width::W32, value.into());
     }
 
-    /// A register as the core would read it now; nothing if the peripheral has no clock.
+    /// Returns a register as the core would read it now; `None` if the peripheral has no clock.
     pub fn peek(&mut self, at: VirtualNanos, address: u64) -> Option<u32> {
         self.mcu.read(at, address, Width::W32).ok().map(|value| value as u32)
     }

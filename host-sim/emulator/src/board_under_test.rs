@@ -1,8 +1,8 @@
-//! A board that is on, halted between two instructions until a command lets time pass.
+//! A powered board, halted between two instructions until a command advances the time.
 //!
-//! The emulator runs in a thread of its own and waits at every order's end for the next one, so
-//! that the caller decides when time passes, and every run is the same to the
-//! instruction. An order costs some microseconds, and a sample of 20 ms some fifty milliseconds.
+//! The emulator runs in its own thread and waits for a command after each command, so that the
+//! caller decides when time passes, and every run is the same to the instruction. A command costs
+//! some microseconds, and a sample of 20 ms some fifty milliseconds.
 
 use std::sync::mpsc::{Receiver, SyncSender, channel, sync_channel};
 use std::thread::JoinHandle;
@@ -34,18 +34,18 @@ impl Lockstep<DrivenPlant> {
     /// Couples the joint of a plan, at rest.
     ///
     /// # Errors
-    /// Names a value that is not allowed.
+    /// Returns an error that names the invalid value.
     pub fn of(plan: &RunPlan) -> Result<Self, Error> {
         let plant = DrivenPlant::at_rest(plan)?;
         Ok(Self::new(plant, nanoseconds(plan.machine.sampling.sample_time_s())))
     }
 }
 
-/// A board under test has power, and waits for orders.
+/// Powered board that waits for commands.
 pub struct BoardUnderTest<C = PlantInLockstep> {
-    /// This is the far end of its command link.
+    /// Far end of the board's command link.
     pub uart: Uart,
-    /// None when it is over.
+    /// Channel of the commands; `None` after power-off.
     orders: Option<SyncSender<BoardCommand<C>>>,
     answers: Receiver<()>,
     thread: Option<JoinHandle<Result<PoweredOffBoard<C>, Error>>>,
@@ -54,9 +54,9 @@ pub struct BoardUnderTest<C = PlantInLockstep> {
 /// State of a board after power-off.
 #[derive(Debug)]
 pub struct PoweredOffBoard<C> {
-    /// The harness has what was seen, and what was on the pins.
+    /// Harness, with the observations of the run and the plant on the pins.
     pub harness: Harness<C>,
-    /// The part was reset at these times, by these causes.
+    /// Resets of the microcontroller: time and cause of each.
     pub resets: Vec<Reset>,
     /// Instructions that the microcontroller ran from power-on to the end.
     pub instructions: u64,
@@ -67,9 +67,9 @@ pub type BoardAction<C> = Box<dyn for<'a> FnOnce(&mut HaltedBoard<'a, C>) + Send
 
 /// Command to a halted board.
 pub enum BoardCommand<C> {
-    /// Do this to the board; no time passes.
+    /// Execute this action on the board; no time passes.
     Act(BoardAction<C>),
-    /// Let time pass.
+    /// Advance the time until this condition holds.
     Until(StopCondition),
 }
 
@@ -91,9 +91,9 @@ pub enum StopCondition {
     },
 }
 
-/// The board is halted between two instructions.
+/// Board that is halted between two instructions.
 pub struct HaltedBoard<'a, C = PlantInLockstep> {
-    /// The harness has what has been seen, and what is on the pins.
+    /// Harness, with the observations so far and the plant on the pins.
     pub harness: &'a mut Harness<C>,
     pub(super) session: &'a mut Session<EmulatedBoard>,
     pub(super) host: &'a mut dyn Host,
@@ -104,7 +104,7 @@ impl<C: PlantCoupling> BoardUnderTest<C> {
     /// Turns the power on.
     ///
     /// # Errors
-    /// If the image cannot be placed.
+    /// Returns an error if the image cannot be placed in the flash.
     pub fn power_on(setup: BoardSetup, coupling: C) -> Result<Self, Error> {
         let trouble = {
             let (label, path) = (setup.label.clone(), setup.image.path.clone());
@@ -136,47 +136,47 @@ impl<C: PlantCoupling> BoardUnderTest<C> {
         Ok(Self { uart, orders: Some(orders), answers, thread: Some(thread) })
     }
 
-    /// Lets a number of samples pass, and returns the last one. Time stands still at the instant at
-    /// which the plant has got what is on the bridge.
+    /// Advances the time by a number of samples, and returns the last one. The board halts at the
+    /// instant at which the plant has received the state of the bridge.
     ///
     /// # Errors
-    /// If the image cannot go on.
+    /// Returns an error if the image cannot continue.
     pub fn samples(&mut self, count: u32) -> Result<ImageSample, Error> {
         let so_far = self.act(|halted| halted.harness.coupling.sampling().samples)?;
         self.until(StopCondition::Samples(so_far + u64::from(count)))?;
         self.act(|halted| halted.harness.coupling.sampling().sample)
     }
 
-    /// Lets time pass, ns.
+    /// Advances the time, ns.
     ///
     /// # Errors
-    /// If the image cannot go on.
+    /// Returns an error if the image cannot continue.
     pub fn pass(&mut self, ns: u64) -> Result<(), Error> {
         let now = self.act(|halted| halted.now())?;
         self.until(StopCondition::Time(now + ns))
     }
 
-    /// Lets time pass until the board has sent a frame on its link, ns at most.
+    /// Advances the time until the board has sent a frame on its link, by at most `at_most_ns`.
     ///
     /// # Errors
-    /// If the image cannot go on.
+    /// Returns an error if the image cannot continue.
     pub fn listen(&mut self, at_most_ns: u64) -> Result<(), Error> {
         let now = self.act(|halted| halted.now())?;
         self.until(StopCondition::Frame(now + at_most_ns))
     }
 
-    /// Lets time pass until something has come.
+    /// Advances the time until a condition holds.
     ///
     /// # Errors
-    /// If the image cannot go on.
+    /// Returns an error if the image cannot continue.
     pub fn until(&mut self, until: StopCondition) -> Result<(), Error> {
         self.order(BoardCommand::Until(until))
     }
 
-    /// Does something to the board; no time passes.
+    /// Executes an action on the board; no time passes.
     ///
     /// # Errors
-    /// If the image cannot go on.
+    /// Returns an error if the image cannot continue.
     pub fn act<T: Send + 'static>(
         &mut self,
         act: impl for<'a> FnOnce(&mut HaltedBoard<'a, C>) -> T + Send + 'static,
@@ -190,7 +190,7 @@ impl<C: PlantCoupling> BoardUnderTest<C> {
     /// Turns the power off.
     ///
     /// # Errors
-    /// If something had gone wrong before.
+    /// Returns an error if the run had failed before.
     pub fn off(mut self) -> Result<PoweredOffBoard<C>, Error> {
         self.end()
     }
@@ -232,22 +232,22 @@ fn gone() -> Error {
 }
 
 impl<C> HaltedBoard<'_, C> {
-    /// Gives the time since power-on, ns.
+    /// Returns the time since power-on, ns.
     pub const fn now(&self) -> u64 {
         self.stop.at.0
     }
 
-    /// Gives access to registers and pins.
+    /// Returns the board, for access to registers and pins.
     pub fn board(&mut self) -> &mut EmulatedBoard {
         self.session.board_mut()
     }
 
-    /// Returns when the microcontroller was reset, and by what.
+    /// Returns the resets of the microcontroller: time and cause of each.
     pub fn resets(&self) -> &[Reset] {
         self.session.resets()
     }
 
-    /// Reads a register of a peripheral; nothing if the peripheral has no clock.
+    /// Reads a register of a peripheral; `None` if the peripheral has no clock.
     pub fn register(&mut self, address: u64) -> Option<u32> {
         let at = self.stop.at;
         self.board().peek(at, address)
@@ -259,10 +259,10 @@ impl<C> HaltedBoard<'_, C> {
         self.board().poke(at, address, value);
     }
 
-    /// Reads what the image computed in its last tick.
+    /// Reads the last tick that the image has computed.
     ///
     /// # Errors
-    /// If the emulator refuses to read its own memory.
+    /// Returns an error if the emulator refuses to read its own memory.
     pub fn last_tick(&mut self) -> Result<Tick, Error> {
         last_tick::read(self.host, self.harness.image.last_tick).map_err(refused)
     }
@@ -270,7 +270,7 @@ impl<C> HaltedBoard<'_, C> {
     /// Reads words of the RAM.
     ///
     /// # Errors
-    /// If there is none.
+    /// Returns an error if there is no RAM at the address.
     pub fn words(&mut self, address: u64, count: u64) -> Result<Vec<u32>, Error> {
         let word = |index| self.host.read(address + 4 * index, Width::W32).map(|word| word as u32);
         (0..count).map(word).collect::<Result<_, _>>().map_err(refused)
@@ -279,14 +279,14 @@ impl<C> HaltedBoard<'_, C> {
     /// Changes a word of the RAM.
     ///
     /// # Errors
-    /// If there is none.
+    /// Returns an error if there is no RAM at the address.
     pub fn overwrite(&mut self, address: u64, word: u32) -> Result<(), Error> {
         self.host.write(address, Width::W32, word.into()).map_err(refused)
     }
 }
 
 impl HaltedBoard<'_> {
-    /// Gives access to the joint.
+    /// Returns the joint.
     pub const fn plant(&mut self) -> &mut Plant<RunJoint> {
         &mut self.harness.coupling.plant.plant
     }
@@ -301,7 +301,7 @@ impl HaltedBoard<'_> {
         self.harness.coupling.jump(counts, self.stop.at);
     }
 
-    /// Puts the joint somewhere, by hand.
+    /// Sets position (deg) and velocity (deg/s) of the joint, as if it was moved by hand.
     pub fn push(&mut self, position_deg: f64, velocity_deg_per_s: f64) {
         self.plant().push(position_deg, velocity_deg_per_s);
         self.harness.coupling.replan(self.stop.at);

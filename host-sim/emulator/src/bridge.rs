@@ -1,14 +1,14 @@
 //! State of the bridge from TIM1's outputs and the two pins beside them.
 //!
-//! Centre-aligned outputs are read from the registers, not from the pins: 44 000 edges a second
-//! would say the same.
+//! Centre-aligned outputs are read from the registers, not from the pins: their 44 000 edges a
+//! second have the same information.
 
 use rigless::soc::stm32f427::generated::tim1::Register;
 use stiction::control::drive::{Drive, Duty, PwmMode};
 
 use super::board::{EmulatedBoard, GpioPort};
 
-/// TIM1, by its place in the part's table of advanced timers.
+/// TIM1, by its place in the emulator's table of advanced timers.
 const TIM1: usize = 0;
 const TIM1_FUNCTION: u8 = 1;
 const ENABLE_PIN: u8 = 0;
@@ -21,18 +21,18 @@ const MOE: u64 = 1 << 15;
 pub struct BridgeInputs {
     /// Compare value of TIM1's channel 1.
     pub compare: u16,
-    /// Where the timer turns around.
+    /// Count at which the timer turns around.
     pub top: u16,
     /// Level of the direction pin.
     pub reverse: bool,
-    /// The timer drives its outputs, and they are connected to their pins.
+    /// Whether the timer drives its outputs, and they are connected to their pins.
     pub outputs: bool,
     /// Level of the enable pin.
     pub enable: bool,
 }
 
 impl BridgeInputs {
-    /// Reads it.
+    /// Reads the inputs of the bridge.
     pub fn read(board: &mut EmulatedBoard) -> Self {
         let connected = board.function(GpioPort::A, 8) == Some(TIM1_FUNCTION);
         let enable = board.is_high(GpioPort::B, ENABLE_PIN);
@@ -49,26 +49,26 @@ impl BridgeInputs {
         }
     }
 
-    /// Whether the motor gets anything at all.
+    /// Returns whether the bridge drives the motor.
     pub const fn is_on(&self) -> bool {
         self.outputs && self.enable
     }
 
-    /// The duty, as the core writes it. In locked antiphase there is no direction pin to look at.
+    /// Returns the duty in the core's form. Locked antiphase has no direction pin.
     pub const fn duty(&self, mode: PwmMode) -> Duty {
         let reverse = matches!(mode, PwmMode::SignMagnitude) && self.reverse;
         Duty { compare: self.compare, reverse }
     }
 }
 
-/// The code that a duty stands for: `near` if that gives the same duty, else the smallest that
-/// does.
+/// Returns the code of a duty: `near` if it has this duty, or else the smallest code that has it;
+/// `None` if there is none.
 pub fn code_of(duty: Duty, drive: &Drive, near: i16) -> Option<i16> {
     let max = drive.max_code();
     std::iter::once(near).chain(-max..=max).find(|code| drive.duty(*code) == duty)
 }
 
-/// The code whose duty is nearest to one that is no code's.
+/// Returns the code whose duty is nearest to a duty that no code has.
 pub fn nearest_code(duty: Duty, drive: &Drive) -> i16 {
     let max = drive.max_code();
     let distance = |code: &i16| {

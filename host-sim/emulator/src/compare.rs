@@ -1,4 +1,4 @@
-//! Bit for bit: where two runs of the same experiment part.
+//! Compares two runs of the same experiment, bit for bit.
 
 use std::fmt;
 
@@ -10,11 +10,11 @@ use simulator::closed_loop::LoopSample;
 /// The first tick at which two runs differ.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Difference {
-    /// Which tick of the motion.
+    /// Number of the tick in the motion.
     pub index: usize,
-    /// What the host computed; nothing if its run had ended.
+    /// Tick of the host; `None` if its run had ended.
     pub host: Option<Tick>,
-    /// What the image computed; nothing if its run had ended.
+    /// Tick of the image; `None` if its run had ended.
     pub image: Option<Tick>,
 }
 
@@ -32,7 +32,7 @@ impl fmt::Display for Difference {
 }
 
 impl Difference {
-    /// The names of the signals that are not the same.
+    /// Returns the names of the signals that differ.
     fn signals(&self) -> String {
         let (Some(host), Some(image)) = (&self.host, &self.image) else { return String::new() };
         let names = SIGNALS.iter().map(|signal| signal.name).chain(["of the law"; MAX_LAW_SIGNALS]);
@@ -42,8 +42,8 @@ impl Difference {
     }
 }
 
-/// Finds the first tick that is not the same to the bit. Two runs that end at different ticks
-/// differ there.
+/// Returns the first tick that differs in a bit. Two runs of different length differ at the end of
+/// the shorter one.
 pub fn first_difference(host: &[LoopSample], image: &[LoopSample]) -> Option<Difference> {
     (0..host.len().max(image.len())).find_map(|index| {
         let tick = |moments: &[LoopSample]| moments.get(index).map(|moment| moment.tick);
@@ -56,13 +56,13 @@ pub fn first_difference(host: &[LoopSample], image: &[LoopSample]) -> Option<Dif
     })
 }
 
-/// Whether every term of two ticks has the same bits; `==` would take -0 for 0 and refuse equal
-/// NaNs.
+/// Returns whether all signals of two ticks have the same bits. For `==`, -0 would equal 0, and
+/// equal NaNs would differ.
 pub fn same_bits(a: &Tick, b: &Tick) -> bool {
     bits(a) == bits(b)
 }
 
-/// The value of every signal.
+/// Returns the values of all signals.
 fn bits(tick: &Tick) -> Vec<Option<u32>> {
     (0..SIGNALS.len() + MAX_LAW_SIGNALS).map(|place| value(tick, place)).collect()
 }

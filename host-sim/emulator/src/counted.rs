@@ -1,11 +1,11 @@
-//! Runs that are counted, with everything on that a device can be configured to do in a tick: every
-//! monitor, the soft start, and an output that is scaled by the supply.
+//! Counts the instructions of runs with everything on that a device can be configured to do in a
+//! tick: every monitor, the soft start, and an output that is scaled by the supply.
 //!
-//! No core runs beside them, since the host's loop has neither soft start nor supply: the joint
-//! follows what the bridge does. That the image computes what the core does is shown elsewhere,
-//! with both off. So no [`Target`](simulator::target::Target) is stepped: no caller looks at a
-//! tick, and the board runs on from power-on, in lockstep with the same plant, until enough ticks
-//! were counted. To halt it at each of them would make the runs longer and show nothing else.
+//! No core runs beside the image, since the host's loop has neither soft start nor supply: the
+//! joint follows the bridge. Image and core are compared elsewhere, with both off. So no
+//! [`Target`](simulator::target::Target) is stepped: the board runs from power-on, in lockstep with
+//! the same plant, until enough ticks are counted. A halt at each tick would make the runs longer
+//! without other results.
 
 use std::sync::Arc;
 
@@ -20,20 +20,22 @@ use super::setup::BoardSetup;
 use files::error::Error;
 use simulator::experiment::RunPlan;
 
-/// What turns on what the benchmark's files leave off. The soft start takes most of a step's motion
-/// with it, and the supply is a tenth below the nominal one, so that every output is scaled.
+/// Assignments that turn on what the benchmark's files leave off. The soft start lasts for most of
+/// a step's motion, and the supply is a tenth below the nominal one, so that every output is
+/// scaled.
 pub const EVERYTHING_ON: [&str; 3] =
     ["device.soft_start_s=2", "device.nominal_supply_v=12", "device.supply_full_scale_v=24"];
-/// On the pin, mV: of 3300 mV that stand for 24 V, those of 10.8 V.
+/// Voltage on the supply pin, mV: that of 10.8 V, with 3300 mV for 24 V.
 const SUPPLY_PIN_MV: u32 = 1485;
-/// From power-on to the first sample of the motion: a second of boot and of waiting for a joint at
-/// rest is plenty, ns.
+/// Time from power-on to the first sample of the motion, ns: a second is ample for the boot and for
+/// the joint to be at rest.
 const BOOT_NS: u64 = 1_000_000_000;
 
-/// Counts all plans, as many at once as there are cores. Each is to be made with [`EVERYTHING_ON`].
+/// Counts all plans, as many at once as there are cores. Each must be made with [`EVERYTHING_ON`].
 ///
 /// # Errors
-/// The first plan that cannot be run to its last sample, or whose ticks cannot be counted.
+/// Returns an error about a plan that cannot be run to its last sample, or whose ticks cannot be
+/// counted.
 pub fn count_all(
     image: &Arc<FirmwareImage>,
     points: &Arc<Points>,
@@ -81,7 +83,7 @@ fn count_with(
     setup.fitted = FittedParts { supply_pin_mv: SUPPLY_PIN_MV, ..FittedParts::default() };
     setup.points = Some(points.clone());
     let mut board = BoardUnderTest::power_on(setup, PlantInLockstep::of(plan)?)?;
-    // That the last sample is over is seen at the begin of the next one.
+    // The end of the last sample is detected at the start of the next one.
     let counted =
         board.until(StopCondition::Counted { ticks: samples + 1, or_ns }).and_then(|()| {
             board.act(|halted| halted.harness.probe.as_ref().map_or(0, |probe| probe.ticks.len()))

@@ -1,14 +1,13 @@
-//! How plant and part are coupled: in [lockstep](super::lockstep) or
-//! [free-running](super::free_running). What both have in common is how a sample is seen from
-//! outside.
+//! Coupling of plant and microcontroller: in [lockstep](super::lockstep) or
+//! [free-running](super::free_running). Both detect a sample from outside in the same way.
 //!
 //! ```text
 //! counter read       duty taken                   counter read, or else a sample without a tick
 //! |------ h/4 -------|------------- 5 h/4 --------|
 //! ```
 //!
-//! A sample without a tick (the part boots, hangs, or has lost its clock) passes as well, half a
-//! sample late.
+//! A sample without a tick (the microcontroller boots, hangs, or has lost its clock) passes as
+//! well, half a sample late.
 
 use rigless::time::VirtualNanos;
 
@@ -20,7 +19,7 @@ use super::bridge::BridgeInputs;
 pub struct ImageSample {
     /// Start of the sample, ns since power-on.
     pub at_ns: u64,
-    /// Number of its control tick since the last reset, from 1; none if it had no tick.
+    /// Number of its control tick since the last reset, from 1; `None` if it had no tick.
     pub clock: Option<u32>,
     /// Counter of the encoder, as the image read it.
     pub counter: u32,
@@ -32,31 +31,32 @@ pub struct ImageSample {
     pub code: i16,
 }
 
-/// The samples of an image, one after the other.
+/// Sampling of an image: its last sample, and the time of the next one.
 #[derive(Clone, Copy, Debug)]
 pub struct Sampling {
-    /// The last sample. Its bridge is that of the one before until the duty is taken.
+    /// Last sample. Until its duty is taken over, its bridge is that of the sample before.
     pub sample: ImageSample,
     /// Number of samples whose duty has been applied.
     pub samples: u64,
-    /// The time between two samples is this, ns: as planned until the part has set its timer.
+    /// Time between two samples, ns: as planned until the microcontroller has set its timer.
     pub period_ns: u64,
-    /// The duty of this sample is taken at this time.
+    /// Time at which the duty of this sample is taken over.
     pub due: VirtualNanos,
     /// Start of the sample, ns since power-on.
     pub begun: VirtualNanos,
-    /// The control tick has read the counter, and its duty has not been taken.
+    /// Whether a control tick has read the counter, and its duty has not been taken over.
     pub is_open: bool,
-    /// The image has ticked at least once since power-on.
+    /// Whether the image has ticked at least once since power-on.
     pub has_ticked: bool,
-    /// The last first read of a tick.
+    /// Time of the first read of the counter in the last tick.
     read: Option<VirtualNanos>,
     /// Control ticks since the last reset.
     clock: u32,
 }
 
 impl Sampling {
-    /// Makes the sampling of an image that is about to start and should tick so often, ns.
+    /// Creates the sampling of an image that is about to start, with the planned sample time
+    /// `period_ns`.
     pub fn new(period_ns: u64) -> Self {
         Self {
             sample: ImageSample::default(),
@@ -80,7 +80,7 @@ impl Sampling {
         at: VirtualNanos,
     ) -> bool {
         let period_ns = board.tick_period_ns(at).unwrap_or(self.period_ns);
-        // Several reads of one tick are one tick; the first is the latch.
+        // Several reads within a tick count as one tick; the first one is the latch.
         if self.read.is_some_and(|read| at.0 - read.0 < period_ns / 2) {
             return false;
         }
@@ -96,7 +96,7 @@ impl Sampling {
         true
     }
 
-    /// Takes the duty of a sample.
+    /// Takes over the duty of a sample, and counts the sample.
     pub fn take(&mut self, bridge: BridgeInputs, code: i16) {
         if !std::mem::take(&mut self.is_open) {
             self.begun = VirtualNanos(self.begun.0 + self.period_ns);
@@ -107,30 +107,32 @@ impl Sampling {
         self.due = VirtualNanos(self.begun.0 + 3 * self.period_ns / 2);
     }
 
-    /// Counts anew after a reset of the part.
+    /// Restarts the count of ticks after a reset of the microcontroller.
     pub const fn reset(&mut self) {
         self.clock = 0;
         self.read = None;
     }
 }
 
-/// A coupling moves the plant as the part's time goes on, and shows the part its encoder.
+/// Coupling that moves the plant as the microcontroller's time advances, and drives its encoder
+/// pins.
 pub trait PlantCoupling: Send + std::fmt::Debug + 'static {
-    /// Gives the samples so far.
+    /// Returns the sampling so far.
     fn sampling(&self) -> &Sampling;
 
-    /// Takes a read of the encoder's counter by the image.
+    /// Handles a read of the encoder's counter by the image.
     fn counter_read(&mut self, board: &mut EmulatedBoard, counter: u32, at: VirtualNanos);
 
-    /// Takes a duty that the image has written.
+    /// Handles a duty that the image has written.
     fn duty_written(&mut self, _board: &mut EmulatedBoard, _at: VirtualNanos) {}
 
     /// Returns the next instant at which [`act`](Self::act) has something to do.
     fn next(&self) -> VirtualNanos;
 
-    /// Does what is due.
+    /// Executes all that is due.
     fn act(&mut self, board: &mut EmulatedBoard, at: VirtualNanos);
 
-    /// Shows a part what is on its pins after a reset, which has made it forget.
+    /// Drives the pins again after a reset, in which the emulated microcontroller loses their
+    /// levels.
     fn reset(&mut self, board: &mut EmulatedBoard, at: VirtualNanos);
 }

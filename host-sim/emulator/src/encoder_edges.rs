@@ -14,27 +14,27 @@ use rigless::time::VirtualNanos;
 use super::board::{EmulatedBoard, GpioPort};
 use files::encoder::Wires;
 
-/// TIM2, by its place in the part's table of general-purpose timers.
+/// TIM2, by its place in the emulator's table of general-purpose timers.
 const TIM2: usize = 0;
 /// Alternate function 1 of PA0 and PA1 is TIM2.
 const TIM2_FUNCTION: u8 = 1;
 
-/// An encoder, as far as its wires show where it is.
+/// Encoder with two wires, by the edges on them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct EncoderEdges {
-    /// Edges since power-on, up less down.
+    /// Edges since power-on: those up minus those down.
     counts: i64,
     wires: Wires,
 }
 
 impl EncoderEdges {
-    /// Where the disc is.
+    /// Returns the shown position of the disc, counts.
     pub const fn counts(&self) -> i64 {
         self.counts
     }
 
-    /// Moves the disc by one count towards `target`, and shows the edge to the part. Nothing to do
-    /// if it is there.
+    /// Moves the disc by one count towards `target`, and drives the edge on the wires. Does nothing
+    /// if the disc is there.
     pub fn step_towards(&mut self, target: i64, board: &mut EmulatedBoard, at: VirtualNanos) {
         let before = self.driven();
         self.counts += (target - self.counts).signum();
@@ -46,21 +46,22 @@ impl EncoderEdges {
         }
     }
 
-    /// Lets something happen to the wires.
+    /// Cuts, swaps or restores the wires.
     pub fn rewire(&mut self, wires: Wires, board: &mut EmulatedBoard, at: VirtualNanos) {
         self.wires = wires;
         self.show(board, at);
     }
 
-    /// Shows the wires as they are: to be called once a tick, since a part forgets them in a reset,
-    /// and a pin whose wire is cut follows the resistor that the firmware has chosen.
+    /// Drives the levels of the wires. Must be called once a tick: the emulated microcontroller
+    /// loses the levels in a reset, and a pin whose wire is cut follows the resistor that the
+    /// firmware has set.
     pub fn show(&self, board: &mut EmulatedBoard, at: VirtualNanos) {
         for (pin, level) in [0, 1].into_iter().zip(self.driven()) {
             drive(board, at, pin, level);
         }
     }
 
-    /// Levels of the wires at the part's two pins, A and B. Nothing drives a pin whose wire is cut.
+    /// Returns the levels of the wires at the pins A and B; `None` for a pin whose wire is cut.
     fn driven(&self) -> [Option<Level>; 2] {
         let [a, b] = levels(self.counts).map(Some);
         match self.wires {
@@ -71,14 +72,14 @@ impl EncoderEdges {
         }
     }
 
-    /// Whether the firmware has connected TIM2 to the pins that the encoder is soldered to.
+    /// Returns whether the firmware has connected TIM2 to the pins of the encoder.
     pub fn connected(board: &mut EmulatedBoard) -> bool {
         [0, 1].into_iter().all(|pin| board.function(GpioPort::A, pin) == Some(TIM2_FUNCTION))
     }
 }
 
-/// Drives a pin, or lets go of it: it follows its resistor then. The emulated port and its timer
-/// do not share their pins, so that the timer is given the level that the port has.
+/// Drives a pin, or releases it, so that it follows its resistor. The emulated port and timer do
+/// not share their pins, so the level of the port is set at the timer as well.
 fn drive(board: &mut EmulatedBoard, at: VirtualNanos, pin: u8, level: Option<Level>) {
     let (Some(channel), Some(place)) = (Channel::new(pin + 1), Pin::new(pin)) else { return };
     let level = board.mcu.drive_port(at, GpioPort::A as usize, |port, registers, context| {

@@ -24,56 +24,57 @@ use files::error::Error;
 /// First address of the RAM, and bytes of the page below it.
 const RAM: u64 = 0x2000_0000;
 const PAGE: u64 = 0x1000;
-/// Accesses below the RAM that are answered by a bus error: more than two exceptions save.
+/// Number of accesses below the RAM that a bus error answers: more than two exceptions need.
 const BELOW_RAM: usize = 64;
 
-/// The log is read more often than elsewhere: what a reset finds unread is lost.
+/// Interval at which the log is read, ns. It is shorter than elsewhere, since a reset loses the
+/// unread log.
 const DRAIN_EVERY_NS: u64 = 2_000_000;
-/// Time between two samples until the part has set its timer, ns.
+/// Time between two samples until the microcontroller has set its timer, ns.
 const SAMPLE_NS: u64 = 20_000_000;
 
-/// A fault of the hardware, or what ends one.
+/// Fault of the hardware, or the end of a fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Injection {
     /// The bridge's driver pulls the break input.
     Break,
-    /// It lets go of it.
+    /// The bridge's driver releases the break input.
     BreakReleased,
-    /// It pulls it for no longer than an instant, at the worst one: when the control task has just
-    /// written the first duty and is about to turn the outputs on.
+    /// The bridge's driver pulls the break input only for an instant, at the worst time: when the
+    /// control task has just written the first duty and is about to turn the outputs on.
     BreakAtArming,
     /// The crystal stops.
     CrystalLost,
     /// The reset pin is pulled.
     Reset,
     /// The supply sags below the brown-out level and comes back at once: a reset with that level's
-    /// flag, as on a part whose option bytes enable it. The emulator has no such level of its own.
-    /// The RAM stays as it is.
+    /// flag, as on a microcontroller whose option bytes enable it. The emulator itself has no such
+    /// level. The RAM stays as it is.
     BrownOut,
     /// The timer of the control tick stops counting.
     TickStops,
     /// The control tick comes now, before its time, and the next one a whole period later.
     TickEarly,
-    /// The processor stands still while timers and pins go on, as it does when it is locked up, or
+    /// The processor stops while timers and pins continue, as it does when it is locked up, or
     /// halted by a probe, or waits for the flash.
     CoreStalls,
-    /// It goes on where it stood.
+    /// The processor continues where it has stopped.
     CoreGoesOn,
     /// The next access to a register is answered by a bus error.
     BusError {
         /// Address of the register.
         address: u64,
     },
-    /// The next accesses to the page below the RAM are answered by bus errors, as on the part. The
-    /// emulator drops them otherwise.
+    /// The next accesses to the page below the RAM are answered by bus errors, as on the
+    /// microcontroller. Without this injection, the emulator ignores them.
     NothingBelowRam,
     /// Bytes of the RAM change.
     Corrupts {
-        /// The first of them.
+        /// Address of the first byte.
         address: u64,
-        /// How many.
+        /// Number of bytes.
         length: u64,
-        /// What they are afterwards.
+        /// New value of each byte.
         to: u8,
     },
 }
@@ -81,34 +82,34 @@ pub enum Injection {
 /// Observations of a board.
 #[derive(Clone, Debug)]
 pub struct BoardObservation {
-    /// The bridge was on in these spans of time, ns since power-on, to the instruction.
+    /// Spans of time in which the bridge was on, ns since power-on, exact to the instruction.
     pub on_ns: Vec<[u64; 2]>,
-    /// Its outputs or its enable pin, or both, were on until this time, ns since power-on.
+    /// Last time at which the bridge's outputs or its enable pin were on, ns since power-on.
     pub any_ns: u64,
-    /// The bridge was in this state when it was last seen on.
+    /// State of the bridge when it was last seen on.
     pub last: BridgeInputs,
-    /// It was on with these compare values, each with the time at which it came, ns.
+    /// Compare values with which the bridge was on, each with the time from which it was set, ns.
     pub compares: Vec<(u64, u16)>,
     /// Times at which the image read the encoder, ns since power-on: early in each control tick.
     pub ticks_ns: Vec<u64>,
-    /// The firmware logged these lines.
+    /// Log of the firmware.
     pub log: Vec<LogLine>,
     /// Resets of the microcontroller: time and cause of each.
     pub resets: Vec<Reset>,
 }
 
 impl BoardObservation {
-    /// Says whether the bridge was on at any time after `at_ns`.
+    /// Returns whether the bridge was on at any time after `at_ns`.
     pub fn on_after(&self, at_ns: u64) -> bool {
         self.on_ns.iter().any(|[_, until]| *until > at_ns)
     }
 
-    /// Returns when the bridge was turned off for the last time; nothing if it was never on.
+    /// Returns the time at which the bridge was last turned off, ns; `None` if it was never on.
     pub fn off_at_ns(&self) -> Option<u64> {
         self.on_ns.last().map(|[_, until]| *until)
     }
 
-    /// Says whether a line of the log holds `text`.
+    /// Returns whether a line of the log contains `text`.
     pub fn says(&self, text: &str) -> bool {
         self.log.iter().any(|line| line.text.contains(text))
     }
@@ -118,7 +119,7 @@ impl BoardObservation {
 /// are the contents of the two parameter sectors, 10 and 11; one without any is erased.
 ///
 /// # Errors
-/// If the image cannot be placed.
+/// Returns an error if the image cannot be placed in the flash.
 pub fn observe(
     image: &Arc<FirmwareImage>,
     records: [Option<&[u8]>; 2],
@@ -133,7 +134,7 @@ pub fn observe(
 /// is called every 50 us.
 ///
 /// # Errors
-/// If the image cannot be placed.
+/// Returns an error if the image cannot be placed in the flash.
 pub fn converse(
     image: &Arc<FirmwareImage>,
     records: [Option<&[u8]>; 2],
@@ -156,7 +157,7 @@ fn observed(
     let mut setup = BoardSetup::new("fault injection", image, Vec::new());
     setup.records = records.map(|record| record.map(<[u8]>::to_vec));
     (setup.fitted, setup.partner, setup.drain_every_ns) = (fitted, partner, DRAIN_EVERY_NS);
-    // What hangs is looked at to its end.
+    // A firmware that hangs is observed to the end.
     setup.is_guarded = false;
     let blocked = Lockstep::new(FreeDisc::default(), SAMPLE_NS);
     let mut board = BoardUnderTest::power_on(setup, blocked)?;
@@ -196,7 +197,7 @@ impl<C> HaltedBoard<'_, C> {
             }
             Injection::Corrupts { address, length, to } => {
                 for address in address..address + length {
-                    // What is no RAM stays as it is, and a test of what should follow fails.
+                    // Outside the RAM nothing changes, and a test of the consequence fails.
                     let _ = host.write(address, Width::W8, u64::from(to));
                 }
             }

@@ -1,12 +1,13 @@
 //! Free-running: edges and PWM at their own times.
 //!
 //! The plant moves all the time, under the effort that is on the bridge at that instant. An edge
-//! comes when the joint crosses it. A duty takes effect at the PWM's next turn, up or down, where
-//! the timer loads what has been written; the ripple within a period is not simulated, only its
-//! mean.
+//! comes when the joint crosses it. A duty takes effect at the next turning point of the PWM, up or
+//! down, where the timer loads the written value. Only the mean of a PWM period is simulated, not
+//! its ripple.
 //!
-//! This steps no [`Target`](simulator::target::Target), which is asked once a sample: here the part
-//! asks for the plant at every edge and at every turn of the PWM, and says itself when it ticks.
+//! No [`Target`](simulator::target::Target) is stepped, since it ticks once a sample: here the
+//! microcontroller needs the plant at every edge and at every turning point of the PWM, and
+//! determines the times of its ticks.
 
 use rigless::time::{NO_DEADLINE, VirtualNanos};
 
@@ -23,30 +24,29 @@ const TIM1_CNT: u64 = 0x4001_0024;
 const TIM1_ARR: u64 = 0x4001_002C;
 /// The timer counts down.
 const DIR: u32 = 1 << 4;
-/// An edge is looked for no further ahead than this, so that a joint that turns back within it
-/// loses no more than the flicker of one count.
+/// Longest time ahead for which an edge is searched, ns. A joint that reverses within it loses at
+/// most the flicker of one count.
 const HORIZON_NS: u64 = 500_000;
-/// How exactly an edge is located.
+/// Accuracy of the time of an edge, ns.
 const EDGE_NS: u64 = 5;
 
-/// In free-running the plant moves whenever the part's time goes on.
+/// Free-running coupling: the plant moves whenever the microcontroller's time advances.
 #[derive(Debug)]
 pub struct FreeRunning<S> {
-    /// The joint moves under what is on the bridge.
+    /// Plant that the bridge drives.
     pub plant: Plant<S>,
-    /// The joint was in this state when the image last read the counter.
+    /// State of the joint when the image last read the counter.
     pub at_tick: S,
-    /// The joint has had these breaks, sticks and reversals so far.
+    /// Breaks, sticks and reversals of the joint so far.
     pub events: Vec<Event>,
-    /// From each read of the counter to the instant at which the duty of that tick takes effect,
-    /// ns.
+    /// Latencies, ns: from each read of the counter until the duty of that tick takes effect.
     pub latencies_ns: Vec<u64>,
     stage: PowerStage,
     sampling: Sampling,
     encoder: EncoderEdges,
     /// The first tick of the motion.
     origin: Option<VirtualNanos>,
-    /// Until when the joint has been moved.
+    /// Time up to which the joint has been moved.
     moved_to: VirtualNanos,
     applied_v: f64,
     effect_at: VirtualNanos,
@@ -54,7 +54,7 @@ pub struct FreeRunning<S> {
 }
 
 impl<S: AxisSolver + Clone> FreeRunning<S> {
-    /// Couples a plant with a part that should sample so often, ns.
+    /// Couples a plant with a microcontroller whose planned sample time is `period_ns`.
     pub fn new(plant: Plant<S>, stage: PowerStage, period_ns: u64) -> Self {
         Self {
             at_tick: plant.solver.clone(),
@@ -72,7 +72,7 @@ impl<S: AxisSolver + Clone> FreeRunning<S> {
         }
     }
 
-    /// Moves the joint to `at`. Before the motion begins it rests.
+    /// Moves the joint up to the time `at`. Before the motion starts, the joint rests.
     fn move_to(&mut self, at: VirtualNanos) {
         let Some(origin) = self.origin else {
             self.moved_to = at;
@@ -87,7 +87,7 @@ impl<S: AxisSolver + Clone> FreeRunning<S> {
         }
     }
 
-    /// When the joint crosses its next edge, or when to look again.
+    /// Sets the time at which the joint crosses its next edge, or at which to search again.
     fn look_ahead(&mut self) {
         let Some(origin) = self.origin else { return };
         let now = self.encoder.counts();
@@ -148,8 +148,8 @@ where
             let code = self.stage.code(&BridgeInputs::read(board), 0);
             self.applied_v = self.plant.volts(code);
             if self.applied_v != 0.0 && self.sampling.has_ticked {
-                // Until now the joint has had no reason to move: the motion's clock begins with the
-                // tick behind this.
+                // Until now nothing has driven the joint: the clock of the motion starts with the
+                // tick of this duty.
                 self.origin.get_or_insert(self.sampling.begun);
             }
         }

@@ -9,27 +9,28 @@ use rigless::time::VirtualNanos;
 
 use super::image::FirmwareImage;
 
-/// From power-on to the first tick with the bridge on, ns.
+/// Longest time from power-on to the first tick with the bridge on, ns.
 const BOOT_LIMIT_NS: u64 = 3_000_000_000;
-/// As many reads take some 0.5 s of virtual time: longer than any wait that has a limit of its own.
+/// Number of reads that counts as a hang. They take some 0.5 s of virtual time: longer than any
+/// wait that has its own limit.
 const POLLING_LIMIT: u32 = 16_000_000;
 
 /// Detector of a firmware that polls one register.
 ///
 /// The register that is polled is found by a majority vote (Boyer and Moore 1981): one that is read
 /// more often than everything else happens together wins, however often a control task interrupts
-/// the loop around it. A part that sleeps between its tasks has no such register.
+/// the loop around it. A processor that sleeps between its tasks has no such register.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Guard {
     /// Address of a register, and of the instruction that reads it.
     candidate: Option<(u64, Option<u64>)>,
     votes: u32,
-    /// The register that is polled, and from where.
+    /// Polled register, and address of the instruction that reads it.
     polled: Option<(u64, Option<u64>)>,
 }
 
 impl Guard {
-    /// Sees one access.
+    /// Records one access.
     pub fn see(&mut self, access: &Access) {
         let this = Some((access.address, access.program_counter));
         let is_read = access.kind == AccessKind::Read;
@@ -45,7 +46,7 @@ impl Guard {
         }
     }
 
-    /// Says what is wrong, if the same register has been read for too long.
+    /// Returns the error message if the same register has been read for too long.
     pub fn polling(&self, image: &FirmwareImage) -> Option<String> {
         let (register, code) = self.polled?;
         let place = code.map_or_else(String::new, |code| {
@@ -61,12 +62,12 @@ impl Guard {
         ))
     }
 
-    /// Until when the bridge must be on.
+    /// Returns the time by which the bridge must be on.
     pub const fn boot_limit() -> VirtualNanos {
         VirtualNanos(BOOT_LIMIT_NS)
     }
 
-    /// What to say if it is not.
+    /// Returns the error message if the bridge is not on by then.
     pub fn not_armed() -> String {
         let limit_s = BOOT_LIMIT_NS as f64 * 1e-9;
         format!("it has not turned its bridge on within {limit_s} s of virtual time")

@@ -1,8 +1,8 @@
-//! The one harness of the emulated part: what happens at its accesses and at its stops.
+//! The only harness of the emulated microcontroller: it acts at its accesses and at its stops.
 //!
-//! A tick is seen by its read of the encoder's counter. What happens between two ticks is the
-//! coupling's own. What is seen of bridge, log, link, resets and counted instructions is seen here,
-//! for every caller ([`BoardUnderTest`](super::board_under_test::BoardUnderTest)).
+//! The harness detects a tick by its read of the encoder's counter. The coupling acts between two
+//! ticks. The harness observes bridge, log, link, resets and counted instructions for every caller
+//! ([`BoardUnderTest`](super::board_under_test::BoardUnderTest)).
 
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender};
@@ -25,26 +25,26 @@ use super::uart::Uart;
 
 const TIM2_CNT: u64 = 0x4000_0024;
 const TIM1_CCR1: u64 = 0x4001_0034;
-/// How often a partner is asked, ns.
+/// Interval at which a partner is called, ns.
 const PARTNER_EVERY_NS: u64 = 50_000;
 
 /// State of one emulated microcontroller as seen from outside.
 pub struct Harness<C> {
-    /// The coupling moves what is on the pins.
+    /// Coupling of the microcontroller with the plant on its pins.
     pub coupling: C,
-    /// The bridge was on in these spans of time.
+    /// Spans of time in which the bridge was on.
     pub spans: Spans,
-    /// The image read the encoder at these times, ns since power-on: early in each control tick.
+    /// Times at which the image read the encoder, ns since power-on: early in each control tick.
     pub ticks_ns: Vec<u64>,
-    /// The firmware has said this so far.
+    /// Log of the firmware so far.
     pub log: FirmwareLog,
-    /// The probe counts instructions, if that was asked for.
+    /// Counters of instructions, if the setup has points to count.
     pub probe: Option<Probe>,
-    /// The part runs this program.
+    /// Program of the microcontroller.
     pub image: Arc<FirmwareImage>,
-    /// The run cannot go on, for this reason.
+    /// Reason why the run cannot continue.
     pub failed: Option<String>,
-    /// The break input is pulled as soon as the bridge is about to be driven, and let go at once.
+    /// Whether to pull the break input low for an instant when the bridge is about to be driven.
     pub breaks_at_arming: bool,
     guard: Option<Guard>,
     uart: Uart,
@@ -52,7 +52,7 @@ pub struct Harness<C> {
     partner_at: VirtualNanos,
     drain_at: VirtualNanos,
     drain_every_ns: u64,
-    /// How many have been seen.
+    /// Number of resets so far.
     resets: usize,
     orders: Receiver<BoardCommand<C>>,
     answer: Sender<()>,
@@ -60,7 +60,7 @@ pub struct Harness<C> {
 }
 
 impl<C: PlantCoupling> Harness<C> {
-    /// Puts a harness around a part that is about to start.
+    /// Creates the harness of a microcontroller that is about to start.
     pub fn new(
         setup: BoardSetup,
         coupling: C,
@@ -89,7 +89,7 @@ impl<C: PlantCoupling> Harness<C> {
         }
     }
 
-    /// The next instant at which there is something to do.
+    /// Returns the next instant at which the harness has to act.
     fn next(&self) -> VirtualNanos {
         let next = self.coupling.next().min(self.drain_at).min(self.partner_at);
         match self.until {
@@ -98,7 +98,7 @@ impl<C: PlantCoupling> Harness<C> {
         }
     }
 
-    /// Everything that is due at a stop but the next order.
+    /// Executes all that is due at a stop, except the next command.
     fn act(
         &mut self,
         board: &mut EmulatedBoard,
@@ -127,7 +127,7 @@ impl<C: PlantCoupling> Harness<C> {
         Ok(())
     }
 
-    /// Whether an order to let time pass is done.
+    /// Returns whether the command that advances the time is done.
     fn is_there(&self, at: VirtualNanos) -> bool {
         match self.until {
             None => true,
@@ -140,7 +140,7 @@ impl<C: PlantCoupling> Harness<C> {
         }
     }
 
-    /// Executes commands until one lets time pass; false if the caller is gone.
+    /// Executes commands until one advances the time. Returns false if the caller has ended.
     fn obey(
         &mut self,
         session: &mut Session<EmulatedBoard>,
@@ -207,7 +207,7 @@ impl<C: PlantCoupling> Harness<C> {
             self.resets = resets;
             session.board_mut().reconnect(stop.at);
             self.coupling.reset(session.board_mut(), stop.at);
-            // A reset ends a stall, whatever it came from.
+            // Any reset ends a stall.
             host.hold(false);
         }
         if let Some(StopCondition::Frame(_)) = self.until
@@ -249,8 +249,8 @@ impl<C: PlantCoupling> Driver<EmulatedBoard> for Harness<C> {
             self.failed = guard.polling(&self.image);
         }
         if self.failed.is_some() || !self.obey(session, &stop, host) {
-            // The last words are often the ones that matter, and no caller is left for an error if
-            // they cannot be read.
+            // The last lines of the log are often the important ones. If they cannot be read, no
+            // caller is left for the error.
             let _ = self.log.drain(host, stop.at);
             if let Some(probe) = &mut self.probe
                 && let Err(error) = probe.detach(host)

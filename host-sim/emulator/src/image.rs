@@ -12,37 +12,37 @@ use object::{Architecture, Object, ObjectSection, ObjectSymbol};
 use super::last_tick;
 use files::error::Error;
 
-/// The part that the board carries.
+/// Microcontroller of the board.
 const CHIP: &str = "STM32F405";
-/// The core that this program was built with.
+/// Version of the core with which this program was built.
 const VERSION: &str = env!("CARGO_PKG_VERSION");
 const SECTION: &str = ".note.stiction";
 const NOTE_NAME: &[u8] = b"stiction\0";
 const NOTE_TYPE: u32 = 1;
-/// Where a firmware that defmt-rtt logs for keeps its buffers.
+/// Symbol of the log's buffers in a firmware with defmt-rtt.
 const RTT_SYMBOL: &str = "_SEGGER_RTT";
 
-/// How to get a good image, for every message about a bad one.
+/// Advice on how to build an image, for every message about an invalid one.
 const BUILD: &str = "build it with `cargo xtask firmware`";
 
-/// A flash image that may be run.
+/// Flash image that has been checked and can be run.
 #[derive(Debug)]
 pub struct FirmwareImage {
-    /// Where it came from.
+    /// Path of its file.
     pub path: PathBuf,
     /// The whole ELF file.
     pub elf: Vec<u8>,
-    /// What it says of itself.
+    /// Note in the image.
     pub note: ImageNote,
     /// The log's format strings.
     pub formats: Table,
     /// Address of the log's buffers.
     pub rtt: u64,
-    /// Address of what it computed in its last tick.
+    /// Address of the last tick that the image has computed.
     pub last_tick: u64,
 }
 
-/// Note in an image: versions of core and commit, and chip.
+/// Note in an image: version of the core, commit, and chip.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ImageNote {
     /// Version of the core.
@@ -54,7 +54,7 @@ pub struct ImageNote {
 }
 
 impl FirmwareImage {
-    /// Reads a file and refuses what cannot run on the board.
+    /// Reads a file, and rejects an image that cannot run on the board.
     ///
     /// # Errors
     /// Returns why the file is not a valid image, and how to build one.
@@ -134,13 +134,13 @@ impl FirmwareImage {
         Ok(Self { path: path.into(), note, formats, rtt, last_tick, elf })
     }
 
-    /// Where the parts of a variable lie, first address and size: the compiler may have taken it
-    /// apart. `name` is a piece of its mangled name.
+    /// Returns address and size of each part of a variable, which the compiler may have split.
+    /// `name` is a piece of its mangled name.
     pub fn variable(&self, name: &str) -> Vec<(u64, u64)> {
         self.symbols(name, object::SymbolKind::Data)
     }
 
-    /// Where the functions begin whose mangled names hold `name`.
+    /// Returns the addresses of the functions whose mangled names contain `name`.
     pub fn functions(&self, name: &str) -> Vec<u64> {
         self.symbols(name, object::SymbolKind::Text)
             .into_iter()
@@ -158,11 +158,11 @@ impl FirmwareImage {
             .collect()
     }
 
-    /// The function that an address of code lies in, for messages.
+    /// Returns the name of the function that contains an address, for messages.
     pub fn function_at(&self, address: u64) -> Option<String> {
         let file = object::File::parse(&*self.elf).ok()?;
         let function = file.symbols().find(|symbol| {
-            // The lowest bit of a function's address says that it is Thumb code.
+            // The lowest bit of a function's address marks Thumb code.
             let start = symbol.address() & !1;
             symbol.kind() == object::SymbolKind::Text
                 && (start..start + symbol.size()).contains(&address)

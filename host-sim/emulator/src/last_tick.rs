@@ -1,9 +1,9 @@
-//! The image's own [`Tick`], out of its memory.
+//! Reads the last [`Tick`] of the image from its memory.
 //!
-//! The firmware leaves every tick in a static of its own, for debuggers and for this
-//! (`src/board/last_tick.rs`): it is the first part of an [`Output`]. Address and size come from
-//! the ELF file's symbols; where each term lies follows from the types, which are laid out as in C
-//! and have no pointers or words of the processor's size: they are the same on both sides.
+//! The firmware stores every tick in a static, for debuggers and for this module
+//! (`src/board/last_tick.rs`), as the first part of an [`Output`]. Address and size come from the
+//! ELF file's symbols. The offset of each signal follows from the types, which are laid out as in C
+//! and have no pointers or words of the processor's size: it is the same on both sides.
 
 use std::mem::{offset_of, size_of};
 
@@ -24,11 +24,11 @@ const WORD: usize = 4;
 const _: () = assert!(offset_of!(Output, tick) == 0);
 const _: () = assert!(SIZE.is_multiple_of(WORD));
 
-/// Reads the last tick of the image. Nothing in the image runs meanwhile; the caller sees to it
-/// that its control task has left the tick.
+/// Reads the last tick of the image, which is halted meanwhile. The caller must ensure that its
+/// control task has finished the tick.
 ///
 /// # Errors
-/// If the emulator refuses to read its own memory.
+/// Returns an error if the emulator refuses to read its own memory.
 pub fn read(host: &mut dyn Host, address: u64) -> Result<Tick, Error> {
     let mut bytes = [0; SIZE];
     for (word, at) in bytes.chunks_exact_mut(WORD).zip((address..).step_by(WORD)) {
@@ -37,7 +37,7 @@ pub fn read(host: &mut dyn Host, address: u64) -> Result<Tick, Error> {
     Ok(decode(&bytes))
 }
 
-/// Every signal from its place in the layout.
+/// Decodes every signal from its place in the layout.
 fn decode(bytes: &[u8; SIZE]) -> Tick {
     let mut tick = Tick::default();
     let at = |offset: usize, size: usize| {

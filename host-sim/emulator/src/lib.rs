@@ -1,11 +1,12 @@
 //! The flash image on an emulated microcontroller, with its pins wired to the simulated joint.
 //!
-//! The image is the one that is flashed to the board, to the byte, and the parameter sector lies
-//! beside it as a probe would write it.
+//! The image is byte for byte the one that is flashed to the board. The parameter sector is beside
+//! it, as a probe would write it.
 //!
 //! There is one [harness] for all uses. A [board under test](board_under_test) is halted between
-//! two instructions until a command lets time pass. Part and plant are coupled in [lockstep] or
-//! [free-running](free_running), and what is on the pins is a [plant interface](plant_interface).
+//! two instructions until a command advances the time. Microcontroller and plant are coupled in
+//! [lockstep] or [free-running](free_running); the pins are connected to a
+//! [plant interface](plant_interface).
 //!
 //! | who has the board | for what |
 //! |---|---|
@@ -16,7 +17,7 @@
 //!
 //! [`firmware`] reads the image as machine code: its size, stack, calls and cycles.
 //!
-//! What this is blind to: cycles, wait states and exception latency (an instruction takes one
+//! Not simulated: cycles, wait states and exception latency (an instruction takes one
 //! cycle), the contents of the flash after a write, analog effects of any kind, and the pins'
 //! electrical side.
 

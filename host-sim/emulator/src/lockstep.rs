@@ -5,10 +5,10 @@
 //! |------ h/4 -------|---- edges -----|---- 0.1 h -----|
 //! ```
 //!
-//! The duty that a tick has put out is taken a quarter of a sample later and holds from the tick
-//! on. The plant is then moved by a whole sample at once, and the edges that lead to its new
-//! position are shown before the next tick. Does badly: a bridge that goes off within a sample is
-//! off for the joint from the next sample on.
+//! The duty of a tick is taken over a quarter of a sample later, and applies from the tick on. The
+//! plant is then moved by a whole sample at once, and the edges to its new position are sent before
+//! the next tick. Limits: a bridge that turns off within a sample is off for the joint from the
+//! next sample on.
 
 use rigless::time::{NO_DEADLINE, VirtualNanos};
 
@@ -19,24 +19,24 @@ use super::encoder_edges::EncoderEdges;
 use super::plant_interface::PlantInterface;
 use files::encoder::Wires;
 
-/// Between two edges, at least: the filter of the firmware's inputs passes 95 ns.
+/// Shortest time between two edges, ns: the filter of the firmware's inputs passes 95 ns.
 const SHORTEST_NS: u64 = 100;
 
-/// In lockstep the plant waits for the part, sample by sample.
+/// Lockstep coupling: the plant waits for the microcontroller, sample by sample.
 #[derive(Debug)]
 pub struct Lockstep<P> {
-    /// The plant interface is what is on the pins.
+    /// Plant on the pins.
     pub plant: P,
     sampling: Sampling,
     encoder: EncoderEdges,
-    /// Counts that the disc shows beyond where the plant is.
+    /// Counts that noise has added to the position of the disc.
     noise: i64,
     edge_at: VirtualNanos,
     interval_ns: u64,
 }
 
 impl<P: PlantInterface> Lockstep<P> {
-    /// Couples a plant with a part that should sample so often, ns.
+    /// Couples a plant with a microcontroller whose planned sample time is `period_ns`.
     pub fn new(plant: P, period_ns: u64) -> Self {
         Self {
             plant,
@@ -59,13 +59,13 @@ impl<P: PlantInterface> Lockstep<P> {
         self.encoder.rewire(wires, board, at);
     }
 
-    /// What the disc shows, in counts.
+    /// Returns the position of the disc with noise, counts.
     fn disc(&self) -> i64 {
         self.plant.disc() + self.noise
     }
 
-    /// Plans the edges from where the disc is shown to be to where it is, up to 0.9 of the sample.
-    /// To be called when the plant has moved.
+    /// Plans the edges from the shown position of the disc to its present one, up to 0.9 of the
+    /// sample. Must be called when the plant has moved.
     pub fn replan(&mut self, now: VirtualNanos) {
         if self.sampling.is_open {
             return;

@@ -21,17 +21,17 @@ const BUFFER: u64 = 28;
 const SIZE: u64 = 32;
 const WRITE: u64 = 36;
 const READ: u64 = 40;
-/// A buffer that claims to be larger is not one: the RAM of the part.
+/// Largest valid size of a buffer, bytes: the RAM of the microcontroller.
 const LARGEST: u64 = 192 << 10;
 
 /// One line of the firmware's log.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LogLine {
-    /// When it was read out, ns of virtual time since power-on.
+    /// Virtual time at which it was read, ns since power-on.
     pub read_at_ns: u64,
-    /// `error`, `warn`, `info`, `debug`, `trace`, or nothing.
+    /// `error`, `warn`, `info`, `debug`, `trace`, or empty.
     pub level: &'static str,
-    /// What the firmware said.
+    /// Text of the line.
     pub text: String,
 }
 
@@ -52,7 +52,7 @@ pub struct FirmwareLog {
     listener: Option<Listener>,
     /// Bytes of a frame that is not complete.
     rest: Vec<u8>,
-    /// Everything so far.
+    /// All lines so far.
     pub lines: Vec<LogLine>,
     /// Frames that could not be decoded.
     pub malformed: u32,
@@ -65,7 +65,7 @@ impl std::fmt::Debug for FirmwareLog {
 }
 
 impl FirmwareLog {
-    /// The log of an image that is about to start.
+    /// Creates the log of an image that is about to start.
     pub fn new(image: Arc<FirmwareImage>, label: &str, listener: Option<Listener>) -> Self {
         Self {
             image,
@@ -77,10 +77,11 @@ impl FirmwareLog {
         }
     }
 
-    /// Reads what the firmware has written since, and reports to the target that it has been read.
+    /// Reads what the firmware has written since the last call, and moves the read position in the
+    /// target.
     ///
     /// # Errors
-    /// If the emulator refuses to read its own memory.
+    /// Returns an error if the emulator refuses to read its own memory.
     pub fn drain(&mut self, host: &mut dyn Host, now: VirtualNanos) -> Result<(), HostError> {
         let block = self.image.rtt;
         for (offset, expected) in IDENTIFIER.iter().enumerate() {
@@ -130,7 +131,7 @@ impl FirmwareLog {
         }
     }
 
-    /// The last lines, indented, for a message about what went wrong.
+    /// Returns the last lines, indented, for an error message.
     pub fn tail(&self) -> String {
         const LINES: usize = 6;
         let from = self.lines.len().saturating_sub(LINES);

@@ -1,4 +1,4 @@
-//! The parameter sector that a run's image finds.
+//! Parameters of a run, and the contents of the parameter sector for its image.
 
 use stiction::control::encoder::EncoderOutput;
 use stiction::parameters::{DeviceConfig, ROOM};
@@ -8,16 +8,16 @@ use files::error::Error;
 use simulator::experiment::{RunPlan, assembled, check_laws, validate};
 use simulator::target::from_start;
 
-/// From the first tick to arming, in ticks: time for the encoder to be shown where the joint is.
+/// Ticks from the first tick to arming: time for the encoder to reach the position of the joint.
 const WAIT_TICKS: f32 = 3.0;
 
-/// Returns parameters by which the device does what the host does: it starts automatically, at once
-/// with its full scale, and leaves the duty alone. The rest is as a board would have it, but for
-/// the monitors' thresholds: the simulator goes on whatever happens to the joint, and so shall the
-/// image.
+/// Returns parameters with which the device does the same as the host: it starts automatically, at
+/// once with its full scale, and does not scale the duty by the supply. The other parameters are
+/// those of a board, except that the monitors are off: the simulator continues whatever happens to
+/// the joint, and so must the image.
 ///
 /// # Errors
-/// Names a value that is not allowed, or that the device would refuse.
+/// Returns an error that names a value that is invalid, or that the device would refuse.
 pub fn parameters(plan: &RunPlan) -> Result<Parameters, Error> {
     let mut parameters = by_itself(plan)?;
     parameters.device.soft_start = 0.0;
@@ -27,18 +27,18 @@ pub fn parameters(plan: &RunPlan) -> Result<Parameters, Error> {
     Ok(parameters)
 }
 
-/// Returns a board's parameters, but for the start: automatically, and from zero.
+/// Returns the parameters of a board, with an automatic start from zero.
 fn by_itself(plan: &RunPlan) -> Result<Parameters, Error> {
     plan.has_one_encoder()?;
     check_laws(plan)?;
     let mut parameters = assembled(plan)?;
-    // The device calls the place zero in which it is armed. The host's joint rests there too, but
-    // its disc may already be a count further.
+    // The zero of the device is the position at which it is armed. The host's joint rests there
+    // too, but its disc can already be a count further.
     let start = plan.encoder()?.counts(0.0) as i32;
     from_start(&mut parameters.motion, start);
     parameters.device = DeviceConfig {
         autostart: true,
-        // The emulated part is as the factory leaves it: without a brown-out reset.
+        // The emulated microcontroller is as delivered: without a brown-out reset.
         autostart_after_dip: true,
         autostart_delay: WAIT_TICKS * parameters.controller.sample_time,
         ..parameters.device
@@ -46,7 +46,7 @@ fn by_itself(plan: &RunPlan) -> Result<Parameters, Error> {
     Ok(parameters)
 }
 
-/// The same as the bytes of the sector.
+/// Returns [`parameters`] as the bytes of the sector.
 ///
 /// # Errors
 /// As [`parameters`].
@@ -54,8 +54,8 @@ pub fn blob(plan: &RunPlan) -> Result<Vec<u8>, Error> {
     record(plan, &parameters(plan)?)
 }
 
-/// The same, watched by every monitor and tested for open lines, and with soft start and supply as
-/// the plan's file has them.
+/// Returns the bytes of the sector with the test for open lines, and with monitors, soft start and
+/// supply as in the plan's file.
 ///
 /// # Errors
 /// As [`parameters`].
@@ -66,7 +66,8 @@ pub fn everything_on(plan: &RunPlan) -> Result<Vec<u8>, Error> {
     record(plan, &parameters)
 }
 
-/// The same, with a profiled move to where the plan steps.
+/// Returns the bytes of the sector with a profiled move instead of the plan's step, and with
+/// monitors, soft start and supply as in the plan's file.
 ///
 /// # Errors
 /// As [`parameters`].

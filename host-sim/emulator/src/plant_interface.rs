@@ -1,4 +1,4 @@
-//! What an emulated board has on its pins in lockstep: a plant that its bridge drives, or a disc
+//! Plant on the pins of an emulated board in lockstep: a joint that the bridge drives, or a disc
 //! that the caller turns.
 
 use stiction::control::drive::{Drive, DriveConfig};
@@ -10,12 +10,13 @@ use files::hardware::STM32F405;
 use simulator::experiment::RunPlan;
 use simulator::plant::Plant;
 
-/// A plant interface is what the encoder shows and the bridge drives.
+/// Plant that the bridge drives, and whose position the encoder shows.
 pub trait PlantInterface: Send + std::fmt::Debug + 'static {
     /// Returns the position of the disc, counts.
     fn disc(&self) -> i64;
 
-    /// Moves on by a sample under what is on the bridge, and gives the code that it stands for.
+    /// Moves the plant by a sample under the state of the bridge, and returns the drive code of
+    /// this state.
     fn hold(&mut self, bridge: &BridgeInputs, period_ns: u64) -> i16;
 }
 
@@ -33,7 +34,7 @@ impl PlantInterface for FreeDisc {
     }
 }
 
-/// The power stage behind the bridge knows what a duty stands for.
+/// Power stage behind the bridge, which converts duties to drive codes.
 #[derive(Clone, Copy, Debug)]
 pub struct PowerStage {
     config: DriveConfig,
@@ -41,18 +42,18 @@ pub struct PowerStage {
 }
 
 impl PowerStage {
-    /// Makes the power stage of a plan.
+    /// Creates the power stage of a plan.
     ///
     /// # Errors
-    /// Names a value that is not allowed.
+    /// Returns an error that names the invalid value.
     pub fn of(plan: &RunPlan) -> Result<Self, Error> {
         let config = plan.controller_config()?.drive;
         Ok(Self { config, drive: *plan.closed_loop()?.controller.drive() })
     }
 
-    /// Returns the drive code of the bridge's state; `near` if that gives the same duty, zero if
-    /// the bridge is off. A duty of another program than the plan's has the code of the nearest
-    /// duty.
+    /// Returns the drive code of the bridge's state: `near` if it has the same duty, 0 if the
+    /// bridge is off. A duty that no code has, from a program other than the plan's, has the code
+    /// of the nearest duty.
     pub fn code(&mut self, bridge: &BridgeInputs, near: i16) -> i16 {
         if !bridge.is_on() {
             return 0;
@@ -79,10 +80,10 @@ pub struct DrivenPlant {
 }
 
 impl DrivenPlant {
-    /// Makes one that is at rest at zero.
+    /// Creates the joint of a plan, at rest at zero.
     ///
     /// # Errors
-    /// Names a value that is not allowed.
+    /// Returns an error that names the invalid value.
     pub fn at_rest(plan: &RunPlan) -> Result<Self, Error> {
         Ok(Self { plant: plan.plant()?, stage: PowerStage::of(plan)?, code: 0 })
     }

@@ -1,9 +1,9 @@
-//! Counts the instructions of a running image, estimates their cycles, and finds how deep its stack
-//! got.
+//! Counts the instructions of a running image, estimates their cycles, and measures the largest use
+//! of its stack.
 //!
-//! A span begins before its first instruction and ends after its last. Instructions of anything
-//! that interrupts it would be counted as its own: the control interrupt has only the break input
-//! and the faults above it, and a run in which one of them comes is refused.
+//! A span begins before its first instruction and ends after its last. Instructions of an interrupt
+//! within the span would be counted as well. Only the break input and the faults can interrupt the
+//! control interrupt, and a run in which one of them comes is rejected.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -16,18 +16,18 @@ use crate::firmware::blocks::Blocks;
 use crate::firmware::{Code, Function};
 use files::error::Error;
 
-/// What the stack is filled with before the first instruction. No address and no small number looks
-/// like it.
+/// Word with which the stack is filled before the first instruction. It resembles no address and no
+/// small number.
 const PAINT: u64 = 0xA5C3_96E1;
 
 /// The control interrupt.
 const HANDLER: &str = "TIM3";
 /// The core's tick.
 const CORE: &str = "stiction::servo::control";
-/// What may interrupt the control interrupt.
+/// Handlers that can interrupt the control interrupt.
 const ABOVE: [&str; 3] = ["TIM1_BRK_TIM9", "NonMaskableInt", "HardFault"];
 
-/// Where a span begins and ends.
+/// Span of instructions, by its start and its possible ends.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Span {
     first: u64,
@@ -37,10 +37,11 @@ pub struct Span {
 }
 
 impl Span {
-    /// A handler of the hardware: to its return, which is the last instruction counted.
+    /// Creates the span of an interrupt handler: to its return, which is the last instruction
+    /// counted.
     ///
     /// # Errors
-    /// If it has no return of its own.
+    /// Returns an error if the handler has no return.
     pub fn handler(function: &Function) -> Result<Self, Error> {
         let lasts: Vec<u64> = function.returns.iter().map(|address| u64::from(*address)).collect();
         if lasts.is_empty() {
@@ -49,10 +50,10 @@ impl Span {
         Ok(Self { first: function.address.into(), lasts, beyond: 1 })
     }
 
-    /// A function: to the arrival at what follows any call of it.
+    /// Creates the span of a function: to the arrival at the instruction after a call of it.
     ///
     /// # Errors
-    /// If it is never called.
+    /// Returns an error if the function is never called.
     pub fn called(code: &Code, function: &Function) -> Result<Self, Error> {
         let calls = code.functions().flat_map(|caller| &caller.returns_to);
         let lasts: Vec<u64> = calls
@@ -70,7 +71,7 @@ impl Span {
     }
 }
 
-/// A span that is being counted.
+/// Counter of the instructions in a span.
 #[derive(Clone, Debug)]
 pub struct Counter {
     span: Span,
@@ -79,34 +80,34 @@ pub struct Counter {
 }
 
 impl Counter {
-    /// Of a span.
+    /// Creates the counter of a span.
     pub const fn new(span: Span) -> Self {
         Self { span, begun: None, ended: None }
     }
 
-    /// Begins to watch.
+    /// Starts to watch the span.
     ///
     /// # Errors
-    /// If the emulator cannot.
+    /// Returns an error if the emulator cannot watch it.
     pub fn attach(&self, host: &mut dyn Host) -> Result<(), HostError> {
         watch(host, self.span.watches())
     }
 
-    /// Sees a hit; gives the span before, if this is the beginning of the next one.
+    /// Handles a hit. At the start of a span, returns the instructions of the span before.
     pub fn hit(&mut self, hit: &Hit) -> Option<u32> {
         if hit.address == self.span.first {
             let count = self.take();
             self.begun = Some(hit.instruction_count);
             return count;
         }
-        // A return may be conditional and not happen; the last one did.
+        // A conditional return may not happen; the last one did.
         if self.span.lasts.contains(&hit.address) && self.begun.is_some() {
             self.ended = Some(hit.instruction_count + self.span.beyond);
         }
         None
     }
 
-    /// The span that has ended last, once.
+    /// Returns the instructions of the span that ended last, once.
     pub fn take(&mut self) -> Option<u32> {
         let (begun, ended) = (self.begun.take(), self.ended.take());
         u32::try_from(ended? - begun?).ok()
@@ -125,19 +126,19 @@ fn watch(host: &mut dyn Host, watches: impl Iterator<Item = Watch>) -> Result<()
 /// Cost of a span.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PassageCost {
-    /// Counted.
+    /// Counted instructions.
     pub instructions: u32,
-    /// Estimated.
+    /// Estimated cycles.
     pub cycles: Cycles,
 }
 
 /// One tick of the loop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TickCost {
-    /// From the control interrupt's first instruction to its return, both included; cycles with
-    /// entry and exit.
+    /// Cost of the control interrupt, from its first instruction to its return, both included. The
+    /// cycles include entry and exit.
     pub interrupt: PassageCost,
-    /// Of these, the core's: `Controller::tick` as a function, its return included, the call not.
+    /// Cost of the core within it: the function `servo::control` with its return, without its call.
     pub core: PassageCost,
 }
 
@@ -152,10 +153,10 @@ pub struct Points {
 }
 
 impl Points {
-    /// Of the firmware.
+    /// Returns the functions to count in the firmware.
     ///
     /// # Errors
-    /// If a function that is to be counted is not in the image.
+    /// Returns an error if one of them is not in the image.
     pub fn of(code: &Code) -> Result<Self, Error> {
         let above = ABOVE
             .iter()
@@ -185,25 +186,25 @@ impl Points {
     }
 }
 
-/// Everything that is counted in one run.
+/// Counters of one run, and their results.
 #[derive(Clone, Debug)]
 pub struct Probe {
     handler: Counter,
     core: Counter,
     tracer: Tracer,
     points: Arc<Points>,
-    /// Every tick in which the core ran.
+    /// Cost of every tick in which the core ran.
     pub ticks: Vec<TickCost>,
     /// Bytes of the stack that have been written to.
     pub stack: u32,
     /// Whether something has interrupted the control interrupt.
     pub disturbed: bool,
-    /// Why there are no cycles.
+    /// Reason why the cycles could not be estimated.
     pub trouble: Option<String>,
 }
 
 impl Probe {
-    /// For one run.
+    /// Creates the probe of one run.
     pub fn new(points: Arc<Points>) -> Self {
         Self {
             handler: Counter::new(points.handler.clone()),
@@ -217,10 +218,10 @@ impl Probe {
         }
     }
 
-    /// Before the first instruction.
+    /// Fills the stack and starts to watch. Must be called before the first instruction.
     ///
     /// # Errors
-    /// If the emulator can watch or write nothing.
+    /// Returns an error if the emulator cannot watch or write.
     pub fn attach(&self, host: &mut dyn Host) -> Result<(), HostError> {
         for address in self.points.stack.clone().step_by(4) {
             host.write(address, Width::W32, PAINT)?;
@@ -232,7 +233,7 @@ impl Probe {
         watch(host, self.points.above.iter().copied().map(Watch::Instruction))
     }
 
-    /// At each hit.
+    /// Handles a hit.
     pub fn hit(&mut self, hit: &Hit) {
         self.disturbed |= self.points.above.contains(&hit.address);
         if let Some(interrupt) = self.handler.hit(hit) {
@@ -261,10 +262,10 @@ impl Probe {
         self.ticks.push(TickCost { interrupt: cost(interrupt, whole), core: cost(core, part) });
     }
 
-    /// After the last instruction.
+    /// Ends the last span and measures the stack. Must be called after the last instruction.
     ///
     /// # Errors
-    /// If the emulator refuses to read its own memory.
+    /// Returns an error if the emulator refuses to read its own memory.
     pub fn detach(&mut self, host: &mut dyn Host) -> Result<(), HostError> {
         if let Some(interrupt) = self.handler.take() {
             self.end_interrupt(interrupt);

@@ -1,4 +1,4 @@
-//! The runs of an experiment, each on a board of its own.
+//! Runs of an experiment, each on its own board.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -20,27 +20,27 @@ use files::machine::AxisSolverName;
 use simulator::experiment::{RunPlan, Task};
 use simulator::run::{Recording, RunResult};
 
-/// Where `cargo xtask firmware` leaves the image.
+/// Path of the image that `cargo xtask firmware` builds.
 pub const DEFAULT_IMAGE: &str = "target/firmware/stiction-firmware.elf";
 
-/// How to run experiments on the emulated part.
+/// Settings for experiments on the emulated microcontroller.
 #[derive(Clone)]
 pub struct Emulation {
     image: Arc<FirmwareImage>,
-    /// Edges and PWM have their own times.
+    /// Whether the edges and the PWM have their own times (free-running), instead of lockstep.
     pub free_running: bool,
-    /// The listener gets each line of each run's log at once.
+    /// Callback for each line of each run's log, as soon as it is read.
     pub listener: Option<Listener>,
-    /// All runs end when this is set.
+    /// Flag that ends all runs.
     pub interrupt: Arc<AtomicBool>,
 }
 
-/// The latency is the time from the read of the counter to the effect of the duty.
+/// Latency of the output: time from the read of the counter to the effect of the duty.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Latency {
-    /// us.
+    /// Mean, us.
     pub mean_us: f64,
-    /// us.
+    /// Maximum, us.
     pub max_us: f64,
 }
 
@@ -52,31 +52,32 @@ impl Latency {
     }
 }
 
-/// One run on the emulated part.
+/// One run on the emulated microcontroller.
 #[derive(Clone, Debug)]
 pub struct EmulatedRun {
-    /// The result is the same as of a run on the host.
+    /// Result, of the same kind as that of a run on the host.
     pub result: RunResult,
-    /// The firmware said this.
+    /// Log of the firmware.
     pub log: Vec<LogLine>,
-    /// Latency of the output, of a free-running run.
+    /// Latency of the output in a free-running run.
     pub latency: Option<Latency>,
     /// Instructions that the microcontroller ran from power-on to the end.
     pub instructions: u64,
 }
 
 impl Emulation {
-    /// With the image at `path`, or else the one that `cargo xtask firmware` builds; in lockstep.
+    /// Creates the settings for the image at `path`, or else for the one that
+    /// `cargo xtask firmware` builds; in lockstep.
     ///
     /// # Errors
-    /// Says what the image is not, and how to build one that is.
+    /// Returns why the file is not a valid image, and how to build one.
     pub fn new(path: Option<&Path>) -> Result<Self, Error> {
         let path = path.map_or_else(|| PathBuf::from(DEFAULT_IMAGE), Path::to_path_buf);
         let image = Arc::new(FirmwareImage::open(&path)?);
         Ok(Self { image, free_running: false, listener: None, interrupt: Arc::default() })
     }
 
-    /// Gives the image that runs.
+    /// Returns the image that runs.
     pub fn image(&self) -> &FirmwareImage {
         &self.image
     }
@@ -84,7 +85,8 @@ impl Emulation {
     /// Runs all plans, as many at once as there are cores, with a progress bar on a terminal.
     ///
     /// # Errors
-    /// The first plan that cannot be run, or the first image that did not do what the core does.
+    /// Returns an error about a plan that cannot be run, or about a run in which image and core
+    /// differ.
     pub fn run_all(&self, plans: &[RunPlan]) -> Result<Vec<EmulatedRun>, Error> {
         let mut total = 0;
         for plan in plans {
@@ -116,7 +118,7 @@ impl Emulation {
         results
     }
 
-    /// Runs one plan; `ticks` counts along.
+    /// Runs one plan, and counts its ticks in `ticks`.
     ///
     /// # Errors
     /// As [`run_all`](Self::run_all).
@@ -175,7 +177,8 @@ impl Emulation {
     }
 }
 
-/// For the progress bar: of a ramp, as many as it takes to the joint's own friction and back.
+/// Returns the expected number of ticks, for the progress bar. A ramp lasts up to the joint's
+/// static friction and back.
 fn expected_ticks(plan: &RunPlan) -> Result<u64, Error> {
     let Task::Ramp(rate) = plan.task else { return plan.samples().map(u64::from) };
     let ramp = plan.ramp(rate)?;

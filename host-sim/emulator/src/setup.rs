@@ -10,12 +10,13 @@ use super::image::FirmwareImage;
 use super::log::Listener;
 use super::probe::Points;
 
-/// Where the parameters lie: sectors 10 and 11 of the flash.
+/// Addresses of the parameters: sectors 10 and 11 of the flash.
 const SECTORS_AT: [u64; 2] = [0x080C_0000, 0x080E_0000];
-/// Read-only words that the maker has put there: unique identifier (12 bytes), and the flash's
+/// Address of read-only words of the manufacturer: unique identifier (12 bytes), and the flash's
 /// size.
 const FACTORY_AT: u64 = 0x1FFF_7A10;
-/// The log's buffer holds 1 KiB: more than the firmware says in this time.
+/// Interval at which the log is read, ns. In this time the firmware logs less than the buffer's
+/// 1 KiB.
 const DRAIN_EVERY_NS: u64 = 5_000_000;
 
 /// Partner at the other end of the command link: gets the time (ns) and what the board has sent
@@ -30,19 +31,19 @@ pub struct BoardSetup {
     pub image: Arc<FirmwareImage>,
     /// Contents of the two parameter sectors; one without contents is erased.
     pub records: [Option<Vec<u8>>; 2],
-    /// These parts are soldered on.
+    /// Components on the board.
     pub fitted: FittedParts,
-    /// The listener gets each line of the log at once.
+    /// Callback for each line of the log, as soon as it is read.
     pub listener: Option<Listener>,
-    /// Instructions are counted at these points.
+    /// Functions whose instructions are counted.
     pub points: Option<Arc<Points>>,
-    /// The partner is at the other end of the command link, and is asked every 50 us.
+    /// Partner at the other end of the command link, which is called every 50 us.
     pub partner: Option<Partner>,
-    /// The log is read this often, ns.
+    /// Interval at which the log is read, ns.
     pub drain_every_ns: u64,
-    /// A part that polls a register and does little else ends the run.
+    /// Whether the run ends if the firmware polls a register and does little else.
     pub is_guarded: bool,
-    /// The run ends when this is set.
+    /// Flag that ends the run.
     pub interrupt: Arc<AtomicBool>,
 }
 
@@ -63,8 +64,8 @@ impl BoardSetup {
         }
     }
 
-    /// Contents of the flash at boot: the program, the two parameter sectors, and what the maker
-    /// has written.
+    /// Returns the contents of the flash at boot: the program, the two parameter sectors, and the
+    /// words of the manufacturer.
     pub(super) fn flash(&self) -> Result<Vec<Image>, String> {
         let image = &self.image;
         let mut factory = b"stiction sim".to_vec();

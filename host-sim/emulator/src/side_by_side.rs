@@ -37,9 +37,9 @@ use simulator::target::{BareLoop, Target};
 enum Stopped {
     /// Image and core do not agree.
     Differs(Box<Difference>),
-    /// The part does something that it should not, in words that follow "the image ... :".
+    /// The microcontroller misbehaves. The text ends a message that begins with "image ...:".
     Misbehaves(String),
-    /// The board cannot go on.
+    /// The emulated board cannot continue.
     Board(Error),
 }
 
@@ -57,14 +57,14 @@ fn misbehaves<T>(why: impl Into<String>) -> Result<T, Stopped> {
 #[derive(Debug)]
 struct Seen {
     sample: ImageSample,
-    /// What the image computed in its last tick.
+    /// Last tick that the image has computed.
     image: Tick,
-    /// What has reset the part since power-on.
+    /// First reset of the microcontroller since power-on.
     reset: Option<Reset>,
     now_ns: u64,
 }
 
-/// The next sample of a board.
+/// Advances a board by one sample, and returns it.
 fn next_sample<C: PlantCoupling>(board: &mut BoardUnderTest<C>) -> Result<Seen, Error> {
     board.samples(1)?;
     board.act(|halted| {
@@ -74,7 +74,8 @@ fn next_sample<C: PlantCoupling>(board: &mut BoardUnderTest<C>) -> Result<Seen, 
     })?
 }
 
-/// Waits until a board drives its bridge; gives the sample in which it does so first.
+/// Waits until a board drives its bridge, and returns the first sample in which it does. Calls
+/// `on_first_tick` at the first tick.
 fn armed<C: PlantCoupling>(
     board: &mut BoardUnderTest<C>,
     closed_loop: &ClosedLoop,
@@ -118,7 +119,8 @@ fn not_reset(reset: Option<Reset>) -> Result<(), Stopped> {
     misbehaves(format!("the part was reset by {by} after {at_s:.6} s"))
 }
 
-/// Refuses a sample that is more than a hundredth (and 2 us, for an interrupt that is held up) off.
+/// Rejects a sample that deviates from the sample time by more than a hundredth plus 2 us, which
+/// are for a delayed interrupt.
 fn on_time(since_ns: u64, sample_ns: u64) -> Result<(), Stopped> {
     if since_ns.abs_diff(sample_ns) <= sample_ns / 100 + 2_000 {
         return Ok(());
@@ -132,18 +134,18 @@ fn on_time(since_ns: u64, sample_ns: u64) -> Result<(), Stopped> {
 struct Beside<'a> {
     closed_loop: &'a ClosedLoop,
     core: BareLoop<'a>,
-    /// What the host calls the place where the image was armed; the image calls it zero.
+    /// Position at which the image was armed, in the host's counts; in the image's it is zero.
     start: i32,
     /// Ticks of the motion so far.
     ticks: usize,
-    /// When the last one began, ns.
+    /// Start of the last tick, ns.
     at_ns: u64,
-    /// The same ticks, to show progress.
+    /// Ticks of the motion so far, for a progress bar.
     progress: &'a AtomicU32,
 }
 
 impl<'a> Beside<'a> {
-    /// From the first tick of the motion on, with the joint at rest at `start` counts.
+    /// Creates the core at the first tick of the motion, with the joint at rest at `start` counts.
     fn new(
         closed_loop: &'a ClosedLoop,
         first: &ImageSample,
@@ -155,12 +157,12 @@ impl<'a> Beside<'a> {
         Self { closed_loop, core, start, ticks: 0, at_ns: first.at_ns, progress }
     }
 
-    /// Time of the next tick since the motion began, s, as the host counts it.
+    /// Returns the host's time of the next tick since the start of the motion, s.
     fn time_s(&self) -> f64 {
         self.ticks as f64 * self.closed_loop.sample_time_s
     }
 
-    /// Refuses a sample that does not come, or not in time.
+    /// Rejects a sample without a tick, or at a wrong time.
     fn has_come(&mut self, seen: &Seen) -> Result<(), Stopped> {
         not_reset(seen.reset)?;
         let ticks = self.ticks;
@@ -175,7 +177,7 @@ impl<'a> Beside<'a> {
         Ok(())
     }
 
-    /// Compares a tick; none if it was one more than a ramp has.
+    /// Compares a tick of the image with that of the core; `None` after the end of a ramp.
     fn compare(&mut self, seen: &Seen) -> Result<Option<Tick>, Stopped> {
         let (time_s, bridge) = (self.time_s(), &seen.sample.bridge);
         let (host, is_over) = self.core.follow(seen.sample.counter);
@@ -186,9 +188,9 @@ impl<'a> Beside<'a> {
                 format!("it has turned its bridge off at {time_s} s")
             });
         }
-        // Positions as the host counts them: exact, since they are whole counts that wrap. The duty
-        // is that of the pins: it has to be the one that was computed. The status is the servo's,
-        // which the bare loop has not.
+        // Positions are in the host's counts: exact, since they are whole counts that wrap. The
+        // duty is that of the pins, and must be the computed one. The status is set by the servo,
+        // which the bare loop does not have.
         let Duty { compare, reverse } = bridge.duty(self.closed_loop.controller.drive().mode());
         let image = Tick {
             counts: seen.image.counts.wrapping_add(self.start),
@@ -213,15 +215,16 @@ impl<'a> Beside<'a> {
 struct SideBySide<'a> {
     board: &'a mut BoardUnderTest<Lockstep<FreeDisc>>,
     beside: Beside<'a>,
-    /// Where the disc is.
+    /// Position of the disc, counts.
     disc: i64,
-    /// The tick in which the motion begins, until it is asked for.
+    /// First tick of the motion, until it has been compared.
     first: Option<Seen>,
     stopped: Result<(), Stopped>,
 }
 
 impl SideBySide<'_> {
-    /// Turns the disc to where the counter reads this, and waits for the tick that sees it.
+    /// Turns the disc to the position at which the counter reads `counter`, and waits for the next
+    /// sample.
     fn turned_to(&mut self, counter: u32) -> Result<Seen, Stopped> {
         let edges = counter.wrapping_sub(self.disc as u32);
         self.disc += match self.beside.closed_loop.encoder.counter_bits {
@@ -280,25 +283,25 @@ fn turn(board: &mut BoardUnderTest<Lockstep<FreeDisc>>, disc: i64) -> Result<(),
 /// Results of a run in addition to its recording.
 #[derive(Debug)]
 pub(super) struct Ran<S> {
-    /// The joint.
+    /// Joint at the end of the run.
     pub solver: S,
-    /// What a ramp has found.
+    /// Friction levels found by a ramp.
     pub found: RampFindings,
-    /// What the firmware said.
+    /// Log of the firmware.
     pub log: Vec<LogLine>,
-    /// Of a free-running run: from each read of the counter to the instant at which the duty of
-    /// that tick takes effect, ns.
+    /// Latencies of a free-running run, ns: from each read of the counter until the duty of that
+    /// tick takes effect.
     pub latencies_ns: Vec<u64>,
     /// Instructions from power-on to the end.
     pub instructions: u64,
 }
 
-/// Steps an image in lockstep with the plant of a recording, from power-on to the last sample, and
-/// counts ticks along to show progress.
+/// Runs an image in lockstep with the plant of a recording, from power-on to the last sample, and
+/// counts the ticks in `progress`.
 ///
 /// # Errors
-/// If the image cannot be placed, gets stuck, turns its bridge off, or does not do what the core
-/// does.
+/// Returns an error if the image cannot be placed in the flash, hangs, turns its bridge off, or
+/// differs from the core.
 pub(super) fn in_lockstep<S: AxisSolver>(
     setup: BoardSetup,
     recording: &mut Recording<'_>,
@@ -328,7 +331,7 @@ pub(super) fn in_lockstep<S: AxisSolver>(
     Ok(Ran { solver: plant.solver, found, log, latencies_ns: Vec::new(), instructions })
 }
 
-/// Follows an image in free-running, as [`in_lockstep`].
+/// Runs an image in free-running, otherwise as [`in_lockstep`].
 ///
 /// # Errors
 /// As [`in_lockstep`].
@@ -388,7 +391,7 @@ where
     }
 }
 
-/// Who a message about a run is about.
+/// Run and image, for error messages.
 struct Explanation {
     label: String,
     image: Arc<FirmwareImage>,
@@ -399,7 +402,7 @@ impl Explanation {
         Self { label: setup.label.clone(), image: setup.image.clone() }
     }
 
-    /// Turns the power off, and says why the run has ended if that was too early.
+    /// Turns the power off. If the run ended too early, returns an error with the reason.
     fn end<T, C: PlantCoupling>(
         &self,
         ran: Result<T, Stopped>,
@@ -408,8 +411,8 @@ impl Explanation {
         let why = match ran {
             Ok(found) => return Ok((found, board.off()?)),
             Err(Stopped::Board(error)) => return Err(error),
-            // The one cause that is no mistake in the code: an image of other sources of the
-            // same version.
+            // One cause is no mistake in the code: an image built from other sources of the same
+            // version.
             Err(Stopped::Differs(difference)) => {
                 let commit = &self.image.note.commit;
                 format!("the image is of commit {commit}; {}", difference.to_string().trim_end())

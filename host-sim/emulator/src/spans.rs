@@ -9,20 +9,20 @@ use super::bridge::BridgeInputs;
 /// Observations of the bridge.
 #[derive(Clone, Debug, Default)]
 pub struct Spans {
-    /// Spans of time in which it was on, ns since power-on.
+    /// Spans of time in which the bridge was on, ns since power-on.
     pub on_ns: Vec<[u64; 2]>,
-    /// It was on by half at least, by its outputs or by its enable pin, until this time, ns.
+    /// Last time at which the bridge's outputs or its enable pin were on, ns since power-on.
     pub any_ns: u64,
-    /// The bridge when it was last seen on.
+    /// State of the bridge when it was last seen on.
     pub last: BridgeInputs,
-    /// The compare values that it was on with, each with the time at which it came, ns.
+    /// Compare values with which the bridge was on, each with the time from which it was set, ns.
     pub compares: Vec<(u64, u16)>,
     was_on: bool,
     was_any: bool,
 }
 
 impl Spans {
-    /// Looks at it.
+    /// Reads the bridge, and records its state.
     pub fn look(&mut self, board: &mut EmulatedBoard, at: VirtualNanos) -> BridgeInputs {
         let bridge = BridgeInputs::read(board);
         let is_on = bridge.is_on();
@@ -46,7 +46,7 @@ impl Spans {
         bridge
     }
 
-    /// Whether it was on at any time after `at_ns`.
+    /// Returns whether the bridge was on at any time after `at_ns`.
     pub fn on_after(&self, at_ns: u64) -> bool {
         self.on_ns.iter().any(|[_, until]| *until > at_ns)
     }

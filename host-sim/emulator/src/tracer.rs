@@ -1,8 +1,8 @@
-//! Adds up the cycles of what an image runs, block by block.
+//! Adds up the cycles of a running image, block by block.
 //!
-//! The emulator says where it arrives, and how many instructions it has run until then. If that is
-//! another number than the block before has, the way between the two is not known, and the estimate
-//! is refused.
+//! The emulator reports each arrival at a block, and the number of instructions until then. If this
+//! number differs from that of the block before, the path between the two is unknown, and the
+//! estimate is rejected.
 
 use std::ops::{Add, AddAssign, Range, Sub};
 use std::sync::Arc;
@@ -12,16 +12,16 @@ use rigless::emulator::Hit;
 use crate::firmware::blocks::Blocks;
 use crate::firmware::cycles::REFILL;
 
-/// Wait states of the flash at 168 MHz and 3.3 V (RM0090, section 3.5.1): what a fetch waits that
-/// the accelerator does not serve.
+/// Wait states of the flash at 168 MHz and 3.3 V (RM0090, section 3.5.1): cycles that a fetch waits
+/// if the accelerator does not serve it.
 pub const WAIT_STATES: u32 = 5;
 
-/// From the request to the handler's first instruction: 12 cycles, and 17 for the floating-point
+/// Cycles from the request to the handler's first instruction: 12, and 17 for the floating-point
 /// registers, whether they are saved at once or at the handler's first instruction that needs them
 /// (Cortex-M4 manual, on interrupt latency).
 const ENTRY: u32 = 12 + 17;
-/// From the handler's return to the instruction that was interrupted: 10, and 17 again. The
-/// return's own refill is in it.
+/// Cycles from the handler's return to the interrupted instruction: 10, and 17 again. They include
+/// the refill after the return.
 const EXIT: u32 = 10 + 17;
 
 /// Estimated processor cycles.
@@ -62,52 +62,52 @@ impl Sub for Cycles {
     }
 }
 
-/// A handler of the hardware, and a function below it whose cycles are wanted apart.
+/// Interrupt handler, and a function below it whose cycles are also counted separately.
 #[derive(Clone, Debug)]
 pub struct Route {
-    /// What both may run.
+    /// Blocks that both can run.
     pub blocks: Blocks,
-    /// The handler's own code.
+    /// Addresses of the handler's own code.
     pub handler: Range<u32>,
-    /// The function's first instruction.
+    /// Address of the function's first instruction.
     pub part: u32,
-    /// Where its calls come back to.
+    /// Addresses to which the function returns.
     pub part_returns_to: Vec<u32>,
 }
 
-/// What one passage of a handler takes.
+/// Cost of one passage of a handler.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Passage {
-    /// From the request to the instruction that was interrupted.
+    /// Cycles from the request until the interrupted instruction continues.
     pub whole: Cycles,
-    /// Of these, the function's: from its first instruction to its return, which is included. None
-    /// if it did not run.
+    /// Cycles of the function among them, from its first instruction to its return, inclusive;
+    /// `None` if it did not run.
     pub part: Option<Cycles>,
     /// Instructions from the handler's first one to its return, both included.
     pub instructions: u32,
 }
 
-/// Follows an image.
+/// Tracer of a running image.
 #[derive(Clone, Debug)]
 pub struct Tracer {
     route: Arc<Route>,
-    /// The block that is running: where it begins, and how many instructions had run by then.
+    /// Running block: its address, and the number of instructions before it.
     open: Option<(u32, u64)>,
     so_far: Passage,
     part_begun: Option<Cycles>,
     done: Option<Passage>,
-    /// Why there is no estimate.
+    /// Reason why there is no estimate.
     pub trouble: Option<String>,
 }
 
 impl Tracer {
-    /// On a route.
+    /// Creates the tracer of a route.
     pub const fn new(route: Arc<Route>) -> Self {
         let so_far = Passage { whole: Cycles { hits: 0, misses: 0 }, part: None, instructions: 0 };
         Self { route, open: None, so_far, part_begun: None, done: None, trouble: None }
     }
 
-    /// Sees an arrival.
+    /// Handles an arrival at a block.
     pub fn hit(&mut self, hit: &Hit) {
         if self.trouble.is_none()
             && let Err(why) = self.arrive(hit.address as u32, hit.instruction_count)
@@ -116,7 +116,7 @@ impl Tracer {
         }
     }
 
-    /// The passage that has ended last, once.
+    /// Returns the passage that ended last, once.
     pub const fn take(&mut self) -> Option<Passage> {
         self.done.take()
     }
@@ -144,7 +144,7 @@ impl Tracer {
                 Cycles::with_jumps(REFILL, 1)
             };
         } else {
-            // Something below the handler runs what both have in common.
+            // Code of lower priority runs a block that the handler can run as well.
             return Ok(());
         }
         if address == route.part {
@@ -177,7 +177,7 @@ mod tests {
     use super::*;
     use crate::firmware::code::tests::code;
 
-    /// A handler at 0x100 that calls a function at 0x110, and below it a table of what each takes.
+    /// A handler at 0x100 that calls a function at 0x110, with the cycles of each instruction.
     const HANDLER: [u16; 8] = [
         0xB510, // push {r4, lr}          1 + 2
         0x2001, // movs r0, #1            1

@@ -1,7 +1,7 @@
-//! The far end of the board's USART: bytes to the image and back, each taking its time on the wire.
+//! Far end of the board's USART: bytes to the image and back, each with its time on the wire.
 //!
-//! The model of the port asks for a byte whenever its receiver is free, and at every stop of the
-//! emulator. A byte that is put here while the part stands still is on the wire at the next stop.
+//! The model of the port fetches a byte whenever its receiver is free, and at every stop of the
+//! emulator. A byte that is sent while the board is halted is on the wire at the next stop.
 
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -11,10 +11,10 @@ use rigless::chip::uart::Peer;
 use rigless::store;
 use rigless::time::VirtualNanos;
 
-/// USART1, by its place in the part's table of ports.
+/// USART1, by its place in the emulator's table of ports.
 pub(super) const USART1: usize = 0;
 
-/// A wire that is held at its far end. Clones are the same wire.
+/// Far end of a wire. Clones are the same wire.
 #[derive(Clone, Debug, Default)]
 pub struct Uart {
     lines: Arc<Mutex<Lines>>,
@@ -29,28 +29,28 @@ struct Lines {
 store!(Uart { values: [], parts: [], built: [lines] });
 
 impl Uart {
-    /// Puts bytes on the wire, behind those that are there.
+    /// Sends bytes to the board, behind those that are still unsent.
     pub fn send(&self, bytes: &[u8]) {
         self.lines().to_board.extend(bytes);
     }
 
-    /// Bytes that have not gone to the board yet.
+    /// Returns the number of bytes that have not been sent to the board yet.
     pub fn unsent(&self) -> usize {
         self.lines().to_board.len()
     }
 
-    /// Whether there is the end of a frame in what the board has sent since it was last asked.
+    /// Returns whether the bytes that wait to be received contain the end of a frame.
     pub fn has_frame(&self) -> bool {
         self.lines().from_board.contains(&0)
     }
 
-    /// What the board has sent since this was last asked.
+    /// Returns the bytes that the board has sent since the last call.
     pub fn receive(&self) -> Vec<u8> {
         self.lines().from_board.drain(..).collect()
     }
 
     fn lines(&self) -> MutexGuard<'_, Lines> {
-        // Two queues of bytes are whole whatever has happened to the one that held them.
+        // The two queues are valid even if a thread has panicked while it held the lock.
         self.lines.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

@@ -1,11 +1,11 @@
-//! The flash image on the emulated board, around the joint of a machine's file, at the other end of
-//! its own USART.
+//! Wire from a client to the flash image on an emulated board, which controls the joint of a
+//! machine's file.
 //!
-//! Time passes while the client waits, and at no other time, so that every session is the same to
-//! the instruction. It is that of a [lockstep](super::lockstep): the joint does what it does around
-//! a [simulated device](simulator::device::simulated), to the bit, if what is asked of both is
-//! asked between the same two ticks. What is between is real: the wire's 11 us a byte, and the
-//! instructions that the firmware takes to answer.
+//! Time passes only while the client waits, so that every session is the same to the instruction.
+//! Board and joint run in [lockstep](super::lockstep). The joint moves as with a
+//! [simulated device](simulator::device::simulated), to the bit, if both devices receive their
+//! requests between the same two ticks. The link is real: a byte takes 11 us on the USART's wire,
+//! and the firmware needs instructions to answer.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -26,42 +26,42 @@ use simulator::experiment::{RunPlan, for_a_device};
 /// Warning that precedes every output about an emulated device.
 pub const EMULATED: &str = "EMULATED DEVICE: no motor moves or stops.";
 
-/// By then a sound image has ticked, ns: a crystal that does not start is waited for for 50 ms, and
-/// a tick is 20 ms at most.
+/// Time by which an intact image has ticked, ns: it waits up to 50 ms for a crystal that does not
+/// start, and a tick is 20 ms at most.
 const BOOT_NS: u64 = 200_000_000;
 
-/// How far the board's time may fall behind that on the wall before it is let go on: an instant to
-/// the eye.
+/// Time by which the board can fall behind the wall clock before it is advanced: too short to be
+/// seen.
 const STEP: Duration = Duration::from_millis(5);
 
 /// Wire to the far end of an emulated board's USART, for a client.
 #[derive(Debug)]
 pub struct EmulatedWire {
-    /// The board has the joint of a plan on its pins.
+    /// Board with the joint of a plan on its pins.
     pub board: BoardUnderTest,
     now: Duration,
-    /// The image has not been sent the zero at which its joint stands.
+    /// Whether the image still needs the command that its joint is at zero.
     needs_reference: bool,
-    /// A moment on the wall, and the board's time at it, from which on the two keep pace.
+    /// Instant of the wall clock and the board's time at it, from which on both keep pace.
     paced: Option<(Instant, Duration)>,
 }
 
 impl EmulatedWire {
-    /// With the image at `path`, or else the one that `cargo xtask firmware` builds, and what the
-    /// plan says in its flash, with nothing that starts by itself. Power is on, and the joint has
-    /// been at rest for long enough to be armed.
+    /// Powers a board with the image at `path`, or else with the one that `cargo xtask firmware`
+    /// builds, and with the parameters of the plan in its flash, without automatic start. When it
+    /// returns, the joint has been at rest for long enough to be armed.
     ///
     /// # Errors
-    /// Says what the image is not, or names a value of the plan that is not allowed.
+    /// Returns why the file is not a valid image, or names an invalid value of the plan.
     pub fn new(path: Option<&Path>, plan: &RunPlan) -> Result<Self, Error> {
         let path = path.map_or_else(|| PathBuf::from(DEFAULT_IMAGE), Path::to_path_buf);
         Self::with(&Arc::new(FirmwareImage::open(&path)?), plan)
     }
 
-    /// Does the same with an image that has been read.
+    /// As [`new`](Self::new), with an image that has been read.
     ///
     /// # Errors
-    /// Names a value of the plan that is not allowed.
+    /// Returns an error that names an invalid value of the plan.
     pub fn with(image: &Arc<FirmwareImage>, plan: &RunPlan) -> Result<Self, Error> {
         let mut parameters = for_a_device(plan)?;
         parameters.device.autostart = false;
@@ -70,8 +70,8 @@ impl EmulatedWire {
         let record = parameters.encode(1, &mut room).unwrap_or_default().to_vec();
         let setup = BoardSetup::new(&plan.label, image, record);
         let mut board = BoardUnderTest::power_on(setup, PlantInLockstep::of(plan)?)?;
-        // The joint rests for 50 ms before it may be armed; and just after a tick there is the most
-        // time until the next.
+        // The joint must rest for 50 ms before it can be armed. Just after a tick, the time until
+        // the next one is longest.
         let ticks = (0.1 / plan.machine.sampling.sample_time_s()).ceil() as u32;
         while board.samples(1)?.clock.is_none() {
             let now = board.act(|halted| halted.now())?;
@@ -94,7 +94,7 @@ impl EmulatedWire {
         Ok(())
     }
 
-    /// Lets the board's time follow that on the wall, until it sends something.
+    /// Advances the board's time to the wall clock, or until the board sends a frame.
     fn keep_pace(&mut self, (begin, at): (Instant, Duration)) -> Result<(), Error> {
         let lag = (begin.elapsed() + at).saturating_sub(self.now);
         if lag > AWAY {

@@ -1,5 +1,5 @@
-//! Control steps that are not the firmware's, counted as its tick is: the image of
-//! `xtask/yardstick`, which runs nothing else.
+//! Counts the instructions of control steps that are not the firmware's, as those of its tick: in
+//! the image of `xtask/yardstick`, which runs nothing else.
 
 use std::collections::VecDeque;
 use std::path::Path;
@@ -15,7 +15,7 @@ use super::probe::{Counter, Span};
 use crate::firmware::Code;
 use files::error::Error;
 
-/// The steps of the image, by their names here and there.
+/// Steps of the image: name in the results, and path in the image.
 pub const STEPS: [(&str, &str); 5] = [
     ("pid-crate", "yardstick::steps::pid_step"),
     ("pd+tanhf", "yardstick::steps::pd_tanh_step"),
@@ -24,16 +24,17 @@ pub const STEPS: [(&str, &str); 5] = [
     ("face-pd-srnf", "yardstick::face::pd_step"),
 ];
 const INPUT: &str = "yardstick::steps::INPUT";
-/// Between two looks at whether it is done, ns.
+/// Interval at which the end of the run is checked, ns.
 const LOOK_EVERY_NS: u64 = 1_000_000;
-/// A step takes well under a microsecond: twenty times as long is a hang, ns a sample.
+/// Time per sample that counts as a hang, ns: twenty times as long as a step, which takes well
+/// under a microsecond.
 const LIMIT_NS: u64 = 20_000;
 
-/// Instructions of each call of each step, fed with the set points and positions in `samples`
-/// (deg).
+/// Returns the instructions of each call of each step, fed with the set points and positions in
+/// `samples` (deg).
 ///
 /// # Errors
-/// If the image is not that of the yardsticks, or hangs.
+/// Returns an error if the image is not that of the yardsticks, or hangs.
 pub fn count(
     path: &Path,
     elf: &[u8],
@@ -73,18 +74,18 @@ pub fn count(
 
 struct Feeder {
     counters: Vec<Counter>,
-    /// Where the first step begins: by then, the image has read its input.
+    /// Address of the first step: when it starts, the image has read its input.
     first: u64,
     counts: [Vec<u32>; STEPS.len()],
     input: u64,
     waiting: VecDeque<[f32; 2]>,
-    /// Calls of each step.
+    /// Required number of calls of each step.
     enough: usize,
     error: Option<HostError>,
 }
 
 impl Feeder {
-    /// Gives the image what it reads before its next call.
+    /// Writes the input that the image reads before its next call.
     fn feed(&mut self, host: &mut dyn Host) -> Result<(), HostError> {
         let Some(sample) = self.waiting.pop_front() else { return Ok(()) };
         host.write(self.input, Width::W32, sample[0].to_bits().into())?;

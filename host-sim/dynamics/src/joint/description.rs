@@ -10,9 +10,9 @@ use crate::refused::{InvalidModel, shown};
 /// `F = coulomb + (stick - coulomb) exp(-(v/stribeck_velocity)^2) + viscous v`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StribeckCurve {
-    /// Level of slow sliding F_c, N m.
+    /// Level F_c of slow sliding, N m.
     pub coulomb: f64,
-    /// Level at which the joint breaks away F_s, N m; not below `coulomb`.
+    /// Level F_s at which the joint breaks away, N m; not below `coulomb`.
     pub stick: f64,
     /// Stribeck velocity v_s, rad/s; at zero the level falls to `coulomb` as soon as the joint
     /// moves.

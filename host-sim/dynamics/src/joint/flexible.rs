@@ -104,7 +104,7 @@ impl FlexibleJoint {
     /// ```
     ///
     /// with the load's torque d and the stick friction F_l of the load and F_m of the motor. `None`
-    /// if both frictions do not hold the load; 0 if the load's friction alone holds it.
+    /// if both frictions together do not hold the load; 0 if the load's friction alone holds it.
     fn torque_at_rest(&self) -> Option<f64> {
         let d = self.load_torque(self.ends[2]);
         let [motor, load] = &self.bodies;

@@ -176,7 +176,7 @@ mod tests {
         surface.rest(1.0);
         let grown = 6.0 * (1.0 + 0.5 * (1.0 - (-1.0_f64).exp()));
         assert!((surface.stick(0.0) - grown).abs() < 1e-14);
-        // What it broke away from is the begin of the curve that it slides on.
+        // The curve in motion starts at the level of the break.
         assert!((surface.slip(0.0, 0.0) - grown).abs() < 1e-14);
         surface.halt();
         assert_eq!(surface.stick(0.0), 6.0);

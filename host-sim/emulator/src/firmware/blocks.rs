@@ -1,9 +1,8 @@
-//! Stretches of code that run from their begin to their end, each with its cycles.
+//! Blocks of code that always run from their start to their end, each with its cycles.
 //!
-//! A block ends before an instruction that something jumps to, and after one that may go elsewhere:
-//! a branch, a call, a return, a jump by a table. To watch a running image, the
-//! starts of its blocks suffice; the number of instructions between two of them shows a start that
-//! is missing here.
+//! A block ends before an instruction that is the target of a jump, and after one that can jump: a
+//! branch, a call, a return, a jump by a table. To trace a running image, it is enough to watch the
+//! starts of its blocks; the number of instructions between two of them reveals a missing start.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -16,17 +15,17 @@ const TABLE_BRANCH: (u16, u16) = (0xE8D0, 0xF000);
 /// In the second halfword: entries of the table are halfwords.
 const HALFWORDS: u16 = 0x10;
 
-/// A stretch of code.
+/// Block of code.
 #[derive(Clone, Debug)]
 pub struct CodeBlock {
-    /// Behind its last instruction.
+    /// Address after its last instruction.
     pub end: u32,
-    /// How many it has.
+    /// Number of its instructions.
     pub instructions: u32,
-    /// Its last instruction returns, and on no condition.
+    /// Whether its last instruction returns unconditionally.
     pub returns: bool,
-    /// Cycles from its first instruction to the end of its last, what they wait for each other
-    /// included, and the refill after a jump not; the encoding of one whose time is not known.
+    /// Cycles from its first instruction to the end of its last, with the waits between them, and
+    /// without the refill after a jump. If the timing of an instruction is unknown, its encoding.
     pub cycles: Result<u32, UnknownTiming>,
     first: Timing,
     last: Timing,
@@ -46,7 +45,7 @@ pub struct Blocks {
 }
 
 impl Blocks {
-    /// Of all that can run once a function runs.
+    /// Returns the blocks of a function and of everything that it can call.
     pub fn below(code: &Code, function: &Function) -> Self {
         let functions = code.reachable(function);
         let mut begins: BTreeSet<u32> = functions.iter().map(|function| function.address).collect();
@@ -58,10 +57,10 @@ impl Blocks {
         let mut blocks = BTreeMap::new();
         for function in functions {
             let mut stretch: Vec<PlacedInstruction> = Vec::new();
-            // Instructions that the last `it` still holds.
+            // Number of instructions to which the last `it` still applies.
             let mut conditional = 0;
             for placed in code.instructions(function) {
-                // What lies between functions or behind a table follows nothing.
+                // After a gap, such as a table, an instruction does not follow the one before.
                 let follows = stretch.last().is_some_and(|last| last.end() == placed.address);
                 if !follows || begins.contains(&placed.address) {
                     close(&mut blocks, &mut stretch, 0);
@@ -78,23 +77,23 @@ impl Blocks {
         Self { blocks }
     }
 
-    /// The one that begins at an address.
+    /// Returns the block that begins at an address.
     pub fn get(&self, address: u32) -> Option<&CodeBlock> {
         self.blocks.get(&address)
     }
 
-    /// Where they begin.
+    /// Returns the addresses of all blocks.
     pub fn begins(&self) -> impl Iterator<Item = u32> {
         self.blocks.keys().copied()
     }
 
-    /// All of them.
+    /// Returns all blocks with their addresses.
     pub fn all(&self) -> impl Iterator<Item = (u32, &CodeBlock)> {
         self.blocks.iter().map(|(address, block)| (*address, block))
     }
 }
 
-/// Ends a stretch. `conditional` is how many of its last instructions an `it` holds.
+/// Ends a block. `conditional` is 0 if no `it` applies to its last instruction.
 fn close(
     blocks: &mut BTreeMap<u32, CodeBlock>,
     stretch: &mut Vec<PlacedInstruction>,
@@ -139,7 +138,7 @@ fn may_leave(placed: &PlacedInstruction) -> bool {
     placed.instruction.flow != ControlFlow::On || is_table_branch(placed)
 }
 
-/// Where an instruction may lead, besides the next one if it leads nowhere.
+/// Returns the addresses to which an instruction can lead; none if it only leads to the next one.
 fn leads_to(code: &Code, placed: &PlacedInstruction) -> Vec<u32> {
     match placed.instruction.flow {
         ControlFlow::On if is_table_branch(placed) => table(code, placed),
@@ -151,9 +150,9 @@ fn leads_to(code: &Code, placed: &PlacedInstruction) -> Vec<u32> {
     }
 }
 
-/// Where a table leads: its entries are distances in halfwords from its own begin, which follows
-/// the instruction. The last byte may be one too many, which leads to the table itself and so to no
-/// instruction.
+/// Returns the targets of a jump table. Its entries are distances in halfwords from its own start,
+/// which follows the instruction. The last byte can be padding, which leads to the table itself and
+/// so to no instruction.
 fn table(code: &Code, placed: &PlacedInstruction) -> Vec<u32> {
     let wide = placed.halfwords.1 & HALFWORDS != 0;
     let entries = code.data(placed.end()).flat_map(|halfword| {

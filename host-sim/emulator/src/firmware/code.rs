@@ -14,24 +14,24 @@ const UNMASK: u16 = 0xB662;
 /// One function.
 #[derive(Clone, Debug, Default)]
 pub struct Function {
-    /// As the compiler spells it, mangled.
+    /// Mangled name, as in the symbol table.
     pub name: String,
-    /// Its first instruction.
+    /// Address of its first instruction.
     pub address: u32,
     /// Bytes of code.
     pub size: u32,
-    /// Functions that it calls, or goes on in, by their addresses.
+    /// Addresses of the functions that it calls or jumps to.
     pub calls: BTreeSet<u32>,
-    /// After each of its calls: where the call comes back to, and the function that was called.
+    /// Return address of each of its calls, and address of the called function.
     pub returns_to: Vec<(u32, u32)>,
-    /// Its instructions that return to a caller.
+    /// Addresses of its instructions that return to a caller.
     pub returns: Vec<u32>,
-    /// Its calls and jumps through a register.
+    /// Addresses of its calls and jumps through a register.
     pub indirect: Vec<u32>,
-    /// Its instructions that let interrupts come (`cpsie i`).
+    /// Addresses of its instructions that enable interrupts (`cpsie i`).
     pub unmasks: Vec<u32>,
-    /// Bytes that it takes from the stack, all its instructions that take any added up; nothing if
-    /// a register says so.
+    /// Bytes of stack: the sum over all its instructions that reserve stack. `None` if the number
+    /// is in a register.
     pub stack: Option<u32>,
 }
 
@@ -49,7 +49,7 @@ pub struct Code {
 struct Text {
     start: u32,
     bytes: Vec<u8>,
-    /// From each of these addresses on it is code, or data.
+    /// Addresses from which on the section has code (true) or data (false).
     marks: BTreeMap<u32, bool>,
 }
 
@@ -65,19 +65,19 @@ impl Text {
     }
 }
 
-/// An instruction where it lies.
+/// Instruction with its address.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PlacedInstruction {
-    /// Its address.
+    /// Address of the instruction.
     pub address: u32,
     /// Its two halfwords; the second one belongs to it only if it is a long one.
     pub halfwords: (u16, u16),
-    /// What it does.
+    /// Decoded instruction.
     pub instruction: Instruction,
 }
 
 impl PlacedInstruction {
-    /// Where the next one lies.
+    /// Returns the address after the instruction.
     pub const fn end(&self) -> u32 {
         self.address + self.instruction.size
     }
@@ -87,8 +87,8 @@ impl Code {
     /// Reads an ELF file; `path` is for messages.
     ///
     /// # Errors
-    /// If it is not an ELF file, or its symbols have been stripped: then nothing could be found,
-    /// and nothing missed.
+    /// Returns an error if the file is not an ELF file, or if its symbols have been stripped, so
+    /// that its functions cannot be found.
     pub fn read(path: &Path, elf: &[u8]) -> Result<Self, Error> {
         let no = |why: &str| Error::Emulator(format!("{}: {why}", path.display()));
         let file = object::File::parse(elf).map_err(|_| no("it is not an ELF file"))?;
@@ -120,7 +120,7 @@ impl Code {
             }
         }
         let covered: u32 = sizes.values().map(|(size, _)| size).sum();
-        // Alignment between functions is all that may be left over.
+        // Only alignment between functions is not covered by symbols.
         if marks.is_empty() || u64::from(covered) < text.size() * 9 / 10 {
             return Err(no("its symbols have been stripped, so its functions cannot be analysed"));
         }
@@ -134,7 +134,7 @@ impl Code {
         Ok(code)
     }
 
-    /// A function's instructions in the order in which they lie.
+    /// Returns the instructions of a function in the order of their addresses.
     pub fn instructions(&self, function: &Function) -> impl Iterator<Item = PlacedInstruction> {
         let (mut address, end) = (function.address, function.address + function.size);
         std::iter::from_fn(move || {
@@ -150,37 +150,37 @@ impl Code {
         })
     }
 
-    /// The halfwords of the data that lie at an address, up to the next code.
+    /// Returns the halfwords of the data at an address, up to the next code.
     pub fn data(&self, address: u32) -> impl Iterator<Item = u16> {
         let data = (address..).step_by(2).take_while(|at| !self.text.is_code(*at));
         data.map_while(|at| self.text.halfword(at))
     }
 
-    /// Every function.
+    /// Returns all functions.
     pub fn functions(&self) -> impl Iterator<Item = &Function> {
         self.functions.values()
     }
 
-    /// The function that begins at, or holds, an address.
+    /// Returns the function that contains an address.
     pub fn at(&self, address: u32) -> Option<&Function> {
         let (_, function) = self.functions.range(..=address & !1).next_back()?;
         (address & !1 < function.address + function.size).then_some(function)
     }
 
-    /// The name of every symbol.
+    /// Returns the names of all symbols.
     pub fn symbols(&self) -> impl Iterator<Item = &str> {
         self.symbols.keys().map(String::as_str)
     }
 
-    /// The address of a symbol by its plain name.
+    /// Returns the address of a symbol by its plain name.
     pub fn symbol(&self, name: &str) -> Option<u32> {
         self.symbols.get(name).map(|address| *address & !1)
     }
 
-    /// The address of a variable by its path.
+    /// Returns the address of a variable by its path.
     ///
     /// # Errors
-    /// If there is none.
+    /// Returns an error if there is no such variable.
     pub fn variable(&self, path: &str) -> Result<u32, Error> {
         let mangled = mangled(path);
         let found = self.symbols.iter().find(|(name, _)| name.contains(&mangled));
@@ -188,10 +188,10 @@ impl Code {
         found.map(|(_, address)| *address).ok_or_else(no)
     }
 
-    /// The function of a path such as `stiction::servo::control`, or of a plain name.
+    /// Returns the function of a path such as `stiction::servo::control`, or of a plain name.
     ///
     /// # Errors
-    /// If there is none, or more than one.
+    /// Returns an error if there is no such function, or more than one.
     pub fn function(&self, path: &str) -> Result<&Function, Error> {
         if let Some(function) = self.symbol(path).and_then(|address| self.at(address)) {
             return Ok(function);
@@ -207,21 +207,21 @@ impl Code {
         }
     }
 
-    /// The part's vectors: the functions that the hardware enters, the one of the reset first.
+    /// Returns the handlers in the vector table, that of the reset first.
     pub fn entries(&self) -> Vec<&Function> {
         let mut seen = BTreeSet::new();
-        // The first word is the stack's.
+        // The first word is the start of the stack.
         let vectors = self.vectors.iter().skip(1).filter(|vector| **vector != 0);
         vectors.filter_map(|vector| self.at(*vector)).filter(|f| seen.insert(f.address)).collect()
     }
 
-    /// Where the stack begins.
+    /// Returns the start of the stack.
     pub fn stack_start(&self) -> u32 {
         self.vectors.first().copied().unwrap_or(0)
     }
 
-    /// Everything that can run once a function runs, itself among it. Calls through registers lead
-    /// nowhere here: they are listed by [`indirect`](Self::indirect).
+    /// Returns a function and all functions that it can call, directly or not. Calls through
+    /// registers are not followed: [`indirect`](Self::indirect) lists them.
     pub fn reachable<'a>(&'a self, from: &'a Function) -> Vec<&'a Function> {
         let mut seen = BTreeSet::from([from.address]);
         let mut waiting = VecDeque::from([from]);
@@ -237,8 +237,8 @@ impl Code {
         found
     }
 
-    /// Functions with calls or jumps through a register, and whether any entry of the hardware
-    /// leads to them by calls that name their function.
+    /// Returns the functions with calls or jumps through a register, and whether each can be
+    /// reached from a handler by direct calls.
     pub fn indirect(&self) -> Vec<(&Function, bool)> {
         let reached: BTreeSet<u32> = self
             .entries()
@@ -251,13 +251,14 @@ impl Code {
     }
 }
 
-/// A path within a symbol: both of Rust's manglings spell it as the lengths and names of its parts.
+/// Returns a path as it is in a symbol: both of Rust's manglings write the length and the name of
+/// each part.
 fn mangled(path: &str) -> String {
     path.split("::").map(|part| format!("{}{part}", part.len())).collect()
 }
 
 impl Function {
-    /// With what one more of its instructions does.
+    /// Adds the effect of one of its instructions.
     fn with(mut self, placed: PlacedInstruction) -> Self {
         let PlacedInstruction { address, halfwords: (first, _), instruction } = placed;
         match instruction.flow {
@@ -291,8 +292,8 @@ impl Function {
 pub(crate) mod tests {
     use super::*;
 
-    /// Functions that lie one behind the other from an address on; `marks` say where code and data
-    /// begin.
+    /// Creates functions that follow each other from an address on; `marks` are the starts of code
+    /// and data.
     pub fn code(start: u32, marks: &[(u32, bool)], functions: &[(&str, &[u16])]) -> Code {
         let bytes: Vec<u8> = functions
             .iter()

@@ -1,8 +1,8 @@
 //! Routines that an image must not have: arithmetic that the processor has no instruction for.
 //!
-//! The Cortex-M4F computes in single precision. Everything else of floating point is a call into
-//! the compiler's runtime library, ten to a hundred times as slow, and nothing at the place of the
-//! call says so.
+//! The Cortex-M4F computes in single precision. All other floating-point arithmetic is a call into
+//! the compiler's runtime library, ten to a hundred times as slow, which the source does not show
+//! at the place of the call.
 
 use super::code::Code;
 
@@ -22,7 +22,7 @@ const CONVERSIONS: [&str; 8] = [
 const OPERATIONS: [&str; 14] =
     ["add", "sub", "mul", "div", "neg", "eq", "ne", "lt", "le", "gt", "ge", "unord", "cmp", "powi"];
 
-/// Those of them that an image has.
+/// Returns the forbidden routines that an image has.
 pub fn forbidden(code: &Code) -> Vec<&str> {
     code.symbols().filter(|name| is_forbidden(name)).collect()
 }

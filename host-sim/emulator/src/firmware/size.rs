@@ -2,11 +2,11 @@
 
 use object::{Object, ObjectSection, ObjectSegment, SectionFlags};
 
-/// Sector 0 to the end of the part's flash.
+/// Addresses from sector 0 to the end of the flash.
 const FLASH: std::ops::Range<u64> = 0x0800_0000..0x0810_0000;
 const SHF_ALLOC: u64 = 2;
 
-/// Bytes.
+/// Memory used by an image, bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Size {
     /// Machine code.
@@ -18,7 +18,7 @@ pub struct Size {
 }
 
 impl Size {
-    /// Of an ELF file; nothing if it is none.
+    /// Returns the memory used by an ELF file; `None` if it is not a valid one.
     pub fn of(elf: &[u8]) -> Option<Self> {
         let file = object::File::parse(elf).ok()?;
         let is_loaded =

@@ -1,34 +1,33 @@
-//! The deepest that the stack can get, by the calls that the code can make.
+//! Upper limit of the stack, by the calls that the code can make.
 //!
 //! There is one stack. The start runs with interrupts masked: RTIC masks them before it initialises
-//! anything, and the very last thing that its initialisation does is to unmask them, once and for
-//! good. So the deepest is one of two:
+//! anything, and unmasks them once, at the very end of its initialisation. So the largest stack is
+//! one of two:
 //!
-//! - the longest chain of calls of the start, and on top of it the exceptions that no mask holds
-//!   (NMI and hard fault);
-//! - what is left of the start when the interrupts are let in (its own frames, without those of
-//!   what it has called), and on top of it every interrupt and fault that has a handler of its own,
-//!   each once, since none interrupts itself. That all of them come at once, each at the deepest
-//!   point of the one before, is more than can happen.
+//! - the longest chain of calls of the start, plus the exceptions that cannot be masked (NMI and
+//!   hard fault);
+//! - what is left of the start when the interrupts are unmasked (its own frames, without those of
+//!   the functions that it has called), plus every interrupt and fault that has its own handler,
+//!   each once, since none interrupts itself. This is more than can happen: all of them at once,
+//!   each at the deepest point of the one before.
 //!
-//! That there is one instruction that unmasks, and that its function calls nothing after it, is
-//! read from the machine code; an image of which that is not true has no bound. That nothing
-//! unmasks by `msr` what it has not masked itself is how critical sections are written, and is not
-//! looked for.
+//! The machine code is checked for exactly one instruction that unmasks, and for no call after it
+//! in its function; otherwise the image has no bound. Not checked: critical sections are written so
+//! that each unmasks by `msr` only what it has masked itself.
 //!
-//! The bytes of a function are the sum of all its instructions that take any, wherever they are:
-//! never less than the compiler's own figure, and more where a function has several ways in.
+//! The bytes of a function are the sum over all its instructions that reserve stack, wherever they
+//! are: never less than the compiler's own figure, and more if a function has several entry paths.
 
 use std::collections::BTreeMap;
 
 use super::code::{Code, Function};
 use files::error::Error;
 
-/// What an exception pushes by itself: 26 words with the floating-point registers (ARMv7-M,
-/// B1.5.7), and one to align.
+/// Bytes that the hardware pushes at an exception: 26 words with the floating-point registers
+/// (ARMv7-M, B1.5.7), and one to align.
 const FRAME: u32 = 27 * 4;
 
-/// Exceptions that come through any mask.
+/// Exceptions that cannot be masked.
 const UNMASKABLE: [&str; 2] = ["NonMaskableInt", "HardFault"];
 
 /// Upper limit of the stack.
@@ -37,17 +36,18 @@ pub struct StackBound {
     /// Largest stack of the start with masked interrupts, plus the exceptions that cannot be
     /// masked, bytes.
     pub start: u32,
-    /// Each entry of the hardware with its own chain's bytes, its frame among them: what is left of
-    /// the start first.
+    /// Name of each handler, and bytes of its chain of calls with its frame. The first entry is
+    /// what is left of the start.
     pub entries: Vec<(String, u32)>,
 }
 
 impl StackBound {
-    /// Of an image.
+    /// Returns the upper limit of an image.
     ///
     /// # Errors
-    /// If there is no bound: recursion, a stack pointer that a register moves, a call through a
-    /// register, or a start that does not end with the one instruction that lets interrupts in.
+    /// Returns an error if there is no bound: recursion, a stack pointer that a register moves, a
+    /// call through a register, or a start that does not end with the one instruction that unmasks
+    /// interrupts.
     pub fn of(code: &Code) -> Result<Self, Error> {
         let reached = code.indirect().into_iter().filter(|(_, reached)| *reached);
         let reached: Vec<&str> = reached.map(|(function, _)| function.name.as_str()).collect();
@@ -79,13 +79,13 @@ impl StackBound {
         Ok(Self { start, entries: all })
     }
 
-    /// Bytes.
+    /// Returns the largest stack, bytes.
     pub fn total(&self) -> u32 {
         self.start.max(self.entries.iter().map(|(_, bytes)| bytes).sum())
     }
 }
 
-/// The function that lets the interrupts in, and calls nothing after that.
+/// Returns the function that unmasks the interrupts, and calls nothing after that.
 fn last_unmasks(code: &Code) -> Result<&Function, Error> {
     let no = |why: String| Err(Error::Emulator(format!("the stack has no bound: {why}")));
     let all: Vec<(&Function, u32)> = code
@@ -109,7 +109,7 @@ fn last_unmasks(code: &Code) -> Result<&Function, Error> {
 
 struct Chains<'a> {
     code: &'a Code,
-    /// Of a function: bytes of it and everything below it; nothing while that is being found out.
+    /// Bytes of each function and of everything below it; `None` while they are being determined.
     known: BTreeMap<u32, Option<u32>>,
 }
 

@@ -1,50 +1,50 @@
-//! As much of the Thumb-2 instruction set as it takes to follow calls, returns and the stack
-//! pointer.
+//! Decodes as much of the Thumb-2 instruction set as is needed to follow calls, returns and the
+//! stack pointer.
 //!
 //! Encodings: ARMv7-M Architecture Reference Manual (ARM DDI 0403), sections A5.2, A5.3 and A7.7.
 
-/// What an instruction does to the flow of control.
+/// Effect of an instruction on the flow of control.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ControlFlow {
-    /// Goes on with the next one, or somewhere within the same function by a table.
+    /// Continues with the next instruction, or within the same function by a jump table.
     On,
     /// `bl`: calls the function at this address.
     Call(u32),
-    /// `b` in any form: to this address, perhaps on a condition.
+    /// `b` in any form: jumps to this address, with or without a condition.
     Branch(u32),
-    /// `blx` of a register: calls a function that only the running program knows.
+    /// `blx` of a register: calls a function whose address is known only at run time.
     CallRegister,
     /// `bx`, `mov` or `ldr` into the program counter, from anywhere but the link register.
     JumpRegister,
-    /// Back to the caller.
+    /// Returns to the caller.
     Return,
 }
 
-/// What an instruction does to the stack pointer.
+/// Effect of an instruction on the stack pointer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stack {
-    /// Leaves it alone, or gives room back.
+    /// Reserves no stack; it may release some.
     Kept,
-    /// Takes this many bytes.
+    /// Reserves this number of bytes.
     Takes(u32),
-    /// Takes as many as a register says.
+    /// Reserves a number of bytes that is in a register.
     Unknown,
 }
 
 /// One instruction of the machine code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Instruction {
-    /// Bytes.
+    /// Size, bytes.
     pub size: u32,
-    /// Where it leads.
+    /// Effect on the flow of control.
     pub flow: ControlFlow,
-    /// What it takes from the stack.
+    /// Effect on the stack pointer.
     pub stack: Stack,
 }
 
 impl Instruction {
-    /// The instruction at `address` that begins with `first`; `second` is only looked at if it is a
-    /// long one.
+    /// Decodes the instruction at `address` that begins with `first`. `second` is used only for a
+    /// long instruction.
     pub fn decode(address: u32, first: u16, second: u16) -> Self {
         // Prefixes 0b11101, 0b11110 and 0b11111 begin an instruction of two halfwords.
         if first < 0xE800 {
@@ -61,7 +61,8 @@ impl Instruction {
     }
 }
 
-/// The program counter reads four bytes ahead of the instruction.
+/// Returns an address relative to the program counter, which is four bytes ahead of the
+/// instruction.
 const fn relative(address: u32, offset: u32, bits: u32) -> u32 {
     let shift = 32 - bits;
     let signed = ((offset << shift) as i32) >> shift;
@@ -168,12 +169,12 @@ fn long_stack(first: u32, second: u32) -> Stack {
     }
 }
 
-/// `i:imm3:imm8`.
+/// Returns the constant `i:imm3:imm8`.
 const fn immediate(first: u32, second: u32) -> u32 {
     (first >> 10 & 1) << 11 | (second >> 12 & 7) << 8 | second & 0xFF
 }
 
-/// `ThumbExpandImm` of A5.3.2.
+/// Returns the constant by `ThumbExpandImm` of A5.3.2.
 const fn expand(first: u32, second: u32) -> u32 {
     let coded = immediate(first, second);
     let byte = coded & 0xFF;

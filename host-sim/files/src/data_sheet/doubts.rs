@@ -35,7 +35,7 @@ impl DataSheet {
     /// Returns an error with the friction or load, and the motor's stall torque.
     pub fn can_move(&self, mapping: &Mapping) -> Result<(), SheetRefusal> {
         let (stall, constant) = (mapping.stall(), self.load.constant_nm);
-        // Torque that each direction needs: the load helps in one of them.
+        // Torque that each direction needs; a constant load helps in one of them.
         let [forward, backward] = [self.stick()[0] - constant, self.stick()[1] + constant];
         let (key, needed) = if forward <= backward || self.friction.stick_reverse_nm.is_none() {
             ("friction.stick_nm", forward.min(backward))

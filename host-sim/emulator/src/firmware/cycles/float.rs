@@ -1,15 +1,15 @@
-//! The instructions of the floating-point unit, of which it has single precision only.
+//! Timing of the instructions of the floating-point unit, which has single precision only.
 
 use super::{FETCH_CONTENTION, PC, Timing, bit};
 
-/// `vdiv` and `vsqrt`.
+/// Cycles of `vdiv` and `vsqrt`.
 const FLOAT_DIVIDE: u32 = 14;
-/// Multiplication of floats with an addition, in any form.
+/// Cycles of a multiplication of floats with an addition, in any form.
 const FLOAT_ACCUMULATE: u32 = 3;
-/// The place of the floating-point flags in a set of the unit's registers, after its 32.
+/// Bit of the floating-point flags in a set of the unit's registers, after its 32.
 const FLOAT_FLAGS: u64 = 1 << 32;
 
-/// A6.4 to A6.7: the floating-point unit.
+/// Returns the timing of an instruction of the floating-point unit (A6.4 to A6.7).
 pub(super) fn coprocessor(first: u32, second: u32) -> Option<Timing> {
     if second & 0x0E00 != 0x0A00 || first & 0x0300 == 0x0300 {
         return None;
@@ -21,17 +21,18 @@ pub(super) fn coprocessor(first: u32, second: u32) -> Option<Timing> {
     if second & 0x10 != 0 {
         return float_transfer(first, second, double);
     }
-    // The unit knows single precision only.
+    // The unit computes in single precision only.
     if double { None } else { float_processing(first, second) }
 }
 
-/// A register by the four bits and the one beside them: in singles, of which a double is two.
+/// Returns the set of singles of a register, by its four bits and the one beside them. A double is
+/// two singles.
 const fn floats(four: u32, one: u32, double: bool) -> u64 {
     let (four, one) = (four & 0xF, one & 1);
     if double { 0b11 << ((one << 4 | four) << 1 & 31) } else { 1 << (four << 1 | one) }
 }
 
-/// A6.6 and A6.7.
+/// Returns the timing of an access to memory, or of a transfer of two registers (A6.6 and A6.7).
 fn float_access(first: u32, second: u32, double: bool) -> Option<Timing> {
     let loads = first & 0x10 != 0;
     match first & 0x01E0 {
@@ -63,7 +64,7 @@ fn float_access(first: u32, second: u32, double: bool) -> Option<Timing> {
     })
 }
 
-/// A6.5: between the processor's registers and the unit's.
+/// Returns the timing of a transfer between the processor's registers and the unit's (A6.5).
 fn float_transfer(first: u32, second: u32, double: bool) -> Option<Timing> {
     let to_core = first & 0x10 != 0;
     match first >> 5 & 7 {
@@ -80,7 +81,7 @@ fn float_transfer(first: u32, second: u32, double: bool) -> Option<Timing> {
     }
 }
 
-/// A6.4.
+/// Returns the timing of a computation (A6.4).
 fn float_processing(first: u32, second: u32) -> Option<Timing> {
     let destination = floats(second >> 12, first >> 6, false);
     let (left, right) = (floats(first, second >> 7, false), floats(second, second >> 5, false));

@@ -1,15 +1,16 @@
-//! Cycles of one instruction on a Cortex-M4 with its floating-point unit, as the manual gives them.
+//! Cycles of one instruction on a Cortex-M4 with its floating-point unit, by the manual.
 //!
 //! Source: Cortex-M4 Technical Reference Manual (Arm DDI 0439 and 100166), table 3-1 and the
 //! section on load/store timings, and the table of the floating-point unit's instructions. The
-//! counts hold for memory without wait states. Where the manual gives a range, the most is taken: 3
+//! counts hold for memory without wait states. If the manual has a range, its maximum is used: 3
 //! cycles to refill the pipeline (P is 1 to 3), 12 for a division (2 to 12), 2 for `cps` (1 or 2).
-//! What it says may save a cycle is left out: loads that follow each other, stores that the write
-//! buffer takes at once, a folded `it`, and integer instructions beside a long division of floats.
-//! An instruction whose condition does not hold counts as one that runs.
+//! Cases that may save a cycle by the manual are not counted: loads that follow each other, stores
+//! that the write buffer takes at once, a folded `it`, and integer instructions beside a long
+//! division of floats. An instruction whose condition does not hold counts as one that runs.
 //!
 //! Encodings: ARMv7-M Architecture Reference Manual (Arm DDI 0403), sections A5.2, A5.3, A6.4 to
-//! A6.7 and A7.7. One that is not in here has no time: it never counts as a single cycle.
+//! A6.7 and A7.7. An instruction that is missing here has no timing: it never counts as a single
+//! cycle.
 
 mod float;
 mod processor;
@@ -18,27 +19,27 @@ mod tests;
 
 use std::fmt;
 
-/// P of the manual, at most: the pipeline after a jump.
+/// Cycles to refill the pipeline after a jump: the largest P of the manual.
 pub const REFILL: u32 = 3;
 
 /// A load from beside the program "might add a cycle because of contention with the fetch unit".
 const FETCH_CONTENTION: u32 = 1;
 const PC: u32 = 15;
 
-/// What one instruction takes, and what makes the next one wait for it.
+/// Cycles of one instruction, and the registers for which the next one can wait.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Timing {
     /// Cycles, without the refill after a jump.
     pub cycles: u32,
-    /// Registers that it computes: an address made of one of them in the next instruction waits a
-    /// cycle.
+    /// Registers that it computes: if the next instruction forms an address from one of them, it
+    /// waits a cycle.
     computes: u32,
-    /// Registers that it forms an address of.
+    /// Registers from which it forms an address.
     addresses: u32,
-    /// Floating-point registers that it computes: an instruction that takes one of them right after
+    /// Floating-point registers that it computes: if the next instruction reads one of them, it
     /// waits a cycle.
     float_computes: u64,
-    /// Floating-point registers that it takes.
+    /// Floating-point registers that it reads.
     float_takes: u64,
 }
 
@@ -59,11 +60,11 @@ impl fmt::Display for UnknownTiming {
 }
 
 impl Timing {
-    /// Finds the timing of the instruction that begins with `first`; `second` is only looked at if
-    /// it is a long one.
+    /// Returns the timing of the instruction that begins with `first`. `second` is used only for a
+    /// long instruction.
     ///
     /// # Errors
-    /// If its time is not known.
+    /// Returns an error if the timing is unknown.
     pub fn of(first: u16, second: u16) -> Result<Self, UnknownTiming> {
         let long = first >= 0xE800;
         let timing = if long {
@@ -74,29 +75,29 @@ impl Timing {
         timing.ok_or(UnknownTiming { first, second: long.then_some(second) })
     }
 
-    /// Counts the cycles that `next`, right after it, waits for its results.
+    /// Returns the cycles that `next`, right after it, waits for its results.
     pub const fn holds_up(&self, next: &Self) -> u32 {
         (self.computes & next.addresses != 0) as u32
             + (self.float_computes & next.float_takes != 0) as u32
     }
 
-    /// Nothing but a number of cycles.
+    /// Creates the timing of an instruction with a number of cycles, for which no other waits.
     const fn plain(cycles: u32) -> Self {
         Self { cycles, computes: 0, addresses: 0, float_computes: 0, float_takes: 0 }
     }
 
-    /// A single cycle that computes a register; 15 is none, as in `cmp` and `tst`.
+    /// Creates the timing of one cycle that computes a register; 15 is none, as in `cmp` and `tst`.
     const fn computing(register: u32) -> Self {
         Self { computes: bit(register), ..Self::plain(1) }
     }
 
-    /// An access to a number of words.
+    /// Creates the timing of an access to a number of words.
     const fn accesses(words: u32, address: u32) -> Self {
         Self { addresses: address, ..Self::plain(1 + words) }
     }
 }
 
-/// The program counter is no register that anything waits for.
+/// Returns the set with a register; it is empty for the program counter, for which nothing waits.
 const fn bit(register: u32) -> u32 {
     if register < PC { 1 << register } else { 0 }
 }

@@ -1,21 +1,21 @@
-//! The instructions of the processor, and where those of the floating-point unit are among them.
+//! Timing of the processor's instructions. Those of the floating-point unit are in `float`.
 
 use super::{FETCH_CONTENTION, PC, REFILL, Timing, bit, float};
 
-/// `sdiv` and `udiv`: 2 to 12, the more bits the longer.
+/// Cycles of `sdiv` and `udiv`: 2 to 12, more for more bits.
 const DIVIDE: u32 = 12;
-/// One access: `ldr`, `str` and their kin.
+/// Cycles of one access: `ldr`, `str` and similar ones.
 const ACCESS: u32 = 2;
-/// `tbb` and `tbh`: two for the load, one for the addition; the refill comes on top.
+/// Cycles of `tbb` and `tbh`: two for the load, one for the addition, without the refill.
 const TABLE_BRANCH: u32 = 3;
-/// `cps` is 1 or 2. The manual gives `mrs` and `msr` no more.
+/// Cycles of `cps` (1 or 2), `mrs` and `msr` (no more by the manual).
 const SPECIAL: u32 = 2;
-/// `dsb` and `dmb`: one, and nothing at least for what they wait for. No most is given; see
-/// `tests/evidence/cost.md`.
+/// Least cycles of `dsb` and `dmb`: one, and none for what they wait for. The manual has no upper
+/// limit; see `tests/evidence/cost.md`.
 const BARRIER: u32 = 1;
 const SP: u32 = 13;
 
-/// The instructions of 16 bits: A5.2.
+/// Returns the timing of an instruction of 16 bits (A5.2).
 pub(super) fn short(code: u32) -> Option<Timing> {
     Some(match code >> 11 {
         // Shifts, add and sub of three registers or a small constant.
@@ -50,7 +50,7 @@ pub(super) fn short(code: u32) -> Option<Timing> {
     })
 }
 
-/// A5.2.5: 16 bits, from 1011.
+/// Returns the timing of an instruction of 16 bits that begins with 1011 (A5.2.5).
 fn various(code: u32) -> Option<Timing> {
     Some(match code >> 8 & 0xF {
         // add and sub of the stack pointer
@@ -71,7 +71,7 @@ fn various(code: u32) -> Option<Timing> {
     })
 }
 
-/// The instructions of 32 bits: A5.3.
+/// Returns the timing of an instruction of 32 bits (A5.3).
 pub(super) fn long(first: u32, second: u32) -> Option<Timing> {
     match first >> 11 & 3 {
         1 => match first >> 9 & 3 {
@@ -93,13 +93,13 @@ pub(super) fn long(first: u32, second: u32) -> Option<Timing> {
     }
 }
 
-/// A5.3.5: ldm and stm, push.w and pop.w among them.
+/// Returns the timing of ldm and stm, with push.w and pop.w (A5.3.5).
 fn multiple(first: u32, second: u32) -> Option<Timing> {
     let words = second.count_ones();
     matches!(first >> 7 & 3, 1 | 2).then(|| Timing::accesses(words, bit(first & 0xF)))
 }
 
-/// A5.3.6: two words at once, exclusive accesses, jumps by a table.
+/// Returns the timing of an access to two words, an exclusive access or a jump by a table (A5.3.6).
 fn double_or_exclusive(first: u32, second: u32) -> Option<Timing> {
     let base = bit(first & 0xF);
     Some(match (first >> 4 & 0x1F, second >> 4 & 0xF) {
@@ -116,7 +116,7 @@ fn double_or_exclusive(first: u32, second: u32) -> Option<Timing> {
     })
 }
 
-/// A5.3.4.
+/// Returns the timing of a branch or of a control instruction (A5.3.4).
 fn branch_or_control(first: u32, second: u32) -> Option<Timing> {
     if second & 0x5000 != 0 {
         // b.w, bl. The form of blx that leaves Thumb is not in this architecture.
@@ -144,7 +144,7 @@ fn branch_or_control(first: u32, second: u32) -> Option<Timing> {
     }
 }
 
-/// A5.3.16 and A5.3.17.
+/// Returns the timing of a multiplication or division (A5.3.16 and A5.3.17).
 fn multiply_or_divide(first: u32, second: u32) -> Option<Timing> {
     let high = second >> 8 & 0xF;
     if first & 0x80 == 0 {
@@ -162,7 +162,7 @@ fn multiply_or_divide(first: u32, second: u32) -> Option<Timing> {
     }
 }
 
-/// A5.3.7 to A5.3.10: one access.
+/// Returns the timing of an access to one word or less (A5.3.7 to A5.3.10).
 fn single(first: u32, second: u32) -> Option<Timing> {
     let (base, loads, size) = (first & 0xF, first & 0x10 != 0, first >> 5 & 3);
     let signed = first & 0x100 != 0;
