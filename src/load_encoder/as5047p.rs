@@ -82,7 +82,7 @@ pub enum BadReading {
 /// ```
 pub const fn read(register: u16) -> u16 {
     let frame = READ | (register & DATA);
-    if frame.count_ones() % 2 == 0 { frame } else { frame | PARITY }
+    if frame.count_ones().is_multiple_of(2) { frame } else { frame | PARITY }
 }
 
 /// Returns the angle (counts, below 2^14) from the two frames that were received in a tick, in
@@ -122,7 +122,7 @@ pub const fn angle(received: [u16; 2]) -> Result<u16, BadReading> {
 
 /// Returns the data of a frame that was received.
 const fn data(frame: u16) -> Result<u16, BadReading> {
-    if frame.count_ones() % 2 != 0 {
+    if !frame.count_ones().is_multiple_of(2) {
         Err(BadReading::Parity)
     } else if frame & ERROR != 0 {
         Err(BadReading::Refused)
@@ -135,7 +135,8 @@ const fn data(frame: u16) -> Result<u16, BadReading> {
 mod tests {
     use super::*;
 
-    /// Frame of a chip without an error, by a count of its bits one by one.
+    /// Returns the frame that a chip without a fault sends for 14 bits of data. Its parity is
+    /// counted bit by bit, apart from the code under test.
     fn from_chip(data: u16) -> u16 {
         let ones = (0..14).filter(|bit| data >> bit & 1 == 1).count();
         data | if ones % 2 == 1 { 0x8000 } else { 0 }

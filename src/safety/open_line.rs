@@ -61,7 +61,7 @@ pub struct OpenLineTest {
 /// Progress of the test.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct OpenLineState {
-    /// Ticks until the next step of the test.
+    /// Ticks until the next reading of the test, or until the next test.
     left: u32,
     /// Number of the present reading, from one; zero: no test runs.
     reading: u8,

@@ -123,7 +123,7 @@ fn watch(host: &mut dyn Host, watches: impl Iterator<Item = Watch>) -> Result<()
     Ok(())
 }
 
-/// Cost of a span.
+/// Cost of one passage through a measured span of code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PassageCost {
     /// Counted instructions.

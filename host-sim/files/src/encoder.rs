@@ -24,7 +24,7 @@ pub enum Wires {
     Sound,
     /// Both cut: the counter does not change.
     Cut,
-    /// One cut: the edges of the other one alternately count up and down.
+    /// One wire is cut: the edges of the intact one alternately count up and down.
     OneCut,
     /// The two lines are exchanged.
     Swapped,

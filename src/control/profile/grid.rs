@@ -124,8 +124,8 @@ impl Frame {
 }
 
 impl ProfileLimits {
-    /// Returns the limits nearest to these that the generator can keep at a sample time (s) and an
-    /// angle of a count (deg).
+    /// Returns the nearest limits of speed, acceleration and jerk that the generator can keep, for
+    /// a sample time (s) and the angle of an encoder count (deg).
     pub fn nearest(&self, sample_time: f32, resolution: f32) -> Self {
         Grid::nearest(self, sample_time, resolution)
     }

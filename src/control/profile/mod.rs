@@ -64,7 +64,7 @@ pub struct Profile {
     /// Ticks since the first stage ran. Negative: the remaining ticks for which the set point
     /// waits.
     phase: i32,
-    /// Number of entries of the ring that have not been filled.
+    /// Number of entries of `ring` that this move has not filled yet. They count as zero.
     empty: u32,
     /// Index of the ring's entry for the next change.
     next: u32,

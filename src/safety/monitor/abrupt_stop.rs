@@ -27,7 +27,8 @@
 
 use super::limits::{Limits, Units};
 
-/// Length of a piece of time, s.
+/// Length of the pieces of time in which the monitor adds up the counts, s. A piece is at least a
+/// tick long.
 const PIECE: f32 = 0.02;
 
 /// Monitor of counts that stop within two pieces of time.

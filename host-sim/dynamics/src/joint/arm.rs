@@ -168,7 +168,8 @@ impl GearedArm {
         self.unfollowed_s += left_s;
     }
 
-    /// Returns the time (s) that was skipped, as [`super::Joint::unfollowed_s`].
+    /// Returns the simulated time (s) that was skipped because the switches of a step did not end,
+    /// as [`super::Joint::unfollowed_s`]. A motion with such a time is invalid.
     pub const fn unfollowed_s(&self) -> f64 {
         self.unfollowed_s
     }

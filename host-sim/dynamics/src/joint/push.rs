@@ -2,7 +2,8 @@
 
 use super::description::TorquePulse;
 
-/// An edge of the window that is closer than this to the end of a sample counts as that end, s.
+/// Tolerance of the start and the end of a push, s. If either is closer than this to the end of a
+/// sample, it counts as being there.
 const SAME_TIME_S: f64 = 1e-9;
 
 /// A push, or none.

@@ -13,7 +13,7 @@ use super::step::SwitchFunction;
 /// Contact between the flanks of motor and load.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Contact {
-    /// There is no dead zone.
+    /// No backlash: the motor is always coupled to the load.
     Bound,
     /// The flanks are apart.
     Free,

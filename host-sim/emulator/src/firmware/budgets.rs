@@ -24,7 +24,7 @@ pub const FLASH_BYTES: u64 = 256 << 10;
 pub const RAM_BYTES: u64 = 32 << 10;
 /// Bytes of the state of a law that can be part of a sum.
 pub const LAW_STATE_BYTES: usize = 64;
-/// Bytes of the state of `robust`, which stands alone.
+/// Largest state of `robust`, bytes. This law replaces PD, so no other law shares the state.
 pub const LAW_STATE_BYTES_ALONE: usize = 256;
 /// Bytes of a whole controller's state.
 pub const CONTROLLER_STATE_BYTES: usize = 384;

@@ -363,7 +363,8 @@ mod tests {
 
     const H: f64 = 0.01;
 
-    /// Returns the measures of a step of 1000 samples whose position is 1000 - e(t) counts.
+    /// Returns the measures of a step of 1000 counts, from 1000 samples. `error` is the error
+    /// (counts) at a time (s); the position is 1000 counts less the error.
     fn stepped(error: impl Fn(f64) -> f64) -> StepMeasures {
         let sample = |k: u32| {
             let error = error(f64::from(k) * H);

@@ -38,7 +38,7 @@ pub struct Wear {
     pub rms_counts: [Option<f64>; 2],
     /// Fault that ended the row; every move after it is missed.
     pub fault: Option<Fault>,
-    /// Move that the fault ended, from 1.
+    /// Number of the move in which a fault occurred, from 1; none without a fault.
     pub fault_in: Option<u32>,
 }
 

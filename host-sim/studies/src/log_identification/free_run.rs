@@ -25,7 +25,7 @@ const STEPS: f64 = 4.0;
 const TO_A_TIME_CONSTANT: f64 = 20.0;
 const MOST_STEPS: f64 = 50.0;
 
-/// Number of points kept for figures.
+/// Largest number of points of a free run that are kept for figures. A longer log is thinned out.
 const KEPT: usize = 20_000;
 
 /// Comparison of the free run with the log.

@@ -71,7 +71,7 @@ pub struct Objections<'a> {
     pub implausible: &'a [Implausible],
     /// Causes of the residual that the model leaves out.
     pub misfits: &'a [Misfit],
-    /// Terms that would lower the residual.
+    /// Terms that the fitted model lacks and that would lower its residual.
     pub proposals: &'a [Proposal],
 }
 

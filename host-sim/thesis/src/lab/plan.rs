@@ -205,7 +205,8 @@ impl LabPlan {
         Error::Input(format!("{}: `{key}` is {found}; must be {allowed}", self.origin.of(key)))
     }
 
-    /// One value for each body, each one `good`. `key` is that of a mechanism that moves straight.
+    /// Returns one value for each body if each is finite and `good`. `key` is the key of the linear
+    /// mechanism; that of a rotary one is derived from it.
     pub(super) fn each<const N: usize>(
         &self,
         key: &str,

@@ -116,7 +116,8 @@ pub(super) struct Supervisor {
     guard: OscillationGuard,
     planner: PulsePlanner,
     hold_effort: HoldEffort,
-    /// Rule of the reverse pulse; only with the encoder on the load.
+    /// Rule of the reverse pulse, which brakes a load that has broken away. None if the encoder is
+    /// on the motor.
     reverse: Option<ReversePulse>,
     load_rule: LoadRule,
     give_up: GiveUp,

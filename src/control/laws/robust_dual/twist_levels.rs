@@ -198,8 +198,8 @@ mod tests {
 
     const LEVELS: TwistLevels = TwistLevels::new(20, 4.0);
 
-    /// Runs ticks in which both sides rest at a twist, and the load then leaves its rest at another
-    /// one.
+    /// Runs ticks in which both sides rest at the twist `rests`, and the load then leaves its rest
+    /// at the twist `leaves`, both deg.
     fn rest_and_leave(levels: &mut TwistState, rests: f32, leaves: f32) {
         let seen = |twist, load, ticks| BothSides {
             twist,
