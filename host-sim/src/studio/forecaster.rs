@@ -178,7 +178,13 @@ impl<'a> Forecaster<'a> {
     ) {
         let Some(parameters) = shared.in_use() else {
             if let Some((_, asked)) = next {
-                send_part(&asked, "refused", json!("it is not known what the device runs"));
+                send_part(
+                    &asked,
+                    "refused",
+                    json!(
+                        "the parameters of the device are unknown: connect a device that has some"
+                    ),
+                );
             }
             return;
         };

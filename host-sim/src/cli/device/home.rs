@@ -84,11 +84,11 @@ impl HomeArguments {
                 let is_referenced = status.is_referenced;
                 Ok(HomeResult { found, resolution, position_deg, is_referenced })
             }
-            _ => Err(Error::Device(format!(
-                "home: ended by {}, before a stop was found; the joint is not referenced \
-                 (docs/reference/faults.md)",
-                super::by(&status)
-            ))),
+            _ => Err(super::ended_early(
+                "home",
+                &status,
+                ", before a hard stop was found; the joint is not referenced",
+            )),
         }
     }
 

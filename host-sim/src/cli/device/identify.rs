@@ -7,7 +7,7 @@ use serde_json::json;
 use stiction::identification::{IdentificationRequest, Outcome};
 use stiction::link::StateCode;
 
-use super::{OFF, by};
+use super::{NOTHING, OFF, ended_early};
 use crate::cli::outputs::check_standard_output;
 use files::error::Error;
 use files::typed_number;
@@ -132,12 +132,8 @@ impl DeviceIdentifyArguments {
         let asked = client.check_identification(&asked)?;
         client.identify_joint(asked)?;
         let status = until_off(client)?;
-        let (summary, map) = client.identified()?.ok_or_else(|| {
-            let by = by(&status);
-            Error::Device(format!(
-                "identify: ended by {by}, before anything was found (docs/reference/faults.md)"
-            ))
-        })?;
+        let (summary, map) =
+            client.identified()?.ok_or_else(|| ended_early("identify", &status, NOTHING))?;
         let found = IdentifiedJoint { summary, map, parameters, units };
         let warning = client.warning();
         let outcome = found.summary.outcome;
@@ -212,13 +208,7 @@ fn until_off<W: Wire>(client: &mut Client<W>) -> Result<stiction::link::Status, 
 fn ramp<W: Wire>(client: &mut Client<W>, rate: f32, hold: f32) -> Result<String, Error> {
     client.identify(rate, hold)?;
     let status = until_off(client)?;
-    let nothing = || {
-        let by = by(&status);
-        Error::Device(format!(
-            "identify: ended by {by}, before anything was found (docs/reference/faults.md)"
-        ))
-    };
-    let found = client.levels()?.ok_or_else(nothing)?;
+    let found = client.levels()?.ok_or_else(|| ended_early("identify", &status, NOTHING))?;
     let warning = client.warning().map_or(String::new(), |warning| format!("{warning}\n"));
     Ok(warning + &words::levels(&found, rate) + OFF)
 }

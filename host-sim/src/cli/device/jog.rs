@@ -62,15 +62,12 @@ impl JogArguments {
         // The device ends the jog; the client waits a second longer.
         let longest = Duration::from_secs_f32(parameters.jog.time + 1.0);
         let status = client.pass_armed(longest)?;
-        let ended = |by: &str| {
-            Error::Device(format!(
-                "jog: ended by {by}, before anything was found (docs/reference/faults.md)"
-            ))
-        };
         match (status.state, client.jogged()?) {
-            (StateCode::Armed, _) => Err(ended("its time, as the device did not end it")),
+            (StateCode::Armed, _) => Err(Error::Device(
+                "jog: the device did not end it within its time; it may be armed".into(),
+            )),
             (_, Some(found)) => Ok(JogResult { parameters, found }),
-            _ => Err(ended(&super::by(&status))),
+            _ => Err(super::ended_early("jog", &status, super::NOTHING)),
         }
     }
 

@@ -471,22 +471,27 @@ const fn off(status: &Status) -> &'static str {
     if matches!(status.state, StateCode::Armed) { OFF } else { "" }
 }
 
+/// What follows if a measurement was ended early.
+const NOTHING: &str = ", before anything was found";
+
 /// Returns an error if the output went off before the requested time.
 fn ended(what: &str, status: &Status) -> Result<(), Error> {
     if status.state == StateCode::Armed {
         return Ok(());
     }
-    Err(Error::Device(format!(
-        "{what}: ended by {}; the motor is off (docs/reference/faults.md)",
-        by(status)
-    )))
+    Err(ended_early(what, status, "; the motor is off"))
 }
 
-fn by(status: &Status) -> String {
-    match status.fault.code {
-        0 => "a stop".into(),
-        _ => words::fault(&status.fault, status.sample_time),
-    }
+/// Returns the error that a fault or a stop ended a motion, with what follows from that.
+fn ended_early(what: &str, status: &Status, so: &str) -> Error {
+    let Status { fault, sample_time, .. } = status;
+    Error::Device(match fault.code {
+        0 => format!("{what}: ended by a stop command{so}"),
+        _ => {
+            let by = words::fault(fault, *sample_time);
+            format!("{what}: ended by {by}{so} (docs/reference/faults.md)")
+        }
+    })
 }
 
 fn lost<W: Wire>(client: &Client<W>) -> String {

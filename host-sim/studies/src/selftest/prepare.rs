@@ -350,7 +350,9 @@ fn allowed(
             rounded(time_s(deg).ceil()),
             match fits {
                 Some(deg) => format!("a range up to {} deg fits", rounded(deg)),
-                None => "no range fits: raise the limits of [profile]".into(),
+                None => "no range fits: raise `profile.velocity_deg_per_s` or \
+                         `profile.acceleration_deg_per_s2`"
+                    .into(),
             }
         ));
     }

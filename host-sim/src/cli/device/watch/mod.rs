@@ -45,10 +45,9 @@ pub fn on_a_terminal() -> Result<(), Error> {
     if stdin().is_terminal() && stdout().is_terminal() {
         return Ok(());
     }
-    let instead = "`status` and `log FILE.csv` need none";
-    Err(Error::Input(format!(
-        "device watch: it needs a terminal to draw on and read keys from; {instead}"
-    )))
+    Err(Error::Input(
+        "device watch: it needs a terminal; without one, use `status` or `log FILE.csv`".into(),
+    ))
 }
 
 /// Shows the device until `q` or a signal that ends programs, and returns a text on its last state.

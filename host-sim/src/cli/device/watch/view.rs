@@ -124,7 +124,7 @@ fn state_of(watched: &WatchedDevice) -> Line<'static> {
         ),
         (
             !status.is_referenced,
-            "position unknown: with a range, only `jog` moves it until `home` or `reference`",
+            "position unknown: with position limits, only `jog` and `home` move it until `reference`",
             Color::Yellow,
         ),
         (status.is_damaged, "a saved set of parameters is damaged: see `status`", Color::Red),
