@@ -311,7 +311,7 @@ fn commission(device: impl Fn(String) -> String) {
             assert_eq!(done.status.code(), Some(2), "{command}: {said}");
             assert!(said.contains("selftest   FAIL: "), "{said}");
             let why = String::from_utf8_lossy(&done.stderr);
-            assert!(why.contains("the joint does not do what arm.toml says"), "{why}");
+            assert!(why.contains("the joint does not move as arm.toml predicts"), "{why}");
             continue;
         }
         assert!(done.status.success(), "{command}: {}", String::from_utf8_lossy(&done.stderr));

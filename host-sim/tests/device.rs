@@ -162,7 +162,7 @@ fn what_cannot_be_done_is_one_sentence_and_exit_code_2() {
         ),
         (&["--simulated", "--machine", "nope", "status"], &["nope"]),
         (&["--simulated", "--controller", "srn", "status"], &["`srn`", "did you mean `srnf`?"]),
-        (&["--simulated", "watch"], &["device watch: it needs a terminal"]),
+        (&["--simulated", "watch"], &["device watch needs a terminal"]),
     ];
     let of_a_device: &[(&[&str], &[&str])] = &[
         (&["--simulated", "move", "1e300"], &["move 1e300", "it must be -360 to 360 deg"]),
@@ -312,7 +312,7 @@ mod edit {
         assert_eq!(kept(&directory), Vec::<String>::new());
         // The joint is none of the device's business.
         let (output, _directory) = edit("sed -i 's/stick_v = 0.4/stick_v = 0.5/'");
-        assert!(text(&output.stdout).contains("nothing that the device knows was changed"));
+        assert!(text(&output.stdout).contains("no parameter of the device was changed"));
     }
 
     #[test]
@@ -395,7 +395,7 @@ fn a_self_test_passes_on_the_joint_that_it_believes_and_fails_on_another_truth()
         let other = selftest(&["--truth", truth]);
         assert_eq!(other.status.code(), Some(2), "{truth}: {}", text(&other.stdout));
         let said = text(&other.stderr);
-        assert!(said.contains("the joint does not do what") || said.contains("ended by"), "{said}");
+        assert!(said.contains("the joint does not move as") || said.contains("ended by"), "{said}");
     }
     let said = text(&selftest(&["--truth", &cold]).stdout);
     assert!(said.contains("selftest   FAIL: sliding"), "{said}");

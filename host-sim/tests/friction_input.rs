@@ -314,7 +314,7 @@ fn a_run_that_is_given_up_takes_no_other_with_it() {
     let complaints = said.lines().filter(|line| !line.starts_with("wrote ")).count();
     assert_eq!((output.status.code(), complaints), (Some(1), 1), "{said}");
     for fragment in [
-        "1 of 2 runs was given up",
+        "1 of 2 runs failed",
         "tanh/nonsmooth",
         "too long for the springs",
         " s, in the state q = [",

@@ -165,7 +165,7 @@ fn a_stall_is_cleared_a_jog_proves_the_encoder_and_a_reset_ends_the_session() {
     board.act(|halted| halted.inject(Injection::Reset)).unwrap();
     board.pass(100_000_000).unwrap();
     let refusal = client.status().unwrap_err().to_string();
-    assert!(refusal.contains("it was reset meanwhile"), "{refusal}");
+    assert!(refusal.contains("the device was reset"), "{refusal}");
     // Not the fault before, which has been cleared.
     let mut client = Client::connect(client.end()).unwrap();
     assert_eq!(client.status().unwrap().fault.code, Fault::ResetWhileArmed as u8);

@@ -90,7 +90,7 @@ fn after_a_reset_a_joint_with_a_range_only_jogs_until_a_command_sets_its_positio
     let mut client = Client::connect(client.end()).unwrap();
     assert!(!client.status().unwrap().is_referenced);
     let why = client.arm().unwrap_err().to_string();
-    assert!(why.contains("where it stands is unknown since a reset"), "{why}");
+    assert!(why.contains("position is unknown since a reset"), "{why}");
     client.jog(JogRequest::default()).unwrap();
     while client.pass(SECOND).unwrap().state == StateCode::Armed {}
     assert!(client.jogged().unwrap().is_some());

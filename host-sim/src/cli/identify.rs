@@ -197,7 +197,7 @@ impl IdentifyLogArguments {
         }
         if unit.is_none() {
             warnings.push(format!(
-                "`{}` has no unit; read as rad, set another one with --position-unit",
+                "`{}` names no unit: read as rad; if that is wrong, set --position-unit",
                 self.position
             ));
         }
@@ -211,7 +211,7 @@ impl IdentifyLogArguments {
         let scale = scale.map_err(Error::Input)?;
         if scale.is_linear && self.machine.is_some() {
             return Err(Error::Input(
-                "--machine is the file of a joint that turns, and the position is along a line; \
+                "--machine needs a joint that turns, but the position of the log is along a line; \
                  leave --machine out, or set --position-unit to a unit of an angle"
                     .into(),
             ));
@@ -240,7 +240,7 @@ impl IdentifyLogArguments {
                 ));
             }
             (None, None) => warnings.push(format!(
-                "`{column}` has no unit; read as rad, set another one with --motor-position-unit"
+                "`{column}` names no unit: read as rad; if that is wrong, set --motor-position-unit"
             )),
             _ => {}
         }

@@ -66,9 +66,10 @@ pub fn run(arguments: &RunArguments) -> Result<(), Error> {
         [("--friction", &arguments.friction), ("--coupling", &arguments.coupling)]
     {
         if let Some(first) = given.first() {
-            let why = format!("{} positions a joint, whose friction is Karnopp's", document.origin);
+            let why =
+                format!("{} positions a joint, whose file sets its friction", document.origin);
             return Err(Error::Input(format!(
-                "{option} {first} belongs to friction experiments; {why}"
+                "{option} {first} is only for friction experiments; {why}"
             )));
         }
     }
@@ -204,8 +205,8 @@ fn split_failed(runs: Vec<Result<LabResult, Error>>) -> (Vec<LabResult>, Result<
     let error = match given_up.len() {
         0 => return (results, Ok(())),
         1 if count == 1 => why,
-        1 => format!("1 of {count} runs was given up: {why}"),
-        some => format!("{some} of {count} runs were given up: {why}"),
+        1 => format!("1 of {count} runs failed: {why}"),
+        some => format!("{some} of {count} runs failed: {why}"),
     };
     (results, Err(Error::Run(error)))
 }

@@ -15,7 +15,8 @@ pub struct PageControl(Mutex<Option<(u64, Duration)>>);
 
 /// Answer to a page that does not command.
 pub const TAKEN: &str = "another page commands the device. Only one page can command it. This page \
-                         shows everything, and can stop it. Close the other page, and ask again";
+                         shows everything, and can stop the motor. Close the other page, then \
+                         press `Request the command`";
 
 impl PageControl {
     fn holder(&self) -> MutexGuard<'_, Option<(u64, Duration)>> {

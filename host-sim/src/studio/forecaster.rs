@@ -182,7 +182,7 @@ impl<'a> Forecaster<'a> {
                     &asked,
                     "refused",
                     json!(
-                        "the parameters of the device are unknown: connect a device that has some"
+                        "the device has no parameters; set them with `params push FILE.toml --save`"
                     ),
                 );
             }

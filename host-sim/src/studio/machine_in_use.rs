@@ -220,7 +220,7 @@ pub fn there_and_back(
         return refuse("the speed must be a number above 0, deg/s");
     }
     if !(half_blend_s > 0.0 && half_blend_s.is_finite()) {
-        return refuse("half a blend must be a number above 0, s");
+        return refuse("half a blend (half the rounding time at a corner) must be above 0 s");
     }
     if !(rest_s >= 0.0 && rest_s.is_finite() && deg.is_finite()) {
         return refuse("the way must be a number, and the rest a number from 0, s");

@@ -78,7 +78,7 @@ impl<W: Wire> Worker<'_, W> {
             StudioAction::Selftest(number) => return self.begin_selftest(*number, order),
             StudioAction::Arm => {
                 self.client.arm()?;
-                "armed: the loop is closed, and here is zero"
+                "armed: the motor is driven, and this position is 0 deg"
             }
             StudioAction::Hold => {
                 self.client.hold()?;
@@ -261,8 +261,7 @@ impl<W: Wire> Worker<'_, W> {
 
     /// Returns the result of a motion that has ended.
     pub(super) fn found(&mut self, running: RunningMotion) -> Result<MotionReport, Error> {
-        let nothing =
-            |what: &str| MotionReport::bad(format!("{what}: ended before anything was found"));
+        let nothing = |what: &str| MotionReport::bad(format!("{what}: ended without a result"));
         Ok(match running {
             RunningMotion::Jog => match self.client.jogged()? {
                 Some(found) => {

@@ -90,11 +90,11 @@ impl PredictedMove {
         let refused = |refusal: Refusal| {
             let falls = joint.substitute.is_some() && refusal == Refusal::Moving;
             Error::Refused(if falls {
-                "its load moves this joint without effort where the move starts, so it cannot be \
-                 armed there"
+                "the load moves this joint without effort where the move starts, so the joint \
+                 cannot be armed there"
                     .into()
             } else {
-                format!("it would be refused: {}", words::refused(&refusal.into()))
+                format!("the device would refuse this move: {}", words::refused(&refusal.into()))
             })
         };
         let motion = motion(joint, way)?;

@@ -159,7 +159,7 @@ impl<W: Wire> Worker<'_, W> {
             return Err(nothing_known());
         }
         if let Some(SelftestPhase::Predicting(_)) = self.test {
-            let why = "selftest: it is being predicted; one prediction is computed at a time";
+            let why = "selftest: a prediction is running; wait until it ends, or cancel it";
             return Err(Error::Refused(why.into()));
         }
         if self.driven {
@@ -221,7 +221,7 @@ impl<W: Wire> Worker<'_, W> {
         };
         if of == JointSource::Found {
             self.test = None;
-            let why = "selftest: another joint was identified; predict it anew";
+            let why = "selftest: another joint was identified; predict the self-test again";
             self.publish_no_test(Some(why.into()));
         }
     }

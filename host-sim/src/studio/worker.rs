@@ -50,7 +50,7 @@ const TESTING: &str =
     "a self-test moves the joint, and other requests are refused meanwhile; stop ends it";
 
 /// Answer to a request that a stop has overtaken.
-const OVERTAKEN: &str = "a stop came first; send it again";
+const OVERTAKEN: &str = "a stop came first, and this request was dropped; send it again";
 
 /// Reason of a prediction that a stop has ended.
 pub(super) const CANCELLED_BY_STOP: &str =
@@ -68,7 +68,8 @@ const AGAIN: Duration = Duration::from_secs(1);
 /// Time within which a stop is answered while the device is gone.
 const LOOKS: Duration = Duration::from_millis(100);
 
-const SILENT: &str = "the device does not answer";
+const SILENT: &str =
+    "the device does not answer. If the motor moves, cut its supply. The studio tries to reconnect";
 
 /// A motion that ends automatically and has a result.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -155,14 +156,18 @@ pub fn run<W: Wire>(
         // refused a request, it was reset or another client has taken it over: its motor was off,
         // and a client other than this studio may drive it now.
         let was_armed = worker.armed_here && !matches!(error, Error::Refused(_));
-        let driven = if worker.driven { ". THE MOTOR MAY STILL BE DRIVEN" } else { "" };
+        let driven = if worker.driven {
+            ". THE MOTOR MAY STILL BE DRIVEN: cut the motor's supply"
+        } else {
+            ""
+        };
         // For a new page the last status is no longer valid, nor is the last motion, since the
         // device may have been reset meanwhile.
         shared.news.forget("status");
         shared.news.forget("motion");
         shared.news.publish("gone", json!({ "said": format!("{error}{driven}") }));
         if worker.test.is_some() {
-            let why = "selftest: the device did not answer; predict it anew";
+            let why = "selftest: the device did not answer; predict the self-test again";
             worker.publish_no_test(Some(why.into()));
         }
         // The wire is closed before it is opened again.
@@ -374,7 +379,7 @@ impl<'a, W: Wire> Worker<'a, W> {
         } else if !self.shared.control.is_held_by(order.page) {
             TAKEN
         } else if self.since(order.given) >= LATE {
-            "the device was busy; send it again"
+            "the device was busy, and this request was dropped; send it again"
         } else {
             return Ok(());
         };

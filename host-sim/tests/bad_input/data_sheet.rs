@@ -108,7 +108,7 @@ fn a_derived_number_out_of_its_range_is_blamed_on_what_was_written() {
         ("motor.kt_nm_per_a=1e-4", "the motor's stall torque at the joint is"),
         ("motor.current_limit_a=1e-3", "the static friction (`friction.stick_nm`) is 4.9 N m"),
         ("motor.resistance_ohm=5e3", "the joint cannot move"),
-        ("motor.kt_nm_per_a=1000", "it makes `limits.stop_gain_deg_per_s2_per_v`"),
+        ("motor.kt_nm_per_a=1000", "this value leads to `limits.stop_gain_deg_per_s2_per_v`"),
     ] {
         let said = last_line(&["params", &file, "-o", "-", "--set", set]);
         assert!(said.starts_with(&format!("stiction: {set}: ")), "{set}: {said}");
@@ -241,7 +241,7 @@ fn an_option_of_a_new_file_is_refused_as_its_question_is() {
             (["--stick-nm", "0.3..0.8"], vec!["`friction.stick_nm` is 0.8", "0.748 N m"]),
             (["--slip", "0.09"], vec!["dynamic friction (0.09 N m)", "static friction (0.08 N m)"]),
             (["--efficiency", "1.2"], vec!["`gear.efficiency`", "above 0, up to 1"]),
-            (["--unbalance", "2"], vec!["gravity (2 N m)", "could not lift the load"]),
+            (["--unbalance", "2"], vec!["gravity (2 N m)", "reduce the unbalance"]),
             (["--travel", "10..90"], vec!["both sides of 0", "-5..90"]),
             (["--stiffness", "soft"], vec!["`soft` is not a number"]),
         ]

@@ -201,7 +201,7 @@ fn a_key_that_is_set_wrongly_is_named_with_what_was_found_and_what_is_allowed() 
         (
             STEP,
             "reference.steps_deg=[]",
-            &["nothing to run", "`reference.steps_deg`", "has an entry"],
+            &["nothing to run", "add an entry", "`reference.steps_deg`"],
         ),
         (
             STEP,

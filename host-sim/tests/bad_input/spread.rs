@@ -11,7 +11,10 @@ fn a_bad_spread_is_named_with_its_file_before_anything_is_drawn() {
     let machine = shown("step-response");
     for (line, fragments) in [
         ("\"joint.friction.slip_v\" = [0.4, 0.3]", &["slip_v", "the lower one first"][..]),
-        ("\"controller.pd.kp_v_per_deg\" = [1, 2]", &["only keys of the joint can vary"]),
+        (
+            "\"controller.pd.kp_v_per_deg\" = [1, 2]",
+            &["only keys of [joint], [motor], [gear], [load] and [friction] can vary"],
+        ),
         ("\"joint.friction.stik_v\" = [0.3, 0.4]", &["unknown key", "did you mean `stick_v`?"]),
     ] {
         std::fs::write(&file, format!("{machine}\n[spread]\n{line}\n")).unwrap();

@@ -75,7 +75,7 @@ fn the_verdict_is_that_of_the_command() {
         assert_eq!(page.state("stopped").await["driven"], false);
         let by_page = &done["result"];
         assert_eq!((&done["ok"], &by_page["verdict"]), (&json!(true), &by_command["verdict"]));
-        assert!(done["said"].as_str().unwrap().starts_with("pass: the joint does"), "{done}");
+        assert!(done["said"].as_str().unwrap().starts_with("pass: the joint moves"), "{done}");
         for key in ["schema", "warning", "machine", "spread", "joints", "differences", "ended_by"] {
             assert_eq!(by_page[key], by_command[key], "{key}");
         }

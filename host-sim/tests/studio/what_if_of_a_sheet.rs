@@ -76,7 +76,7 @@ fn if_its_load_moves_a_joint_without_effort_nothing_is_predicted_and_the_reason_
             asked["wish"]["from_deg"] = from.into();
             let curves = predicted(&mut page, "laws", asked).await;
             let why = curves[0]["refused"].as_str().unwrap_or_default();
-            assert_eq!(why.starts_with("its load moves this joint"), falls, "{from}: {curves}");
+            assert_eq!(why.starts_with("the load moves this joint"), falls, "{from}: {curves}");
             assert_eq!(curves[0]["position_deg"].is_null(), falls, "{from}");
         }
     });

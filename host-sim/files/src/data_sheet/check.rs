@@ -176,14 +176,14 @@ impl DataSheet {
         }
         let resistance = supply.internal_resistance_ohm;
         if resistance > 0.0 {
-            let allowed = "0: with an amplifier that sets the current it cannot be simulated";
+            let allowed = "0: with `motor.driven_by` = \"current\", it cannot be simulated";
             let key = "supply.internal_resistance_ohm";
             return Err(SheetRefusal::number(key, resistance, allowed));
         }
         if !supply.takes_current_back {
             let key = "supply.takes_current_back";
             let sentence = format!(
-                "`{key}` is false; must be true: with an amplifier that sets the current it \
+                "`{key}` is false; must be true: with `motor.driven_by` = \"current\", false \
                  cannot be simulated"
             );
             return Err(SheetRefusal::of(key, sentence));
@@ -243,7 +243,7 @@ impl DataSheet {
                 Err(SheetRefusal::number("friction.motor_share", share, "a number from 0 to 1"))
             }
             Some(share) if self.stiffness().is_none() => {
-                let allowed = "nothing, since the gear has no stiffness: the joint is one body";
+                let allowed = "left out: the gear has no stiffness, so the joint is one body";
                 Err(SheetRefusal::number("friction.motor_share", share, allowed))
             }
             _ => Ok(()),

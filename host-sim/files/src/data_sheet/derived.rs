@@ -45,7 +45,7 @@ pub fn mapping(sheet: &DataSheet, table: &Table) -> Result<Mapping, SheetRefusal
         duty_max: number(table, "drive.duty_max"),
     };
     Mapping::of(sheet, written).ok_or_else(|| {
-        let why = "an amplifier needs it, or the motor needs a `motor.current_limit_a`";
+        let why = "set it, or set `motor.current_limit_a`, from which it is derived";
         SheetRefusal::missing("drive.full_scale_v", why)
     })
 }
@@ -159,7 +159,7 @@ fn alone(table: &Table, sheet: &DataSheet) -> Result<(), SheetRefusal> {
     {
         let key = "drive.full_scale_v";
         let allowed = format!(
-            "`supply.voltage_v` ({}), the motor's voltage at full duty, or nothing",
+            "left out, or equal to `supply.voltage_v` ({}), the motor's voltage at full duty",
             shown(supply.voltage_v)
         );
         return Err(SheetRefusal::number(key, written, &allowed));

@@ -144,7 +144,11 @@ impl DataSheet {
         }
         let what =
             if against > 0.0 { "static friction and load need" } else { "static friction needs" };
-        let end = if worst >= stall { ": it does not start from everywhere" } else { "" };
+        let end = if worst >= stall {
+            ": at some positions or in one direction, the joint cannot start"
+        } else {
+            ""
+        };
         Some(format!(
             "{what} up to {} N m at the joint, and the motor's stall torque is {} N m{end}",
             rounded(worst),
@@ -156,8 +160,8 @@ impl DataSheet {
         let is_high = |(stick, slip): &(f64, f64)| *stick > STICK_TO_SLIP * slip;
         let (stick, slip) = self.stick().into_iter().zip(self.slip()).find(is_high)?;
         Some(format!(
-            "`friction.stick_nm` is {} and `slip_nm` {}; on measured joints the first is up to {} \
-             times the second",
+            "`friction.stick_nm` is {} and `slip_nm` {}; check both: on measured joints, stick \
+             friction is at most {} times slip friction",
             shown(stick),
             shown(slip),
             shown(STICK_TO_SLIP)
@@ -184,12 +188,12 @@ impl DataSheet {
         let needed_v = mapping.volts(pull - self.stick()[0].min(self.stick()[1]));
         let continuous_v = self.motor_heat()?.continuous_v;
         let then = match self.motor.rated_current_a {
-            Some(_) => "by `motor.rated_current_a`: `limits.continuous_v` turns it off",
-            None => "by a tenth of its stall current: set `motor.rated_current_a`, or it may burn",
+            Some(_) => "(from `motor.rated_current_a`): `limits.continuous_v` turns the motor off",
+            None => "(guessed from its stall current): it may burn; set `motor.rated_current_a`",
         };
         (needed_v > continuous_v).then(|| {
             format!(
-                "the load takes {} V to hold, and the motor bears {} V forever, {then}",
+                "the load takes {} V to hold, but the motor tolerates only {} V forever {then}",
                 rounded(needed_v),
                 rounded(continuous_v)
             )
@@ -205,8 +209,8 @@ impl DataSheet {
         let current = mapping.full_scale_v * mapping.duty_max * per_volt;
         (current > 1.001 * limit).then(|| {
             format!(
-                "`drive.duty_max` lets {} A through at standstill, and `motor.current_limit_a` is \
-                 {}",
+                "`drive.duty_max` allows {} A at standstill, more than `motor.current_limit_a` ({} \
+                 A): lower `drive.duty_max`",
                 rounded(current),
                 shown(limit)
             )

@@ -30,7 +30,7 @@ impl DataSheet {
                 return Err(SheetRefusal::number("friction.slip_nm", 0.0, why));
             }
             if self.stribeck().unwrap_or(0.0) == 0.0 {
-                let why = "the friction of a bristle cannot fall at once";
+                let why = "with bristles, it must be above 0: their friction cannot fall at once";
                 return Err(SheetRefusal::missing("friction.stribeck_rad_per_s", why));
             }
         }
@@ -38,8 +38,8 @@ impl DataSheet {
         let [stick, slip] = [differ(self.stick()), differ(self.slip())];
         if (stick - slip).abs() > SAME * self.stick()[0].max(self.stick()[1]) {
             let key = "friction.stick_reverse_nm";
-            let allowed = "as much below or above `stick_nm` as `slip_reverse_nm` is of `slip_nm`: \
-                           friction that differs otherwise cannot be simulated";
+            let allowed = "`stick_nm` - `slip_nm` + `slip_reverse_nm`; other values cannot be \
+                           simulated";
             return Err(SheetRefusal::number(key, self.stick()[1], allowed));
         }
         Ok(())

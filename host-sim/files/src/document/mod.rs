@@ -377,7 +377,7 @@ const OF_THE_JOINT: [&str; 5] = ["joint", "motor", "gear", "load", "friction"];
 pub fn refused_spread(key: &str, [low, high]: [f64; 2]) -> Option<&'static str> {
     let table = key.split('.').next().unwrap_or_default();
     if !OF_THE_JOINT.contains(&table) {
-        return Some("only keys of the joint can vary");
+        return Some("only keys of [joint], [motor], [gear], [load] and [friction] can vary");
     }
     let is_range = low.is_finite() && high.is_finite() && low <= high;
     (!is_range).then_some("the range must be LOW..HIGH: two numbers, the lower one first")

@@ -28,7 +28,7 @@ pub struct IdentifiedJoint {
 /// Returns half a sentence: how the identification has ended, and what to do.
 pub const fn ended(outcome: Outcome) -> &'static str {
     match outcome {
-        Outcome::Running => "it has not ended",
+        Outcome::Running => "the identification has not ended",
         Outcome::Done => "the sequence is complete",
         Outcome::Reversed => {
             "the encoder counts AGAINST the effort: run `jog`, which says what to set"
@@ -50,8 +50,8 @@ pub const fn ended(outcome: Outcome) -> &'static str {
         Outcome::Speed => "the joint reached its speed limit: lower the effort, or raise the speed",
         Outcome::Time => "the time limit was reached: raise it",
         Outcome::NoProgress => {
-            "effort beyond the friction did not move the joint as the encoder should show: look for \
-             an end stop and at the encoder's wires (`jog`), and lower the travel"
+            "the encoder counted too little for an effort above the friction: look for an end \
+             stop, check the encoder's wires (`jog`), and lower the travel"
         }
         Outcome::Capped => {
             "the motion required more than the largest effort: raise the effort, or lower the speed"
@@ -70,8 +70,8 @@ pub fn doubts(doubts: &Doubts) -> Vec<&'static str> {
         (doubts.few_rows, "there were few stretches of even sliding: raise the travel or the time"),
         (
             doubts.uneven,
-            "the breakaway differs by more than 15 % from place to place, by no gravity: friction \
-             or a load that depends on the angle",
+            "the breakaway effort differs by more than 15 % from place to place, and gravity does \
+             not explain it: the friction or a load depends on the angle",
         ),
         (
             doubts.lost_motion,
@@ -80,7 +80,8 @@ pub fn doubts(doubts: &Doubts) -> Vec<&'static str> {
         ),
         (
             doubts.unphysical,
-            "inertia, friction or damping came out negative: this is not the joint",
+            "the estimated inertia, friction or damping is impossible (negative or zero): do not \
+             use the result",
         ),
     ];
     all.into_iter().filter_map(|(is_so, words)| is_so.then_some(words)).collect()
@@ -315,7 +316,7 @@ impl IdentifiedJoint {
         let [positive, negative] = breakaway.map(|levels| single(levels.median));
         let stick_v = 0.5 * (positive + negative);
         if positive <= 0.0 || negative <= 0.0 {
-            return Err(refused("the breakaway was not found in both senses"));
+            return Err(refused("the breakaway effort is unknown in at least one direction"));
         }
         Ok(JointTable {
             gain_deg_per_s2_per_v: 1.0 / single(estimate.inertia[0]),

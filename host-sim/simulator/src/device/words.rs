@@ -13,8 +13,9 @@ pub fn refused(refused: &RequestRefusal) -> String {
                              program (`cargo xtask flash`)"
                 .into()
         }
-        RequestRefusal::SayHello => "it was reset meanwhile, or another client has said hello or \
-                                     taken over; check `status` and `faults`, then start again"
+        RequestRefusal::SayHello => "this session has ended: the device was reset, or another \
+                                     client opened a session or took over; check `status` and \
+                                     `faults`, then start again"
             .into(),
         RequestRefusal::NotOwner => "another client has the motor driven; `status`, `faults` and \
                                      `stop` work, and `take-over` stops the motor and ends the \
@@ -94,10 +95,10 @@ pub fn refused(refused: &RequestRefusal) -> String {
                 .into()
         }
         RequestRefusal::NotReferenced => {
-            "the joint has a range (`limits.position_min_deg`, `limits.position_max_deg`), and \
-             where it stands is unknown since a reset, a fault of the encoder or another \
-             `[encoder]`, or since a homing that found no stop: find it with `home`, or bring it \
-             to a known place, by hand or by `jog`, and set that position with \
+            "position limits are set (`limits.position_min_deg`, `limits.position_max_deg`), but \
+             the joint's position is unknown since a reset, a fault of the encoder, another \
+             `[encoder]`, or a homing that found no stop: run `home`, or bring the joint to a \
+             known position, by hand or by `jog`, and set that position with \
              `reference --at DEG`"
                 .into()
         }
@@ -128,8 +129,8 @@ pub fn refused(refused: &RequestRefusal) -> String {
             format!("`{}` is missing in the parameters sent", ValuePath(*key))
         }
         RequestRefusal::Flash => {
-            "its flash failed; the parameters are in use until it is switched off, \
-                           but not saved"
+            "a write to its flash failed: nothing was saved. Parameters in use are lost when it is \
+             switched off"
                 .into()
         }
         RequestRefusal::Watchdog => {
@@ -299,7 +300,7 @@ pub fn status(status: &Status) -> String {
     let zero = if status.is_referenced { "from the reference" } else { "since power-on" };
     lines.push(format!("position   {position:.4} deg {zero} ({} counts), {rest}", status.position));
     lines.push(format!(
-        "heat       that of {:.3} V applied for long (a model: `limits.continuous_v`)",
+        "heat       as at a steady {:.3} V at standstill (thermal model: `limits.continuous_v`)",
         status.thermal_effort
     ));
     if status.wound_up {
@@ -327,9 +328,9 @@ pub fn status(status: &Status) -> String {
     }
     if !status.is_referenced {
         let what =
-            "warning    where the joint stands is unknown (`device.reference`): if it has a range,";
+            "warning    the position is unknown (`device.reference`): if position limits are set,";
         let then =
-            "           only `jog` and `home` move it until `home` or `reference --at DEG` sets it";
+            "           only `jog` and `home` are allowed until `home` or `reference` sets it";
         lines.extend([what, then].map(String::from));
     }
     if status.is_damaged {
@@ -351,8 +352,9 @@ pub fn status(status: &Status) -> String {
     }
     if status.crystal_not_measured {
         let what =
-            "warning    the frequency of its crystal could not be measured. It runs from it, and";
-        let then = "           its times are right only if it has 8 MHz (docs/reference/wiring.md, \"Pins\")";
+            "warning    the device could not measure the frequency of its crystal: all times are";
+        let then =
+            "           right only with a crystal of 8 MHz (docs/reference/wiring.md, \"Pins\")";
         lines.extend([what, then].map(String::from));
     }
     if status.unsaved {
@@ -361,7 +363,7 @@ pub fn status(status: &Status) -> String {
     let time_s = f64::from(status.clock) * f64::from(status.sample_time);
     lines.push(format!("on for     {time_s:.2} s, {} ticks", status.clock));
     lines.push(format!("faults     {} since power-on", status.faults));
-    lines.push(format!("saves      {} of 20000 that the flash bears", status.saves));
+    lines.push(format!("saves      {} of 20000 that the flash tolerates", status.saves));
     lines.push(format!(
         "link       {} bad frames, {} messages dropped",
         status.bad_frames, status.dropped

@@ -58,8 +58,8 @@ fn can_move(sheet: &DataSheet, mapping: &Mapping) -> Result<(), String> {
         return Ok(());
     }
     Err(format!(
-        "gravity ({} N m) must be below the motor's stall torque at the joint ({} N m): the motor \
-         could not lift the load",
+        "gravity ({} N m) must be below the motor's stall torque at the joint ({} N m): \
+         reduce the unbalance, or choose a stronger motor or gear",
         rounded(unbalance),
         rounded(stall)
     ))

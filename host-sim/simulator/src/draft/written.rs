@@ -36,8 +36,8 @@ pub fn complete(answers: &Answers) -> Result<(), String> {
     };
     if let Some(question) = QUESTIONS.iter().find(is_stray) {
         return Err(format!(
-            "{} is for a joint with its first encoder on the motor, and a gear with slack or a \
-             stiffness",
+            "{} needs a first encoder on the motor, and a gear with backlash or a stiffness; \
+             otherwise leave it out",
             question.option()
         ));
     }

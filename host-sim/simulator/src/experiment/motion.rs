@@ -188,7 +188,7 @@ impl RunPlan {
             let in_order = (earliest_s * (1.0 - 1e-9)..=latest_s).contains(time_s);
             self.check(&format!("{times_key}[{i}]"), *time_s, in_order, || {
                 let why =
-                    if i == 0 { "half a blend" } else { "two half blends after the corner before" };
+                    if i == 0 { "`half_blend_s`" } else { "previous corner + 2 `half_blend_s`" };
                 format!("a number from {} ({why}) to {}", rounded(earliest_s), rounded(latest_s))
             })?;
             before_s = *time_s;

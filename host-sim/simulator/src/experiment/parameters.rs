@@ -39,8 +39,8 @@ pub fn check_laws(plan: &RunPlan) -> Result<(), Error> {
     on_the_host.map_or(Ok(()), |law| {
         let controller = plan.controller.as_deref().unwrap_or_default();
         Err(Error::Input(format!(
-            "{}: the controller {controller} cannot run on a device: its law {} is in no image, \
-             since it is for comparison on the host only",
+            "{}: the controller {controller} cannot run on a device: its law {} is not in the \
+             firmware; use that law in simulations only",
             plan.origin,
             law.name()
         )))
@@ -201,7 +201,7 @@ mod tests {
         for refused in [for_a_device(&plan).err(), record(&plan).err(), sectors(&plan).err()] {
             let message = refused.unwrap().to_string();
             let expected = "mine.toml: the controller mine cannot run on a device: its law pid is \
-                in no image, since it is for comparison on the host only";
+                not in the firmware; use that law in simulations only";
             assert_eq!(message, expected);
         }
     }

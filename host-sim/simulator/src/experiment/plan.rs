@@ -107,11 +107,11 @@ impl Experiment {
             runs.extend(runs_of(machine, &origin, &variant.slug, &wanted)?);
         }
         if runs.is_empty() {
-            let all = "none of `reference.steps_deg`, `reference.trajectories`, \
-                `reference.sines`, `identification.ramp_rates_v_per_s`";
+            let all = "`reference.steps_deg`, `reference.trajectories`, \
+                `reference.sines` or `identification.ramp_rates_v_per_s`";
             let origin = document.origin.of("reference");
             return Err(Error::Input(format!(
-                "{origin}: there is nothing to run, because {all} has an entry"
+                "{origin}: there is nothing to run: add an entry to {all}"
             )));
         }
         for run in &runs {
@@ -356,8 +356,8 @@ fn affordable(origin: &Origin, runs: &[RunPlan]) -> Result<(), Error> {
         let longest_s = loops.iter().map(|run| run.longest_s()).fold(0.0, f64::max);
         let key = "run.duration_s";
         return Err(Error::Input(format!(
-            "{}: `{key}` is {}; must be a number up to {}: the {} runs may have {MAX_SAMPLES:e} \
-             samples in all",
+            "{}: `{key}` is {} s; must be a number up to {} s: the {} runs may have at most \
+             {MAX_SAMPLES:e} samples in all",
             origin.of(key),
             shown(longest_s),
             rounded(longest_s * MAX_SAMPLES / total * WITHIN),
@@ -385,8 +385,8 @@ fn affordable(origin: &Origin, runs: &[RunPlan]) -> Result<(), Error> {
         let finest = by_steps().map(|run| run.machine.run.step_s).fold(f64::INFINITY, f64::min);
         let key = "run.step_s";
         return Err(Error::Input(format!(
-            "{}: `{key}` is {}; must be a number from {}: the {} s of all runs may take \
-             {MAX_STEPS:e} steps",
+            "{}: `{key}` is {} s; must be a number from {} s: the {} s of all runs may take at \
+             most {MAX_STEPS:e} steps",
             origin.of(key),
             shown(finest),
             rounded(total_s / MAX_STEPS / WITHIN),

@@ -103,7 +103,7 @@ impl RunPlan {
                 format!("{}: `{key}` is {found}; must be {finite}", self.origin.of(key))
             }
             (Some(suspect), Some(_)) => format!(
-                "{}: {suspect}. It makes `{key}` {found}; must be {finite}",
+                "{}: {suspect}. It leads to `{key}` = {found}; must be {finite}",
                 self.origin.of(suspect.key)
             ),
             (Some(suspect), None) => {
@@ -120,14 +120,14 @@ impl RunPlan {
         set.map_or_else(
             || {
                 format!(
-                    "{}: `{key}` is {found}; must be {allowed}; it follows from {}",
+                    "{}: `{key}` is {found}; must be {allowed}; it follows from {}: change one",
                     self.origin.of(key),
                     sheet.listed(&DERIVED_FROM)
                 )
             },
             |from| {
                 let origin = self.origin.of(from);
-                format!("{origin}: it makes `{key}` {found}; must be {allowed}")
+                format!("{origin}: this value leads to `{key}` = {found}; must be {allowed}")
             },
         )
     }

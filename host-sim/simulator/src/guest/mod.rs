@@ -225,7 +225,7 @@ fn law(number: u32) -> Option<Arc<dyn GuestLaw>> {
 fn started(guest: &Guest) -> Result<Box<dyn Controller>, String> {
     let following_error = guest.gains.following_error;
     if !(following_error >= 0.0 && following_error.is_finite()) {
-        return Err("its following error must be a number from 0 on".into());
+        return Err("its following error (rad) must be a number from 0 on".into());
     }
     law(guest.gains.law).ok_or("it is not registered")?.start(&JointFacts::of(guest))
 }

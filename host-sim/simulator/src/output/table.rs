@@ -127,7 +127,7 @@ fn remark(result: &RunResult) -> Option<String> {
     }
     match result.diverged_at_s {
         Some(time_s) => Some(format!(
-            "{label}: diverged, not finite at {time_s} s; the run ends \
+            "{label}: the simulation diverged (a state is not finite) at {time_s} s; the run ends \
             there"
         )),
         None if result.unstable => Some(format!("{label}: unstable")),

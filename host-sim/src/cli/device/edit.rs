@@ -51,11 +51,14 @@ pub fn edit<W: Wire>(client: &mut Client<W>, machine: &str, save: bool) -> Resul
     let changes = machine_file::changes(&before, &after).map_err(unsent)?;
     if changes.is_empty() {
         let _ = fs::remove_file(&file);
-        return Ok("nothing that the device knows was changed, and nothing sent\n".into());
+        return Ok("no parameter of the device was changed, and nothing sent\n".into());
     }
     client.set_parameters(&after).map_err(|error| match error {
         Error::Refused(_) => kept(&error, "the old parameters are in use"),
-        _ => kept(&error, "it is not known whether they were taken (see `params show`)"),
+        _ => kept(
+            &error,
+            "it is unknown whether the device uses the new parameters (see `params show`)",
+        ),
     })?;
     let _ = fs::remove_file(&file);
     Ok(changes.join("\n") + "\n" + keep(client, save)?)
@@ -69,7 +72,7 @@ fn understood(name: &str, text: &str) -> Result<Parameters, Error> {
     let stated = Limits::ABOUT.iter().chain(JogBounds::ABOUT);
     let mut stated = stated.map(|about| format!("{}.{}", about.table, about.name));
     if let Some(key) = stated.find(|key| document.get(key).is_none()) {
-        let why = "a device does not know the joint from which it would be derived";
+        let why = "its default depends on the joint, which a device does not store";
         return Err(Error::Input(format!("{name}: `{key}` is missing, and must be set: {why}")));
     }
     Ok(parameters)

@@ -75,7 +75,7 @@ impl HomeArguments {
         let status = client.pass_armed(Duration::from_secs(LONGEST_S))?;
         match (status.state, client.homed()?) {
             (StateCode::Armed, _) => Err(Error::Device(
-                "home: the device did not end it within its time; the joint is not referenced"
+                "home: the device did not end the homing in time; the joint is not referenced"
                     .into(),
             )),
             (_, Some(found)) => {

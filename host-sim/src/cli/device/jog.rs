@@ -63,9 +63,9 @@ impl JogArguments {
         let longest = Duration::from_secs_f32(parameters.jog.time + 1.0);
         let status = client.pass_armed(longest)?;
         match (status.state, client.jogged()?) {
-            (StateCode::Armed, _) => Err(Error::Device(
-                "jog: the device did not end it within its time; it may be armed".into(),
-            )),
+            (StateCode::Armed, _) => {
+                Err(Error::Device("jog: no result: the device did not end the jog in time".into()))
+            }
             (_, Some(found)) => Ok(JogResult { parameters, found }),
             _ => Err(super::ended_early("jog", &status, super::NOTHING)),
         }

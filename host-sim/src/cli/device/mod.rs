@@ -472,7 +472,7 @@ const fn off(status: &Status) -> &'static str {
 }
 
 /// What follows if a measurement was ended early.
-const NOTHING: &str = ", before anything was found";
+const NOTHING: &str = ", without a result";
 
 /// Returns an error if the output went off before the requested time.
 fn ended(what: &str, status: &Status) -> Result<(), Error> {
@@ -497,7 +497,9 @@ fn ended_early(what: &str, status: &Status, so: &str) -> Error {
 fn lost<W: Wire>(client: &Client<W>) -> String {
     match client.lost() {
         0 => String::new(),
-        lost => format!("{lost} samples did not arrive: the wire is too slow for that many\n"),
+        lost => format!(
+            "{lost} samples did not arrive: the link is too slow for that many, or disturbed\n"
+        ),
     }
 }
 

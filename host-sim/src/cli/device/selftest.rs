@@ -92,7 +92,8 @@ pub fn test<W: Wire>(
         ))),
         None if tested.passes() => Ok(()),
         None => Err(Error::Device(format!(
-            "selftest: the joint does not do what {machine} says: {} (docs/tutorial/commission-a-joint.md)",
+            "selftest: the joint does not move as {machine} predicts: {} \
+             (docs/tutorial/commission-a-joint.md)",
             tested.failed().join("; ")
         ))),
     };

@@ -138,7 +138,7 @@ pub(super) fn over_joints<Row: Send>(
     let unfit = ensemble.families.iter().find(|family| family.is_arm() || family.has_wall());
     if let Some(family) = unfit {
         return Err(Error::Input(format!(
-            "--plant {}: no such motion runs there, since it has two joints or a wall",
+            "--plant {}: ramps and sines need a family with one joint and without a wall",
             family.name()
         )));
     }

@@ -162,7 +162,7 @@ impl MachineEnsemble {
             }
         }
         if !nominal.iter().any(|plan| matches!(plan.task, Task::Step(_))) {
-            let why = "has no step, which is what is judged";
+            let why = "has no step; set at least one, since an ensemble judges steps";
             return Err(Error::Input(format!("--plant {file}: `reference.steps_deg` {why}")));
         }
         let spreads = spreads.iter().map(|text| KeySpread::read(text)).collect::<Result<_, _>>()?;
@@ -401,7 +401,10 @@ mod tests {
             ("joint.friction.stick_v=0.6..0.3", "the lower end comes first; type 0.3..0.6"),
             ("joint.friction.stick_v=0.3", "`0.3` is not a range"),
             ("joint.friction.stick_v=0,125..0,2", "`0,125` is ambiguous: type 0.125"),
-            ("controller.pd.kp_v_per_deg=1..2", "only keys of the joint can vary"),
+            (
+                "controller.pd.kp_v_per_deg=1..2",
+                "only keys of [joint], [motor], [gear], [load] and [friction] can vary",
+            ),
         ] {
             let message = KeySpread::read(text).unwrap_err().to_string();
             assert!(message.contains(said) && message.contains("--spread"), "{message}");

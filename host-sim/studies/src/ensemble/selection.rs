@@ -54,8 +54,8 @@ pub fn families_under(names: &[String], condition: Condition) -> Result<Vec<Fami
         Some(family) => {
             let (name, of) = (condition.name(), family.name());
             Err(Error::Input(format!(
-                "--condition {name} does not go with --plant {of}: a bristle has no such friction, \
-                 and arms have no conditions"
+                "--condition {name} does not go with --plant {of}: arms have no conditions, and \
+                 LuGre friction has no drift, dwell or unevenness"
             )))
         }
         None => Ok(found),

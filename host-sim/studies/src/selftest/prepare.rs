@@ -321,7 +321,7 @@ fn allowed(
     if !deg.is_finite() || deg < least {
         return refuse(match asked_deg {
             Some(_) => {
-                format!("it must be at least {}, ten times the shortest move", rounded(least))
+                format!("it must be at least {} deg, ten times the shortest move", rounded(least))
             }
             None => format!(
                 "that is the distance within 1 s by `profile.velocity_deg_per_s` and \
@@ -350,8 +350,8 @@ fn allowed(
             rounded(time_s(deg).ceil()),
             match fits {
                 Some(deg) => format!("a range up to {} deg fits", rounded(deg)),
-                None => "no range fits: raise `profile.velocity_deg_per_s` or \
-                         `profile.acceleration_deg_per_s2`"
+                None => "even the smallest range takes too long: raise \
+                         `profile.velocity_deg_per_s` or `profile.acceleration_deg_per_s2`"
                     .into(),
             }
         ));

@@ -236,9 +236,9 @@ pub fn sentence(tested: &SelfTestResult) -> String {
         Some(by) => format!("FAIL: ended by {by}"),
         None => {
             let verdict = if tested.passes() {
-                "pass: the joint does what its file says".into()
+                "pass: the joint moves as its file predicts".into()
             } else {
-                format!("FAIL: {}", tested.failed().join("; "))
+                format!("FAIL: {}: not as predicted", tested.failed().join("; "))
             };
             let misses = tested.misses_as_predicted().map(|missed| {
                 let advice = match tested.success_at_encoder() {
@@ -275,7 +275,7 @@ fn remarks(tested: &SelfTestResult) -> String {
     let mut text = String::new();
     if let Some(first) = tested.prediction.ended.first() {
         let count = tested.prediction.ended.len();
-        text += &format!("{count} more ended early, the first by {first}\n");
+        text += &format!("{count} more simulated joints ended early, the first by {first}\n");
     }
     if !tested.differences.is_empty() {
         text +=
@@ -428,8 +428,8 @@ mod tests {
         let said = text.split_whitespace().collect::<Vec<_>>().join(" ");
         assert!(
             said.ends_with(
-                "does what its file says. Note: 4 of 4 moves miss the goal; predicted 4. Tune this \
-                 law, or choose another one"
+                "moves as its file predicts. Note: 4 of 4 moves miss the goal; predicted 4. Tune \
+                 this law, or choose another one"
             ),
             "{said}"
         );
@@ -444,7 +444,7 @@ mod tests {
         let mut settling = missing;
         settling.checks[0].predicted = [0.0, 0.0, 4.0];
         let text = words(&settling);
-        assert!(text.ends_with("the joint does what its file says\n"), "{text}");
+        assert!(text.ends_with("the joint moves as its file predicts\n"), "{text}");
     }
     const SLACK: UnseenSlack =
         UnseenSlack { backlash_deg: 0.6, backlash_counts: 60.0, wind_up_deg: 0.01 };

@@ -167,8 +167,8 @@ impl GainSearch {
         })?;
         let knobs = knobs::knobs(plan)?;
         if knobs.is_empty() {
-            let why = "has no gain above zero to turn (`robust` with two encoders has facts of the \
-                joint alone); --controller names another one";
+            let why = "has no gain above 0 to tune (with two encoders, `robust` has only values of \
+                the joint); take another one with --controller";
             return Err(Error::Input(format!("{}: the controller {controller} {why}", self.file)));
         }
         if !goes_on() {

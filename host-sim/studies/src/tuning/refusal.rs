@@ -42,8 +42,8 @@ impl Evidence<'_> {
         }
         if self.is_better && after.at_load.successes < before.at_load.successes {
             return Some(format!(
-                "the best of {tried} sets of gains of {controller} lose joints at the load ({} of \
-                 {} succeed there, {} with the file's gains); the file's gains stay; put an \
+                "the best of {tried} sets of gains of {controller} succeed on fewer joints at the \
+                 load ({} of {}; {} with the file's gains); the file's gains stay; put an \
                  encoder on the load, or set [goal] tolerance_deg wider than the slack of the gear",
                 after.at_load.successes, after.cases, before.at_load.successes
             ));
@@ -67,7 +67,7 @@ impl Evidence<'_> {
             let wider = rounded(slack.backlash_deg + slack.wind_up_deg);
             return format!(
                 "no gains can rest the load {tolerance}: {}; put an encoder on the load, or set \
-                 [goal] tolerance_deg, here to {wider} at least",
+                 [goal] tolerance_deg to {wider} or more",
                 unseen(&slack)
             );
         }
@@ -75,15 +75,15 @@ impl Evidence<'_> {
         {
             return format!(
                 "no gains of {controller} succeed: a monitor trips in {trips} of {} runs \
-                 ({fault}); check the limits of the file and what it says about the joint",
+                 ({fault}); check [limits] and the values of the joint in the file",
                 rows.len()
             );
         }
         let rest = rounded(after.at_encoder.rest_counts);
         format!(
-            "no gains of {controller} rest the joint {tolerance} in time: it is up to {rest} \
-             counts off; take a law that counters friction at rest, such as robust or srnf, or set \
-             [goal] tolerance_deg"
+            "no gains of {controller} bring the joint to rest {tolerance} in time: in nine of ten \
+             cases it stops up to {rest} counts off; take a law that compensates friction at rest, \
+             such as robust or srnf, or set a larger [goal] tolerance_deg"
         )
     }
 }
@@ -156,14 +156,13 @@ mod tests {
         assert_eq!(
             said([40, 0], [48, 0], true, Some(SLACK), &[]).unwrap(),
             "no gains can rest the load within 2 counts: the encoder cannot see 171 counts of \
-             backlash; put an encoder on the load, or set [goal] tolerance_deg, here to 0.75 at \
-             least"
+             backlash; put an encoder on the load, or set [goal] tolerance_deg to 0.75 or more"
         );
         // One load that succeeds is enough for a tuning.
         assert_eq!(said([40, 0], [48, 1], true, Some(SLACK), &[]), None);
         // Better at the encoder, and fewer at the load.
         let lost = said([40, 10], [48, 9], true, Some(SLACK), &[]).unwrap();
-        assert!(lost.contains("lose joints at the load (9 of"), "{lost}");
+        assert!(lost.contains("fewer joints at the load (9 of"), "{lost}");
     }
 
     #[test]

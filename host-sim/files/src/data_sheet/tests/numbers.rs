@@ -130,7 +130,7 @@ fn a_motor_bears_its_rated_current_or_a_tenth_of_the_stall_current_forever() {
     unknown.motor.resistance_ohm = None;
     assert_eq!(unknown.motor_heat(), None);
     // A load of 10 N m less 5 N m of friction takes 2.5 V of 2 N m/V, and one of 9.7 N m 2.35 V.
-    assert!(doubts(&[("load.unbalance_nm", "10")]).contains("takes 2.5 V to hold, and the motor"));
+    assert!(doubts(&[("load.unbalance_nm", "10")]).contains("takes 2.5 V to hold, but the motor"));
     assert!(!doubts(&[("load.unbalance_nm", "9.7")]).contains("to hold"));
     assert!(!doubts(&[("load.unbalance_nm", "10"), rated]).contains("to hold"));
 }
@@ -156,7 +156,7 @@ fn a_plausible_sheet_has_no_doubts_and_an_implausible_one_is_reported() {
         (("friction.stick_nm", "30"), "stall torque is 48 N m"),
         (("friction.stick_nm", "17"), "`friction.stick_nm` is 17 and `slip_nm` 4;"),
         (("load.constant_nm", "-6"), "moves when the motor is off"),
-        (("load.unbalance_nm", "45"), "it does not start from everywhere"),
+        (("load.unbalance_nm", "45"), "in one direction, the joint cannot start"),
         (("supply.voltage_v", "12000"), "12000 V: are these mV? The key is in V"),
         (("gear.ratio", "1e6"), "Is this number right? The key has no unit"),
         (("motor.inductance_h", "20"), "`motor.inductance_h` is 20 H; usual is 1e-9 to 10 H"),

@@ -88,7 +88,8 @@ impl<W: Wire> Client<W> {
             ),
             (false, true) => {
                 format!(
-                    "{name} sends, but does not answer: its answers are lost (docs/reference/link.md)"
+                    "{name} sends, but does not answer: reduce the subscription, and check the \
+                     wires for noise (docs/reference/link.md)"
                 )
             }
             (false, false) => format!(

@@ -334,7 +334,7 @@ fn fits(
     }
     let deg = |deg: f32| rounded(deg.into());
     let stands = format!(
-        "identify: the joint stands {} deg from a limit of its position \
+        "identify: the joint is only {} deg from a position limit \
          (`limits.position_min_deg`, `limits.position_max_deg`)",
         deg(room_deg)
     );
@@ -343,8 +343,8 @@ fn fits(
         format!("{stands}; use a travel of {} deg or less. Nothing has moved", deg(at_most))
     } else {
         format!(
-            "{stands}, and the identification needs {} deg either way, which are {} counts of this \
-             encoder: move the joint away from the limit, or set wider limits. Nothing has moved",
+            "{stands}, and the identification needs {} deg in each direction ({} counts of this \
+             encoder): move the joint away from the limit, or set wider limits. Nothing has moved",
             deg(LEAST_TRAVEL_COUNTS * resolution),
             shown(LEAST_TRAVEL_COUNTS.into())
         )
@@ -427,7 +427,7 @@ mod tests {
             assert!(refused.contains("or less. Nothing has moved"), "{refused}");
         }
         let refused = fitted([-30.0, 90.0], 89.0, None).unwrap_err();
-        assert!(refused.contains("stands 0.9995 deg"), "{refused}");
+        assert!(refused.contains("is only 0.9995 deg"), "{refused}");
         assert!(refused.contains("needs 1.21 deg"), "{refused}");
         assert!(refused.contains("500 counts") && !refused.contains("--"), "{refused}");
         // Out of its limits, which the device reports.

@@ -90,8 +90,12 @@ fn arm<W: Wire>(watched: &mut WatchedDevice, client: &mut Client<W>) -> Result<S
         watched.armed_here = armed_here;
     }
     answer?;
-    Ok(if before { "it is armed already" } else { "armed: the motor is driven, and here is zero" }
-        .into())
+    Ok(if before {
+        "it is armed already"
+    } else {
+        "armed: the motor is driven, and this position is 0 deg"
+    }
+    .into())
 }
 
 /// Moves to the typed position, which counts from the zero of the arming. Without that zero there

@@ -46,7 +46,8 @@ pub fn on_a_terminal() -> Result<(), Error> {
         return Ok(());
     }
     Err(Error::Input(
-        "device watch: it needs a terminal; without one, use `status` or `log FILE.csv`".into(),
+        "device watch needs a terminal; without one, use `device status` or `device log FILE.csv`"
+            .into(),
     ))
 }
 

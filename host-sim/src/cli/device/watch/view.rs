@@ -124,7 +124,7 @@ fn state_of(watched: &WatchedDevice) -> Line<'static> {
         ),
         (
             !status.is_referenced,
-            "position unknown: with position limits, only `jog` and `home` move it until `reference`",
+            "position unknown: with limits, only `jog` and `home` run until it is set",
             Color::Yellow,
         ),
         (status.is_damaged, "a saved set of parameters is damaged: see `status`", Color::Red),
