@@ -21,10 +21,12 @@
 //! has arrived. When the chip samples is from the description of the AS5055A, a chip of the same
 //! maker with these frames; it was not measured.
 //!
-//! Guarantees: a frame with one wrong bit is rejected, and so is a line that is stuck high or low.
-//! Two wrong bits in a frame pass the parity. Does badly: an angle that is wrong by itself, as from
-//! a magnet that turns on its shaft, has no flag; the comparison with the motor's encoder detects
-//! that.
+//! Guarantees: a frame with one wrong bit is rejected, and so are the frames of a line that is
+//! stuck high or low for a whole tick. Does badly: two wrong bits in a frame pass the parity. A
+//! line that breaks between the two frames of a tick, or within the second, can pass one wrong
+//! angle; the next tick rejects the line, and a limit of the travel in a tick detects most of these
+//! angles. An angle that is wrong by itself, as from a magnet that turns on its shaft, has no flag;
+//! the comparison with the motor's encoder detects that.
 
 /// Bits of a turn.
 pub const BITS: u32 = 14;

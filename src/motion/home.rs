@@ -7,7 +7,7 @@
 //! joint     ---- follows ----------------| blocked: no farther for `quiet` at that effort
 //!                       <----------------| back, until half of `retreat` is counted
 //!                       ---------------->| blocked again: at the same place, within `agrees`
-//!                       <----------------| back: the stop is found, and the output goes off
+//!                       <----------------| back, and into the range: the output goes off
 //! ```
 //!
 //! The joint is blocked when, for `quiet` ticks in a row, the effort in the sense of the homing is
@@ -27,8 +27,8 @@
 //! ([`encoder_probe`](crate::safety::monitor)); above it, a hard stop would be a stall at once.
 //!
 //! A blocked joint, or one that sets out slowly under this small effort, falls behind the set
-//! point. At three quarters of `limits.following_error_deg` the set point waits, so that a stiff
-//! loop does not trip.
+//! point. Once the effort is at its bound, the set point waits at three quarters of
+//! `limits.following_error_deg`, so that a stiff loop does not trip.
 //!
 //! Guarantees: the effort is never more than `effort` and half a code. The homing ends when the
 //! joint is `travel` away from its start, plus the travel of one tick, and at the latest after
@@ -191,15 +191,21 @@ pub(crate) struct HomeWatch {
     quiet: u32,
     /// Way back from the stop, counts.
     retreat: i32,
+    /// Way back from the stop at whose end the homing is over, counts.
+    leave: i32,
     /// Ticks of the soft start that were left at the start of the homing.
     wait: u32,
     elapsed: u32,
-    /// Largest distance of the set point from the joint, counts.
-    lead: u32,
+    /// Largest lead of the set point over a joint that gets the largest effort, counts.
+    lead: i32,
     /// Whether the set point waits for the joint.
     waits: bool,
+    /// Whether the last tick had the largest effort the way that the joint is to go.
+    at_bound: bool,
     /// Whether the joint is on its way back.
     is_back: bool,
+    /// Whether the last two places agree: the joint is on its way into the range.
+    agrees: bool,
     /// The farthest count in the sense of the homing since the joint last went the other way.
     farthest: i32,
     /// Number of ticks for which the effort has been at its bound without a farther count.
@@ -250,11 +256,22 @@ impl Home {
         let travel = counts(travel);
         let retreat = counts(jog.travel.min(RETREAT_DEG).max(least)).min(travel);
         let lead = if limits.following_error > 0.0 {
-            counts(WAITS * limits.following_error).unsigned_abs()
+            // The set point goes on for two ticks before it is held.
+            counts((WAITS * limits.following_error - 2.0 * speed * tick).max(0.0))
         } else {
-            u32::MAX
+            i32::MAX
         };
-        let way = travel as f32 * OF_TRAVEL + retreat as f32 * OF_RETREAT;
+        let (sign, end) = match asked.sense {
+            Sense::Plus => (1, limits.position_max),
+            Sense::Minus => (-1, limits.position_min),
+        };
+        let outside = if range > 0.0 {
+            asked.at.saturating_sub(counts(end)).saturating_mul(sign).max(0)
+        } else {
+            0
+        };
+        let leave = outside.saturating_add(retreat / 2).min(travel);
+        let way = travel as f32 * OF_TRAVEL + retreat as f32 * OF_RETREAT + leave as f32;
         let time = asked.time.unwrap_or((way * count / speed + ADDED_S).min(LONGEST_S));
         above(TIME, time, 0.0, LONGEST_S)?;
         let ticks = |s: f32| (libm::roundf(s / tick) as u32).max(2);
@@ -272,11 +289,14 @@ impl Home {
             ticks: ticks(time),
             quiet: ticks(QUIET_S.max(QUIET_COUNTS * count / speed).max(first)),
             retreat,
+            leave,
             wait: 0,
             elapsed: 0,
             lead,
             waits: false,
+            at_bound: false,
             is_back: false,
+            agrees: false,
             farthest: 0,
             held: 0,
             before: None,
@@ -304,14 +324,14 @@ impl HomeWatch {
 
     /// Returns the position in which the homing ends at the earliest, counts.
     pub(crate) const fn leaves_at(&self) -> i32 {
-        self.at.wrapping_sub(self.sense.sign() * (self.retreat / 2))
+        self.at.wrapping_sub(self.sense.sign() * self.leave)
     }
 
     /// Restarts the watch, with the joint at rest at zero and `wait` ticks of the soft start left.
     pub(crate) fn restart(&mut self, wait: u32) {
         (self.wait, self.elapsed) = (wait, 0);
         (self.is_back, self.farthest, self.held, self.before) = (false, 0, 0, None);
-        self.waits = false;
+        (self.waits, self.at_bound, self.agrees) = (false, false, false);
         self.found = HomeFindings::default();
     }
 
@@ -321,7 +341,7 @@ impl HomeWatch {
     pub(crate) fn ends(&mut self, tick: &Tick, profile: &mut Profile) -> bool {
         self.elapsed = self.elapsed.saturating_add(1);
         let driven = self.elapsed.saturating_sub(self.wait);
-        self.wait_for(tick, profile);
+        self.wait_for(tick, driven > 0, profile);
         if self.is_back {
             self.go_back(tick.counts, profile);
         } else {
@@ -357,44 +377,53 @@ impl HomeWatch {
         }
     }
 
-    /// Holds the set point if it is too far from the joint.
-    fn wait_for(&mut self, tick: &Tick, profile: &mut Profile) {
-        let is_far = tick.setpoint().position.counts.abs_diff(tick.counts) > self.lead;
-        if is_far && !self.waits {
+    /// Holds the set point if it is too far ahead of a joint that gets the largest effort. With
+    /// less, the law needs more of an error to drive the joint on.
+    fn wait_for(&mut self, tick: &Tick, is_driven: bool, profile: &mut Profile) {
+        let way = if self.is_back { -self.sense.sign() } else { self.sense.sign() };
+        let ahead = tick.setpoint().position.counts.wrapping_sub(tick.counts).wrapping_mul(way);
+        let at_bound = is_driven && tick.v_applied * way as f32 >= self.pushing;
+        // From the second tick on, so that rounding does not take the effort off its bound again.
+        let waits = at_bound && self.at_bound && ahead > self.lead;
+        self.at_bound = at_bound;
+        if waits && !self.waits {
             // The set point stops at once: braking within the limits of a move would carry it
             // farther.
             let here = profile.setpoint().position;
             profile.start_at(here, 0.0);
             profile.aim(here);
-        } else if !is_far && self.waits {
+        } else if !waits && self.waits {
             profile.aim(self.target());
         }
-        self.waits = is_far;
+        self.waits = waits;
     }
 
     /// Returns the target of the set point: beyond the stop, or back from the last place.
     const fn target(&self) -> Position {
-        let counts = if self.is_back {
-            self.found.moved - self.sense.sign() * self.retreat
-        } else {
-            self.sense.sign() * 2 * self.travel as i32
+        let sign = self.sense.sign();
+        let counts = match (self.is_back, self.agrees) {
+            (false, _) => sign * 2 * self.travel as i32,
+            (true, false) => self.found.moved - sign * self.retreat,
+            // Beyond the place at which the homing ends, as before.
+            (true, true) => self.found.moved - sign * (self.leave + self.retreat / 2),
         };
         Position::from_counts(counts)
     }
 
     /// Evaluates a tick on the way back from a place. After half of the way, the place is compared
-    /// with the previous one.
+    /// with the previous one. If both agree, the joint goes on until it is within the range.
     fn go_back(&mut self, counts: i32, profile: &mut Profile) {
         let place = self.found.moved;
         let back = self.sense.sign() * (place - counts);
         let agrees = (self.retreat / AGREES).max(AGREES_COUNTS);
         if back < -agrees {
             // The obstacle that held the joint has given way.
-            (self.is_back, self.before) = (false, None);
-        } else if back >= self.retreat / 2 {
+            (self.is_back, self.agrees, self.before) = (false, false, None);
+        } else if back >= self.retreat / 2 && !self.agrees {
             match self.before.replace(place) {
                 Some(before) if before.abs_diff(place) <= agrees.unsigned_abs() => {
-                    self.found.ended = HomeEnd::Stop;
+                    self.agrees = true;
+                    profile.aim(self.target());
                 }
                 _ => self.is_back = false,
             }
@@ -403,6 +432,8 @@ impl HomeWatch {
             (self.farthest, self.held) = (self.sense.sign() * counts, 0);
             self.waits = false;
             profile.aim(self.target());
+        } else if self.agrees && back >= self.leave {
+            self.found.ended = HomeEnd::Stop;
         }
     }
 

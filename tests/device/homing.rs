@@ -110,13 +110,13 @@ fn under_every_law_the_stop_is_found_both_ways_with_no_more_than_the_effort() {
     }
 }
 
-/// Of 5 V and a Kp of 10 V/deg follows a limit of half a degree for the error; 0.6 V ask for 0.06
-/// deg, and the set point goes 4 deg/s.
+/// The error may be half a degree. At 10 V/deg, 0.06 deg ask for the 0.6 V of a jog; at 1.5 V/deg,
+/// 0.4 deg do, more than the three quarters at which the set point waits. It goes 4 deg/s.
 #[test]
 fn the_set_point_waits_at_the_stop_for_the_joint_of_a_stiff_loop() {
-    for law in ["pd", "srnf"] {
+    for (law, kp) in [("pd", 10.0), ("srnf", 10.0), ("pd", 1.5)] {
         let stiff =
-            [&*format!("controller.{law}.kp_v_per_deg=10"), "limits.following_error_deg=0.5"];
+            [&*format!("controller.{law}.kp_v_per_deg={kp}"), "limits.following_error_deg=0.5"];
         let mut device = joint(law, [-1e3, 12.0], &stiff);
         begin(&mut device, HomeRequest { at: counts(40.0), ..UP }).unwrap();
         let (found, effort_v) = until_off(&mut device);
@@ -126,22 +126,25 @@ fn the_set_point_waits_at_the_stop_for_the_joint_of_a_stiff_loop() {
     }
 }
 
-/// The range of the joint ends at 40 deg, and the way back is a degree whatever a jog's travel is.
+/// The range is -10 to 40 deg, and the way back is a degree whatever a jog's travel is. From a stop
+/// outside the range the joint goes back until it is a degree within. A stop at the wrong end of
+/// the range leaves nowhere to go.
 #[test]
-fn a_homing_that_would_end_outside_the_range_is_refused() {
+fn a_homing_ends_within_the_range_or_is_refused() {
     for travel in ["jog.travel_deg=2", "jog.travel_deg=90"] {
-        for (at_deg, is_refused) in [(40.9, false), (41.1, true)] {
+        let ends = [(38.0, Some(1.0)), (40.0, Some(1.0)), (40.5, Some(1.5)), (45.0, Some(6.0))];
+        let refused = [(-7.0, Some(1.0)), (-9.1, None), (200.0, None)];
+        for (at_deg, back_deg) in ends.into_iter().chain(refused) {
             let mut device = joint("srnf", [-1e3, 3.0], &[travel]);
             let begun = begin(&mut device, HomeRequest { at: counts(at_deg), ..UP });
-            let expected = if is_refused { Err(Refusal::OutOfRange) } else { Ok(()) };
+            let expected = back_deg.map_or(Err(Refusal::OutOfRange), |_| Ok(()));
             assert_eq!(begun, expected, "{travel}, {at_deg} deg");
-            if is_refused {
-                continue;
-            }
-            assert_eq!(until_off(&mut device).0.map(|found| found.ended), Some(HomeEnd::Stop));
-            device.ticks(20);
-            let back_deg = 3.0 - device.position_deg();
-            assert!((0.9..2.1).contains(&back_deg), "{travel}: {back_deg} deg");
+            let Some(back_deg) = back_deg else { continue };
+            let found = until_off(&mut device).0;
+            assert_eq!(found.map(|found| found.ended), Some(HomeEnd::Stop), "{at_deg} deg");
+            device.ticks(100);
+            let beyond_deg = 3.0 - device.position_deg() - back_deg;
+            assert!((-0.01..2.1).contains(&beyond_deg), "{travel}, {at_deg}: {beyond_deg} deg");
             // It can be armed from there.
             device.device.servo().arm_for_link(None).unwrap();
         }

@@ -129,8 +129,8 @@ pub fn refused(refused: &RequestRefusal) -> String {
             format!("`{}` is missing in the parameters sent", ValuePath(*key))
         }
         RequestRefusal::Flash => {
-            "a write to its flash failed: nothing was saved. Parameters in use are lost when it is \
-             switched off"
+            "a write to its flash failed: nothing was saved. Parameters that were not saved before \
+             are lost when it is switched off"
                 .into()
         }
         RequestRefusal::Watchdog => {
