@@ -183,7 +183,10 @@ export const commissioning = ({ said, visit, command }) => {
         assert.ok(await page.locator(id).isDisabled(), id);
       await page.locator('#selftest-said:is(.passed, .doubted)').waitFor();
       await state(page, 'stopped');
-      assert.match(await text(page, '#selftest-said'), /pass: the joint moves as its file predicts/);
+      assert.match(
+        await text(page, '#selftest-said'),
+        /pass: the joint moves as its file predicts/,
+      );
       const [name, json] = await saved(page, '#selftest-save');
       assert.match(name, /^selftest-.*\.json$/);
       const { schema, verdict, checks, moves } = JSON.parse(json);
