@@ -40,7 +40,7 @@ fn a_run_whose_state_is_no_longer_finite_ends_and_says_when() {
         };
         let table = String::from_utf8(with(&[]).stdout).unwrap();
         assert!(
-            table.contains("pd/step-5.0: diverged") && table.contains("0.02 s"),
+            table.contains("pd/step-5.0: the simulation diverged") && table.contains("0.02 s"),
             "{solver}: {table}"
         );
         // Strict JSON has no NaN, so a report with one would not be read.

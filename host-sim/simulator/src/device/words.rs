@@ -300,7 +300,7 @@ pub fn status(status: &Status) -> String {
     let zero = if status.is_referenced { "from the reference" } else { "since power-on" };
     lines.push(format!("position   {position:.4} deg {zero} ({} counts), {rest}", status.position));
     lines.push(format!(
-        "heat       as at a steady {:.3} V at standstill (thermal model: `limits.continuous_v`)",
+        "heat       as at a steady {:.3} V at standstill (a model: `limits.continuous_v`)",
         status.thermal_effort
     ));
     if status.wound_up {
