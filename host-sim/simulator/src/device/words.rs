@@ -327,8 +327,7 @@ pub fn status(status: &Status) -> String {
         lines.extend([what, then].map(String::from));
     }
     if !status.is_referenced {
-        let what =
-            "warning    the position is unknown (`device.reference`): if position limits are set,";
+        let what = "warning    the position is unknown (`device.reference`): with position limits,";
         let then =
             "           only `jog` and `home` are allowed until `home` or `reference` sets it";
         lines.extend([what, then].map(String::from));
@@ -351,10 +350,8 @@ pub fn status(status: &Status) -> String {
         lines.extend([what, then].map(String::from));
     }
     if status.crystal_not_measured {
-        let what =
-            "warning    the device could not measure the frequency of its crystal: all times are";
-        let then =
-            "           right only with a crystal of 8 MHz (docs/reference/wiring.md, \"Pins\")";
+        let what = "warning    the device could not measure its crystal: all times are right only";
+        let then = "           with a crystal of 8 MHz (docs/reference/wiring.md, \"Pins\")";
         lines.extend([what, then].map(String::from));
     }
     if status.unsaved {
