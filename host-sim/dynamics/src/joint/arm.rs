@@ -18,7 +18,7 @@
 use super::Turn;
 use super::description::StribeckCurve;
 use super::runge_kutta::{StepAttempt, attempt};
-use super::step::{LOCATED, MOST_SWITCHES, Pace, first_fall};
+use super::step::{LOCATED, MOST_SWITCHES, Pace, SHORTEST_S, first_fall};
 use super::surface::Surface;
 use crate::friction::SetValued;
 use crate::mechanism::{Mechanism, Terms, TwoLinkArm};
@@ -233,14 +233,48 @@ impl GearedArm {
     /// Makes one step that ends at its first switch at the latest. Returns its length, s.
     fn step(&mut self, longest_s: f64) -> f64 {
         let first = self.rate(&self.state);
+        let mut limit_s = longest_s;
+        loop {
+            let (step, h) = self.accepted(&first, limit_s);
+            let Some((joint, part)) = self.first_switch(&first, &step, h) else {
+                self.state = step.end;
+                return h;
+            };
+            // A joint that breaks away can halt again within the step: its first acceleration is
+            // zero, and only a shorter step shows that it moves.
+            let has_just_broken = self.mode[joint] != 0 && self.left(joint, &self.state) == 0.0;
+            if part == 0.0 && has_just_broken && h > SHORTEST_S {
+                limit_s = (0.5 * h).max(SHORTEST_S);
+                continue;
+            }
+            let Some(time_s) = self.locate(&first, joint, [part * h, h]) else {
+                self.state = step.end;
+                return h;
+            };
+            let step = self.attempt(&first, time_s);
+            self.state = step.end;
+            self.switch(joint, &step.rate);
+            return time_s;
+        }
+    }
+
+    /// Returns a step whose error is allowed, and its length of at most `longest_s`, s.
+    #[inline]
+    fn accepted(&mut self, first: &State, longest_s: f64) -> (StepAttempt<4>, f64) {
         let mut h = self.pace.step_s.min(longest_s);
-        let mut step = loop {
-            let step = self.attempt(&first, h);
+        loop {
+            let step = self.attempt(first, h);
             match self.pace.shorter(&step.error, h, longest_s) {
-                None => break step,
+                None => return (step, h),
                 Some(shorter) => h = shorter,
             }
-        };
+        }
+    }
+
+    /// Returns the joint that leaves its mode first in a step of `h` (s), and the part of the step
+    /// at which it does.
+    #[inline]
+    fn first_switch(&self, first: &State, step: &StepAttempt<4>, h: f64) -> Option<(usize, f64)> {
         let mut switch: Option<(usize, f64)> = None;
         for joint in 0..2 {
             let (begin, end) = (self.left(joint, &self.state), self.left(joint, &step.end));
@@ -248,7 +282,7 @@ impl GearedArm {
             let slopes = if sense == 0.0 {
                 [(end - begin) / h; 2]
             } else {
-                [first, step.rate].map(|rate| sense * rate[2 * joint + 1])
+                [*first, step.rate].map(|rate| sense * rate[2 * joint + 1])
             };
             // A joint that has just broken away is at its limit except for rounding: it does not
             // halt.
@@ -260,17 +294,7 @@ impl GearedArm {
                 switch = Some((joint, part));
             }
         }
-        if let Some((joint, part)) = switch
-            && let Some(time_s) = self.locate(&first, joint, [part * h, h])
-        {
-            h = time_s;
-            step = self.attempt(&first, h);
-            self.state = step.end;
-            self.switch(joint, &step.rate);
-            return h;
-        }
-        self.state = step.end;
-        h
+        switch
     }
 
     #[inline]
@@ -291,15 +315,22 @@ impl GearedArm {
         if near_s == 0.0 {
             return Some(0.0);
         }
+        let mut from = [0.0, left(0.0)];
+        if from[1] <= allowed {
+            // A joint that has just broken away is fastest about halfway to its halt.
+            from = [0.5 * near_s, left(0.5 * near_s)];
+            if from[1] <= allowed {
+                return Some(near_s);
+            }
+        }
         let mut until = [near_s, left(near_s)];
         if until[1] > allowed {
-            until = [h, left(h)];
+            (from, until) = (until, [h, left(h)]);
             if until[1] > 0.0 {
                 return None;
             }
         }
         // Illinois variant of the regula falsi: it keeps its bracket.
-        let mut from = [0.0, left(0.0).max(allowed)];
         for _ in 0..60 {
             if until[1].abs() <= allowed {
                 break;

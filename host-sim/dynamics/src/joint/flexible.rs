@@ -222,6 +222,13 @@ impl FlexibleJoint {
                 self.arrive(&step, h);
                 return h;
             };
+            // A body that breaks away can halt again within the step: its first acceleration is
+            // zero, and only a shorter step shows that it moves.
+            let has_just_broken = self.bodies[which / 2 % 2].sense != 0.0;
+            if part == 0.0 && begin[which] == [0.0; 2] && has_just_broken && h > SHORTEST_S {
+                limit_s = (0.5 * h).max(SHORTEST_S);
+                continue;
+            }
             if let Some((step, h)) = self.locate(&first, [part * h, h], which) {
                 self.arrive(&step, h);
                 self.switch(which, longest_s - h, on);

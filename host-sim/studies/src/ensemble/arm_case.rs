@@ -79,7 +79,7 @@ fn step(
     row.set_point_rests_s = rests_s;
     let [a, b] = [0, 1].map(|i: usize| judges[i].measures(&last[i], rests_s));
     let both = |a: Option<f64>, b: Option<f64>| a.zip(b).map(|(a, b)| a.max(b));
-    row.step_fault = rig.fault().map(|fault| fault.describe().to_owned());
+    row.step_fault = rig.failure();
     let worse = |a: SideMeasures, b: SideMeasures| SideMeasures {
         settled_s: both(a.settled_s, b.settled_s),
         rest_counts: a.rest_counts.max(b.rest_counts),
@@ -119,7 +119,7 @@ fn trajectory(
         show(f64::from(k) * h, &shown(samples));
     }
     let [a, b] = [0, 1].map(|i: usize| judges[i].measures(h));
-    row.tracking_fault = rig.fault().map(|fault| fault.describe().to_owned());
+    row.tracking_fault = rig.failure();
     let worse = |a: Option<f64>, b: Option<f64>| a.zip(b).map(|(a, b)| a.max(b) * case.count());
     row.tracking_rms = worse(a.rms_counts, b.rms_counts);
     row.tracking_at_encoder_rms = row.tracking_rms;

@@ -10,7 +10,7 @@ use stiction::safety::fault::Fault;
 use super::drawn_case::Case;
 use super::measures::CaseSample;
 use super::motions::Approach;
-use super::rig::{Amplified, armed};
+use super::rig::{Amplified, armed, failure};
 use dynamics::joint::GearedArm;
 use files::error::Error;
 use simulator::rules::{ControllerGains, JointBounds};
@@ -83,6 +83,12 @@ impl ArmRig {
     /// Returns the fault that has ended the motion, if there was one.
     pub fn fault(&self) -> Option<Fault> {
         self.joints.iter().find_map(|joint| joint.servo.fault.map(|(latched, _)| latched.fault))
+    }
+
+    /// Returns what makes the motion a failure, if anything does: a fault, or a motion that the
+    /// simulation could not follow.
+    pub fn failure(&self) -> Option<String> {
+        failure(self.fault(), self.arm.unfollowed_s())
     }
 
     /// Runs a tick, and moves the arm on to the next one; returns the samples of both joints at the

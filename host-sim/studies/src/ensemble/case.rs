@@ -96,7 +96,7 @@ fn ran(
         judged_moves: wear.judged,
         moves_rms_first: wear.rms_counts[0].map(|rms| rms * count),
         moves_rms_last: wear.rms_counts[1].map(|rms| rms * count),
-        moves_fault: wear.fault.map(|fault| fault.describe().into()),
+        moves_fault: wear.fault,
         missed: wear.missed_of_all,
         near_s: case.family.near().and(step.near_s),
         gave_up_s: end.map(|(time_s, _)| time_s),
@@ -160,7 +160,7 @@ fn stepped(
             };
         }
     }
-    let fault = rig.fault().map(|fault| fault.describe().to_owned());
+    let fault = rig.failure();
     let law_signals = rig.published(&gains.laws);
     let rests_s = judge.rests_s();
     Ok(Stepped { measures: judge.measures(&last, rests_s), rests_s, fault, end, law_signals })
@@ -184,6 +184,6 @@ fn tracked(
         judge.see(&sample);
         show(f64::from(k) * h, &sample);
     }
-    let fault = rig.fault().map(|fault| fault.describe().to_owned());
+    let fault = rig.failure();
     Ok((judge.measures(h), fault))
 }

@@ -34,6 +34,19 @@ fn an_arm_moves_under_two_controllers_and_a_success_is_one_of_both() {
     assert!(row.settled_s.is_none() && (row.rest_counts / way - 1.0).abs() < 0.01, "{row:?}");
 }
 
+/// In these motions a joint breaks away at the instant at which the other one lets it go again. The
+/// solver once moved on by 1e-8 s after each break there, and skipped the rest of the sample.
+#[test]
+fn a_joint_of_an_arm_that_breaks_away_for_a_moment_is_followed() {
+    for (law, number) in [("rvi", 16), ("roi", 133), ("dnpf", 27), ("dnpf", 182)] {
+        let case = Case::draw(5, Family::Arm, number, EASY);
+        let rule = rules(&[law.into()]).unwrap()[0];
+        let profiled = Motions { approach: Approach::Profiled, ..STEPPED };
+        let row = case::run(&case, law, &case.gains(rule), profiled).unwrap();
+        assert_eq!([row.step_fault, row.tracking_fault], [None, None], "{law} {number}");
+    }
+}
+
 /// The first joint of an arm at rest is driven, and the second one is held by friction beyond any
 /// reaction. Lagrange's equation of the second one, at rest at the start: friction holds
 /// `M_21 q1'' + g_2`, with g_2 = m_2 g l_2 sin(q_1 + q_2) and M_21 = m_2 (l_2^2 + l_1 l_2 cos q_2).

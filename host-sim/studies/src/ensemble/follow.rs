@@ -210,7 +210,7 @@ fn ramp(
         rms_counts: measures.rms_counts,
         peak_counts: measures.rms_counts.map(|_| peak),
         stops: measures.sticks,
-        fault: rig.fault().map(|fault| fault.describe().into()),
+        fault: rig.failure(),
     })
 }
 

@@ -127,7 +127,7 @@ fn sine(case: &Case, law: &str, gains: &ControllerGains, hz: f64) -> Result<Foll
         hz,
         rms_mrad: rms_counts.map(mrad),
         reversal_mrad: rms_counts.map(|_| mrad(reversal)),
-        fault: rig.fault().map(|fault| fault.describe().into()),
+        fault: rig.failure(),
     })
 }
 

@@ -7,7 +7,6 @@
 //! rest (thesis-axis: 4 s).
 
 use stiction::control::reference::{Corner, Reference, Trajectory};
-use stiction::safety::fault::Fault;
 
 use super::distribution::{Draws, Purpose};
 use super::drawn_case::Case;
@@ -26,7 +25,7 @@ const FARTHEST: f64 = 2.0;
 const WAY: [f64; 2] = [2e-3, 1.0];
 
 /// Result of a row of moves. Pairs are of the first tenth and of the last.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Wear {
     /// Number of moves in a tenth.
     pub judged: u32,
@@ -37,7 +36,7 @@ pub struct Wear {
     /// Root mean square of the error while the set point of a trapezoid moved, counts.
     pub rms_counts: [Option<f64>; 2],
     /// Fault that ended the row; every move after it is missed.
-    pub fault: Option<Fault>,
+    pub fault: Option<String>,
     /// Number of the move in which a fault occurred, from 1; none without a fault.
     pub fault_in: Option<u32>,
 }
@@ -97,7 +96,7 @@ pub fn run(case: &Case, gains: &ControllerGains, motions: Motions) -> Result<Wea
             *missed += u32::from(is_judged && !hit);
         }
     }
-    wear.fault = rig.fault();
+    wear.fault = rig.failure();
     wear.rms_counts = squares.map(|(sum, n)| (n > 0).then(|| (sum / f64::from(n)).sqrt()));
     Ok(wear)
 }

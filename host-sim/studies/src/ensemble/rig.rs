@@ -199,6 +199,12 @@ impl Rig {
         self.amplified.servo.fault.map(|(latched, _)| latched.fault)
     }
 
+    /// Returns what makes the motion a failure, if anything does: a fault, or a motion that the
+    /// simulation could not follow.
+    pub fn failure(&self) -> Option<String> {
+        failure(self.fault(), self.joint.unfollowed_s())
+    }
+
     /// Returns whether the law had given up at the last tick.
     pub const fn has_given_up(&self) -> bool {
         self.amplified.has_given_up
@@ -251,6 +257,18 @@ impl Rig {
         sample
     }
 }
+
+/// Returns what makes a motion a failure: the time that the simulation skipped in it (s), which
+/// makes the motion invalid, or a fault.
+pub fn failure(fault: Option<Fault>, unfollowed_s: f64) -> Option<String> {
+    if unfollowed_s > 0.0 {
+        return Some(UNFOLLOWED.into());
+    }
+    fault.map(|fault| fault.describe().to_owned())
+}
+
+/// Result of a joint that sticks and slips more often in a sample than the simulation follows.
+pub const UNFOLLOWED: &str = "not simulated: too many switches in a sample";
 
 /// Returns the count that the disc of a joint shows.
 #[inline]

@@ -109,7 +109,7 @@ fn a_hunting_controller_does_not_stop_the_time() {
         let (motor, load) = (body(share, part), body(1.0 - share, 1.0 - part));
         let lag_s = if case % 2 == 0 { 0.0 } else { 0.7e-3 };
         let train = Train::Flexible { motor, load, shaft };
-        let mut joint = Description { lag_s, ..Description::of(train, COUNT) }.build().unwrap();
+        let mut joint = Description { lag_s, ..Description::of(train, 1e-2) }.build().unwrap();
         let encoder = JointEncoder { count: COUNT, side: DiscSide::Motor };
         let (mut sum, mut last, mut speed) = (0.0, 0.0, 0.0);
         for sample in 0..3000 {
@@ -122,6 +122,31 @@ fn a_hunting_controller_does_not_stop_the_time() {
             joint.hold((effort.clamp(-60.0, 60.0) / 0.06).round() * 0.06, 1e-3);
         }
         assert_eq!(joint.unfollowed_s(), 0.0, "case {case}: {train:?}");
+    }
+}
+
+/// A motor without friction swings on the shaft of a load at rest: `T = u (1 - cos(w t))`. With
+/// `2 u = F (1 + e)` the load breaks away shortly before the torque falls again, and halts after
+/// `9 F e^2 / (J_l w^2)`, to the lowest order in e. All of it can happen within one step.
+#[test]
+fn a_load_that_breaks_away_for_a_moment_halts_again() {
+    let (jm, jl, k, limit) = (0.14, 0.2, 900.0, 3.0);
+    let level =
+        |f| StribeckCurve { coulomb: f, stick: f, stribeck_velocity: 0.05, viscous: 0.0 }.into();
+    let motor = Body { inertia: jm, friction: level(0.0) };
+    let load = Body { inertia: jl, friction: level(limit) };
+    let shaft = ShaftDescription { stiffness: k, damping: 0.0, backlash: 0.0 };
+    let train = Train::Flexible { motor, load, shaft };
+    let omega_squared = k / jm;
+    let peak_s = std::f64::consts::PI / f64::sqrt(omega_squared);
+    for case in 1..=200 {
+        let excess = 5e-6 * f64::from(case);
+        let mut joint = Description::of(train, COUNT).build().unwrap();
+        joint.hold(0.5 * limit * (1.0 + excess), 1.5 * peak_s);
+        assert_eq!(joint.unfollowed_s(), 0.0, "{excess}");
+        assert_eq!(joint.load().velocity, 0.0, "{excess}");
+        let way = joint.load().position / (9.0 * limit * excess * excess / (jl * omega_squared));
+        assert!(excess < 5e-4 || (way - 1.0).abs() < 0.05, "{excess}: {way}");
     }
 }
 
