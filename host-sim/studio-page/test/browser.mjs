@@ -15,7 +15,8 @@ import { begins, commissioning, isFound } from './commissioning.mjs';
 import { emulated } from './emulated.mjs';
 import { refusedFile } from './refused-file.mjs';
 import { results } from './results.mjs';
-import { after, file, launch, open, serve, shown, state, text, runTest } from './studio.mjs';
+import { after, file, launch, moreSamples, open, serve, shown, state } from './studio.mjs';
+import { runTest, text } from './studio.mjs';
 import { typed } from './typed.mjs';
 import { unknown } from './unknown.mjs';
 import { views } from './views.mjs';
@@ -28,6 +29,8 @@ const PATIENCE = 120_000;
 const VIEWS = ['live', 'planes', 'parameters', 'what-if', 'commissioning', 'session', 'faults'];
 // Longer than the default: a browser on a busy machine may be silent for half a second.
 const LINK_TIMEOUT_S = 2;
+// Of the thesis's joint.
+const SAMPLE_TIME_S = 0.02;
 
 // The thesis's joint, with that timeout.
 function machine() {
@@ -88,17 +91,16 @@ const tests = {
       await page.locator('#plots figure').count(),
     );
     // A screen reader does not repeat a text with every status.
-    const changes = await page.evaluate(async () => {
-      let count = 0;
+    await page.evaluate(() => {
+      globalThis.changes = 0;
       const all = { childList: true, characterData: true, subtree: true };
-      new MutationObserver((some) => (count += some.length)).observe(
+      new MutationObserver((some) => (globalThis.changes += some.length)).observe(
         document.getElementById('banner'),
         all,
       );
-      await new Promise((done) => setTimeout(done, 1000));
-      return count;
     });
-    assert.equal(changes, 0);
+    await moreSamples(page, 50);
+    assert.equal(await page.evaluate(() => globalThis.changes), 0);
   },
 
   async 'a move is made, and its samples arrive complete'(page) {
@@ -110,7 +112,7 @@ const tests = {
       .locator('#now dd', { hasText: /^(4\.99|5\.00)\d deg$/ })
       .first()
       .waitFor();
-    await page.waitForTimeout(1000);
+    await moreSamples(page, 50);
     assert.match(await text(page, '#samples'), /^\d+ samples, none lost$/);
     await page.locator('#drawn', { hasText: /^drawn [1-9]\d* times a second$/ }).waitFor();
     // At rest, a rounding is shown as zero.
@@ -321,7 +323,7 @@ const tests = {
     await first.locator('#arm').click();
     await state(other, 'armed');
     // It stays on as long as the tab is there.
-    await other.waitForTimeout(2000 * LINK_TIMEOUT_S);
+    await moreSamples(other, (2 * LINK_TIMEOUT_S) / SAMPLE_TIME_S);
     await state(other, 'armed');
     // How soon is a test of the server, on a clock of its own (host-sim/tests/studio/main.rs).
     await first.close();

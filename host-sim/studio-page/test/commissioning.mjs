@@ -2,7 +2,7 @@
 
 import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
-import { state, text } from './studio.mjs';
+import { moreSamples, state, text } from './studio.mjs';
 
 const MOVES = 3;
 // An identification takes two minutes.
@@ -221,7 +221,7 @@ export const commissioning = ({ said, visit, command }) => {
       // A prediction that is sent again does not match the edited fields.
       await board.locator('#selftest-moves').fill('200');
       near.send(ready);
-      await board.waitForTimeout(300);
+      await moreSamples(board, 15);
       assert.ok(
         await board.locator('#selftest-go').isDisabled(),
         'the repeated prediction can start',
@@ -230,7 +230,7 @@ export const commissioning = ({ said, visit, command }) => {
       await predict(board, MOVES);
       await board.locator('#selftest-go').click();
       await board.locator('#confirm', { hasText: 'The self-test moves the joint' }).waitFor();
-      await board.waitForTimeout(400);
+      await moreSamples(board, 20);
       await state(board, 'stopped');
       await board.locator('#confirm-word').fill('arm');
       await board.locator('#confirm-word').press('Enter');

@@ -2,6 +2,7 @@
 // does where the computer is busy, so there is patience, and the moves are short.
 
 import assert from 'node:assert/strict';
+import { moreSamples } from './studio.mjs';
 
 const PATIENCE = 120_000;
 
@@ -20,10 +21,8 @@ export async function emulated({ state, text, said, visit, command }, context, a
     .locator('#now dd', { hasText: /^0\.(49|50)\d* deg$/ })
     .nth(0)
     .waitFor(wait);
-  await page.waitForTimeout(2000);
-  const [, samples, lost] = /^(\d+) samples, (.*)$/.exec(await text(page, '#samples'));
-  assert.equal(lost, 'none lost');
-  assert.ok(Number(samples) > 50, samples);
+  await moreSamples(page, 50);
+  assert.match(await text(page, '#samples'), /^\d+ samples, none lost$/);
   assert.match(await text(page, '#banner'), says);
   await page.keyboard.press('Escape');
   await state(page, 'stopped');

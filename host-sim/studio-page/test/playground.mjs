@@ -8,7 +8,7 @@ import { execFileSync } from 'node:child_process';
 import { mkdirSync, readFileSync, writeFileSync } from 'node:fs';
 import { join, resolve } from 'node:path';
 import { pathToFileURL } from 'node:url';
-import { after, file, launch, open, serve, state, text, runTest } from './studio.mjs';
+import { after, file, launch, moreSamples, open, serve, state, text, runTest } from './studio.mjs';
 
 const [program, browserName, directory, ...options] = process.argv.slice(2);
 const pictures = after(options, '--pictures');
@@ -110,10 +110,10 @@ async function moved(page) {
   await page.locator('#arm').click();
   await state(page, 'armed');
   // Its soft start is over.
-  await page.waitForTimeout(3000);
+  await moreSamples(page, 150);
   await page.locator('#deg').fill('5');
   await page.locator('#deg').press('Enter');
-  await page.waitForTimeout(4000);
+  await moreSamples(page, 200);
   await page.locator('#stop').click();
   await state(page, 'stopped');
   await page.locator('[data-view=session]').click();

@@ -71,6 +71,17 @@ export async function open(context, address, { page, patience, isDist = false })
 export const text = (page, where) => page.locator(where).innerText();
 export const state = (page, wanted) => page.locator(`#state.${wanted}`).waitFor();
 
+// Waits until this many more samples of the device have arrived. What the server sent before them
+// has arrived as well.
+export async function moreSamples(page, count) {
+  const arrived = () => parseInt(document.getElementById('samples').textContent) || 0;
+  const least = (await page.evaluate(arrived)) + count;
+  await page.waitForFunction(
+    (least) => parseInt(document.getElementById('samples').textContent) >= least,
+    least,
+  );
+}
+
 // Runs a test and prints its result.
 export async function runTest(name, test) {
   try {

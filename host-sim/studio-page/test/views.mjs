@@ -3,6 +3,7 @@
 
 import assert from 'node:assert/strict';
 import { readFileSync, writeFileSync } from 'node:fs';
+import { moreSamples } from './studio.mjs';
 
 // Five minutes at 1 kHz, and how long the page may be busy with them without a pause.
 const ROWS = 300_000;
@@ -31,7 +32,7 @@ export const views = ({ state, text, said, visit, command }) => ({
     await state(page, 'armed');
     await page.locator('#deg').fill('3');
     await page.locator('#deg').press('Enter');
-    await page.waitForTimeout(2500);
+    await moreSamples(page, 125);
     await page.locator('[data-view=what-if]').click();
     const rest = page.locator('#what-if-table tr').nth(1).locator('td').nth(1);
     await rest.waitFor();
@@ -165,8 +166,8 @@ export const views = ({ state, text, said, visit, command }) => ({
     await page.keyboard.press('Tab');
     assert.equal(await page.evaluate(() => document.activeElement.id), 'push');
     const chosen = page.waitForEvent('filechooser');
-    // The browser needs time to register that the test replaces its dialog.
-    await page.waitForTimeout(500);
+    // The browser answers after it has registered that the test replaces its dialog.
+    await page.evaluate(() => 0);
     await page.keyboard.press('Enter');
     assert.equal(await (await chosen).element().getAttribute('id'), 'push');
     await page.locator('[data-view=live]').click();
@@ -280,7 +281,7 @@ export const views = ({ state, text, said, visit, command }) => ({
       await board.locator('#arm').click();
       await board.locator('#confirm-word').fill(word);
       await board.locator('#confirm-word').press('Enter');
-      await board.waitForTimeout(400);
+      await moreSamples(board, 20);
       await state(board, 'stopped');
     }
     await board.locator('#confirm-word').press('Escape');
