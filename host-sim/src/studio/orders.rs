@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use serde_json::{Value, json};
 use stiction::identification::{Outcome, Summary};
+use stiction::motion::home::{HomeEnd, HomeRequest};
 use stiction::motion::jog::{JogRequest, Verdict};
 use stiction::{Parameters, identification};
 
@@ -17,6 +18,7 @@ use dynamics::joint::CoreUnits;
 use files::error::Error;
 use files::machine::TrajectoryTable;
 use simulator::device::client::Map;
+use simulator::device::homed::HomeResult;
 use simulator::device::identified::{IdentifiedJoint, doubts};
 use simulator::device::wire::Wire;
 use simulator::device::{into, jogged, machine_file, words};
@@ -41,6 +43,7 @@ impl<W: Wire> Worker<'_, W> {
             what,
             StudioAction::Arm
                 | StudioAction::Jog
+                | StudioAction::Home(_)
                 | StudioAction::Identify { .. }
                 | StudioAction::IdentifyJoint
                 | StudioAction::Selftest(_)
@@ -115,6 +118,20 @@ impl<W: Wire> Worker<'_, W> {
                 self.client.jog(JogRequest::default())?;
                 self.running = Some(RunningMotion::Jog);
                 "jogs: a little each way, without a loop"
+            }
+            StudioAction::Home(bounds) => {
+                let at = self.client.counts_of("home", bounds.at_deg)?;
+                let (effort, travel) = (bounds.effort_v, bounds.travel_deg);
+                let asked = HomeRequest {
+                    sense: bounds.towards,
+                    at,
+                    effort,
+                    travel,
+                    ..HomeRequest::default()
+                };
+                self.client.home(asked)?;
+                self.running = Some(RunningMotion::Homing);
+                "goes to its hard stop, twice; the joint is not referenced until both places agree"
             }
             StudioAction::Identify { rate, hold } => {
                 self.client.identify(*rate, *hold)?;
@@ -272,6 +289,22 @@ impl<W: Wire> Worker<'_, W> {
                     }
                 }
                 None => nothing("jog"),
+            },
+            RunningMotion::Homing => match self.client.homed()? {
+                Some(found) => {
+                    let status = self.client.status()?;
+                    let resolution = status.resolution;
+                    let position_deg = f64::from(status.position) * f64::from(resolution);
+                    let is_referenced = status.is_referenced;
+                    let result = HomeResult { found, resolution, position_deg, is_referenced };
+                    let said = result.words();
+                    if found.ended == HomeEnd::Stop && is_referenced {
+                        MotionReport { said, grade: Grade::Good }
+                    } else {
+                        MotionReport::bad(said)
+                    }
+                }
+                None => nothing("home"),
             },
             RunningMotion::Identification => match self.client.identified()? {
                 Some((summary, map)) => self.identified(summary, map)?,

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
 
 use serde::{Deserialize, Serialize};
+use stiction::motion::home::Sense;
 
 use files::machine::TrajectoryTable;
 use studies::tuning::TuningGoal;
@@ -42,6 +43,7 @@ struct RequestFields {
     limits: Option<Vec<String>>,
     cases: Option<u64>,
     number: Option<u32>,
+    home: Option<HomingBounds>,
 }
 
 /// Joint of a prediction, a tuning or a self-test.
@@ -53,6 +55,31 @@ pub enum JointSource {
     File,
     /// The joint that was identified in this session.
     Found,
+}
+
+/// Place of a hard stop, and bounds of the homing to it, as of `stiction device home`. The device
+/// has a default for each bound that is absent.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct HomingBounds {
+    /// Sense in which the stop is.
+    #[serde(deserialize_with = "sense")]
+    pub towards: Sense,
+    /// Position of the joint at the stop, deg.
+    pub at_deg: f64,
+    /// Largest effort, V.
+    pub effort_v: Option<f32>,
+    /// Largest distance from the present position, deg.
+    pub travel_deg: Option<f32>,
+}
+
+/// Reads the sense of a homing by its name on the command line.
+fn sense<'de, D: serde::Deserializer<'de>>(from: D) -> Result<Sense, D::Error> {
+    match String::deserialize(from)?.as_str() {
+        "minus" => Ok(Sense::Minus),
+        "plus" => Ok(Sense::Plus),
+        other => Err(serde::de::Error::unknown_variant(other, &["minus", "plus"])),
+    }
 }
 
 /// Options of a tuning, as of `stiction tune`.
@@ -177,6 +204,8 @@ pub enum StudioAction {
     Step(f64),
     /// Push the joint a little each way.
     Jog,
+    /// Find a hard stop, and set the joint's position there.
+    Home(HomingBounds),
     /// Follow the first trajectory of the machine's file.
     Trajectory,
     /// Go to a position and back with a trapezoid of the speed: distance (deg), speed (deg/s), rest
@@ -238,7 +267,7 @@ impl TryFrom<RequestFields> for StudioRequest {
         let RequestFields { id, r#do: what, deg, rate, hold, values, text, .. } = written;
         let RequestFields { trapezoid, wish, laws, goal, moves, joint, limits, cases, .. } =
             written;
-        let number = written.number;
+        let (number, home) = (written.number, written.home);
         let all = [
             deg.is_some(),
             rate.is_some(),
@@ -254,6 +283,7 @@ impl TryFrom<RequestFields> for StudioRequest {
             limits.is_some(),
             cases.is_some(),
             number.is_some(),
+            home.is_some(),
         ];
         let given = all.into_iter().filter(|given| *given).count();
         let also = |some: &[bool]| some.iter().filter(|some| **some).count();
@@ -271,6 +301,7 @@ impl TryFrom<RequestFields> for StudioRequest {
             "save" => (Some(StudioAction::Save), 0),
             "move" => (deg.map(StudioAction::Move), 1),
             "step" => (deg.map(StudioAction::Step), 1),
+            "home" => (home.map(StudioAction::Home), 1),
             "reference" => (deg.map(StudioAction::Reference), 1),
             "set" => (values.map(StudioAction::Set), 1),
             "push" => (text.map(StudioAction::Push), 1),

@@ -76,6 +76,8 @@ const SILENT: &str =
 pub enum RunningMotion {
     /// A jog.
     Jog,
+    /// A homing.
+    Homing,
     /// The sequence that identifies a joint.
     Identification,
     /// A ramp of this rate, V/s.

@@ -9,6 +9,9 @@ const FIELDS = [
   'trapezoid-speed',
   'trapezoid-rest',
   'trapezoid-blend',
+  'home-at',
+  'home-effort',
+  'home-travel',
   'rate',
   'holding',
   'what-if-deg',
@@ -49,6 +52,11 @@ export function number(id: string): number | null {
   report(refused, false);
   field.focus();
   return null;
+}
+
+// As `number`; undefined for an empty field.
+export function numberOrNothing(id: string): number | null | undefined {
+  return by<HTMLInputElement>(id).value.trim() === '' ? undefined : number(id);
 }
 
 // Field of the position, which shows the range of targets.

@@ -261,7 +261,7 @@ function look(): void {
   ))
     button.disabled = !moves;
   for (const button of document.querySelectorAll<HTMLButtonElement>(
-    '.jog, .identify, #ramp button, #reference button',
+    '.jog, .identify, #ramp button, #reference button, #home button',
   ))
     button.disabled = state !== 'stopped';
   if (state !== 'stopped') forget();

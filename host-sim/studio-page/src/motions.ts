@@ -1,9 +1,9 @@
-// Buttons that move the joint: arm, hold, move, step, trajectory, jog, identify. A real motor is
+// Buttons that move the joint: arm, hold, move, step, trajectory, jog, home, identify. A real motor is
 // turned on only after a typed word, since a button may be pressed by mistake.
 
 import { app, by, history, on } from './app';
 import type { Link } from './link';
-import { number } from './field';
+import { number, numberOrNothing } from './field';
 import { ask } from './messages';
 import { reference } from './terms';
 
@@ -63,6 +63,17 @@ export function motions(link: Link): void {
   for (const jog of document.querySelectorAll<HTMLElement>('.jog'))
     jog.onclick = () =>
       turnOn('A jog pushes the joint a little each way', () => void ask(link, 'jog'));
+  by('home').onsubmit = (event) => {
+    event.preventDefault();
+    const at_deg = number('home-at');
+    const [effort_v, travel_deg] = ['home-effort', 'home-travel'].map(numberOrNothing);
+    if (at_deg === null || effort_v === null || travel_deg === null) return;
+    const towards = by<HTMLSelectElement>('home-towards').value;
+    turnOn(
+      'The homing goes to the hard stop twice',
+      () => void ask(link, 'home', { home: { towards, at_deg, effort_v, travel_deg } }),
+    );
+  };
   for (const identify of document.querySelectorAll<HTMLElement>('.identify'))
     identify.onclick = () =>
       turnOn(

@@ -4,7 +4,7 @@
 import { app, by, element, may, on } from './app';
 import { reason } from './commissioning';
 import { count } from './count';
-import { fill, number } from './field';
+import { fill, number, numberOrNothing } from './field';
 import { doubted, last, offer } from './identified';
 import type { Event, Link } from './link';
 import { turnOn } from './motions';
@@ -101,8 +101,7 @@ export class Selftest {
     this.changed();
     const joint = by<HTMLSelectElement>('selftest-joint').value || 'file';
     const moves = number('selftest-moves');
-    const isGiven = by<HTMLInputElement>('selftest-range').value.trim() !== '';
-    const deg = isGiven ? number('selftest-range') : undefined;
+    const deg = numberOrNothing('selftest-range');
     if (moves === null || deg === null) return;
     if (!Number.isInteger(moves) || moves < 2 || moves > 200)
       return report(`${count(moves, 'move')}: it must be a whole number from 2 to 200`, false);

@@ -245,6 +245,17 @@ export const views = ({ state, text, said, visit, command }) => ({
     await page.locator('#step-buttons button', { hasText: 'Jog' }).click();
     await said(page, 'jogs: a little each way');
     await said(page, 'the encoder counts in the sense');
+    // This joint has no stop.
+    await page.locator('summary', { hasText: 'First motion' }).click();
+    await page.locator('#home-travel').fill('1');
+    await page.locator('#home button').click();
+    await said(page, 'goes to its hard stop, twice');
+    await said(page, 'no stop within the travel');
+    await page.locator('#home-effort').fill('much');
+    await page.locator('#home button').click();
+    await said(page, '`much` is not a number');
+    for (const field of ['#home-travel', '#home-effort']) await page.locator(field).fill('');
+    await page.locator('summary', { hasText: 'First motion' }).click();
     await page.locator('#steps button', { hasText: 'Limits' }).click();
     await page.locator('#step-buttons button').click();
     await page.locator('[data-path="limits.stall_s"]').waitFor();

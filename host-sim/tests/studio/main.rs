@@ -1,10 +1,13 @@
 //! The server of `stiction studio`, used by a page and by other clients.
 #![allow(missing_docs, clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
+#[path = "../../../tests/axis_with_stops.rs"]
+mod axis_with_stops;
 mod clock;
 mod cut_network;
 #[path = "../joints_under_test/gearmotor.rs"]
 mod gearmotor;
+mod homing;
 mod identification;
 mod late_orders;
 mod line;

@@ -37,13 +37,13 @@ const fn advice(ended: HomeEnd) -> &'static [&'static str] {
     match ended {
         HomeEnd::Stop => &["the joint has gone back from its stop a little"],
         HomeEnd::Travel => &[
-            "is the stop in the other sense (`--towards`), or farther (`--travel`)? A stop that",
-            "gives way under the effort needs less of it (`--effort`).",
+            "is the stop in the other sense, or farther? Allow it more travel then. A stop that",
+            "gives way under the effort needs less of it.",
         ],
         HomeEnd::Time | HomeEnd::Not => &[
             "the joint was too slow, was held with less than the largest effort, was blocked at",
-            "other places each time, or did not come back. Raise `--effort` if it is heavy,",
-            "`--time` if the way is long.",
+            "other places each time, or did not come back. A heavy joint needs more effort, a long",
+            "way more time.",
         ],
     }
 }

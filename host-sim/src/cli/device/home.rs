@@ -49,7 +49,7 @@ pub struct HomeArguments {
     #[arg(value_parser = typed_number::parse_single)]
     speed: Option<f32>,
     /// Longest time after the soft start, s [default: 1.5 times that of the travel, four times that
-    /// of the way back, and 5 s]
+    /// of the way back, once that of the last way into the range, and 5 s]
     #[arg(long, value_name = "S", allow_hyphen_values = true)]
     #[arg(value_parser = typed_number::parse_single)]
     time: Option<f32>,
