@@ -31,7 +31,7 @@
 // Mode: the joint moves, or has not come to rest.
 #define STICTION_MOVE 0
 
-// Mode: the joint rests, and the law decides what follows.
+// Mode: the joint rests, and the law chooses: another attempt, or HOLD.
 #define STICTION_STUCK 1
 
 // Mode: a pulse is on.
@@ -97,9 +97,9 @@ typedef struct {
   float inertia;
   // Viscous friction with back-EMF, as the effort of a speed of 1 rad/s.
   float viscous;
-  // Lowest effort that starts the joint anywhere.
+  // Lowest breakaway effort of the joint over all positions, in the unit of the effort.
   float breakaway_low;
-  // Highest effort that the joint needs to start.
+  // Highest breakaway effort of the joint over all positions, in the unit of the effort.
   float breakaway_high;
   // Largest load that drives the joint, as an effort. 0: none does.
   float load;

@@ -19,7 +19,7 @@ pub const STICTION_ENCODER_AT_LOAD: u32 = 1;
 
 /// Mode: the joint moves, or has not come to rest.
 pub const STICTION_MOVE: i32 = 0;
-/// Mode: the joint rests, and the law decides what follows.
+/// Mode: the joint rests, and the law chooses: another attempt, or HOLD.
 pub const STICTION_STUCK: i32 = 1;
 /// Mode: a pulse is on.
 pub const STICTION_PULSE: i32 = 2;

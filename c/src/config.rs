@@ -28,9 +28,9 @@ pub struct StictionConfig {
     pub inertia: f32,
     /// Viscous friction with back-EMF, as the effort of a speed of 1 rad/s.
     pub viscous: f32,
-    /// Lowest effort that starts the joint anywhere.
+    /// Lowest breakaway effort of the joint over all positions, in the unit of the effort.
     pub breakaway_low: f32,
-    /// Highest effort that the joint needs to start.
+    /// Highest breakaway effort of the joint over all positions, in the unit of the effort.
     pub breakaway_high: f32,
     /// Largest load that drives the joint, as an effort. 0: none does.
     pub load: f32,

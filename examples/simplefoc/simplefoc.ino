@@ -41,8 +41,8 @@ void setup() {
     config.effort_step = 0.01f;
     config.inertia = 0.02f;        /* V for 1 rad/s^2 */
     config.viscous = 0.1f;         /* V for 1 rad/s, with back-EMF */
-    config.breakaway_low = 0.3f;   /* V: lowest that starts the joint anywhere */
-    config.breakaway_high = 1.0f;  /* V: highest that it needs */
+    config.breakaway_low = 0.3f;   /* V: lowest over all positions */
+    config.breakaway_high = 1.0f;  /* V: highest over all positions */
     StictionRefusal why;
     if (stiction_init(&stiction, &config, &why) != STICTION_OK) {
         Serial.println(why.field);

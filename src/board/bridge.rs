@@ -48,9 +48,10 @@ pub struct TimerBridge {
     pins: Pins,
     neutral: Duty,
     neutral_when_off: bool,
-    /// Ticks from the enable pin's rise for which the break input is off.
+    /// Time after the rise of the enable pin in which the break input (PB12) is disabled, ticks of
+    /// the control loop.
     blanking: u32,
-    /// Ticks of the blanking that are left.
+    /// Rest of that time, ticks.
     blanked: u32,
     on: bool,
 }
@@ -150,7 +151,8 @@ pub struct BridgeSettings {
     pub neutral: Duty,
     /// Control of the outputs.
     pub control: OutputControl,
-    /// Ticks from the enable pin's rise for which the break input is off; 0: it is always on.
+    /// Time after the rise of the enable pin in which the break input (PB12) is disabled, ticks of
+    /// the control loop; 0: the break input is always enabled.
     pub blanking: u32,
 }
 

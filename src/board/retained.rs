@@ -168,8 +168,8 @@ fn effort([bits, check]: [u32; 2]) -> f32 {
     if is_one { effort } else { 0.0 }
 }
 
-/// Returns the two words that store a flag, so that noise after power-on does not read as a set
-/// flag.
+/// Returns the two words that store a flag: `word` (0 if the flag is not set), and its complement.
+/// Random bits after power-on are then not read as a set flag.
 const fn flag(is_set: bool, word: u32) -> [u32; 2] {
     let word = if is_set { word } else { 0 };
     [word, !word]

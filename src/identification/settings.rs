@@ -27,7 +27,7 @@ const TIME_S: f32 = 300.0;
 const LONGEST_S: f32 = 1800.0;
 /// Default effort, in breakaway efforts (`limits.breakaway_v`).
 const EFFORT_SHARE: f32 = 4.0;
-/// Time without two counts after which a joint rests, s.
+/// Time for which a joint at rest stays within two counts, s.
 const QUIET_S: f32 = 0.2;
 /// Length of a window in time constants of the follower.
 const WINDOW: f32 = 4.0;
@@ -62,7 +62,7 @@ pub struct IdentificationPlan {
     /// Time of a tick, s, and angle of a count, deg.
     pub(super) tick: f32,
     pub(super) count: f32,
-    /// Time within two counts after which the joint rests, ticks.
+    /// Time for which a joint at rest stays within two counts, ticks.
     pub(super) quiet: u32,
     /// Length of a window, ticks.
     pub(super) window: u32,

@@ -139,7 +139,8 @@ impl CourseState {
         self.controller.push(least);
     }
 
-    /// Starts another motion at the next tick. The loop goes on.
+    /// Starts a motion at the next tick: the count of ticks restarts at zero, and a law that has
+    /// given up tries again. The rest of the loop's state is kept.
     pub fn begin_motion(&mut self) {
         self.controller.begin_motion();
     }

@@ -169,11 +169,11 @@ pub struct Jog {
     /// Rise of the effort in a tick, V.
     rung: f32,
     bounds: Bounds,
-    /// Time within two counts after which the joint rests, ticks.
+    /// Time for which a joint at rest stays within two counts, ticks.
     quiet: u32,
 }
 
-/// The end of one way of a jog.
+/// Reason why one way of a jog, the push in one direction, has ended.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum JogEnd {
     /// This way has not ended yet, or was not tried.
@@ -200,7 +200,7 @@ pub struct Way {
     pub moved: i32,
     /// Sum of all counts on the way, without their sign.
     pub counted: u32,
-    /// The end of this way.
+    /// Reason why this way has ended.
     pub ended: JogEnd,
 }
 

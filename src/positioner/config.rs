@@ -27,7 +27,7 @@ pub struct PositionerConfig {
     pub inertia: f32,
     /// Viscous friction B with back-EMF, as the effort of a speed of 1 rad/s.
     pub viscous: f32,
-    /// Breakaway effort: the lowest that starts the joint anywhere, and the highest that it needs.
+    /// Breakaway efforts of the joint over all positions: the lowest, and the highest.
     pub breakaway: [f32; 2],
     /// Largest load that drives the joint. 0: no load does.
     pub load: f32,

@@ -157,7 +157,8 @@ impl RunawayMonitors {
         })
     }
 
-    /// Returns the state of a cold motor, before the first tick with output.
+    /// Returns the state of the monitors before the first tick with output: the motor is cold, and
+    /// the encoder's counter is at `counts`.
     pub fn start(&self, counts: i32) -> RunawayState {
         self.armed(&RunawayState::default(), counts)
     }

@@ -72,7 +72,7 @@ impl Servo {
 }
 
 impl ControlLoop {
-    /// Replaces the course by a homing.
+    /// Starts a homing. It replaces the [`Course`], which is the motion of the loop.
     #[inline(never)]
     fn begin_home(&mut self, home: Home) {
         self.begin(Course::Profile(home.profile));

@@ -50,7 +50,8 @@ impl Servo {
 }
 
 impl ControlLoop {
-    /// Replaces the course by an identification, in place: it has the size of most of a kilobyte.
+    /// Starts an identification. It replaces the [`Course`], which is the motion of the loop. It is
+    /// built in place, because it has the size of most of a kilobyte.
     #[inline(never)]
     fn begin_identification(&mut self, settings: &IdentificationPlan) {
         self.begin(Course::Identification(Identification::new(settings)));

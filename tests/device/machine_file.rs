@@ -77,7 +77,7 @@ fn decimals_are_those_that_a_person_has_written() {
 fn what_no_file_can_say_is_refused_and_not_changed() {
     let hold = Parameters { motion: Motion::Hold, ..srnf(&[]) };
     let said = again(&hold).unwrap_err();
-    assert!(said.contains("nothing to run") && said.contains("to pull its record"), "{said}");
+    assert!(said.contains("nothing to run") && said.contains("the binary record"), "{said}");
     let mut between = srnf(&[]);
     between.motion = Motion::Step(Position { counts: 1000, fraction: 1e-20 });
     assert!(again(&between).unwrap_err().contains("a value cannot be written exactly"));

@@ -168,8 +168,9 @@ fn compile(compiler: &str, start: &str, archive: &Path, program: &Path) -> Comma
 
 /// Runs the program, and returns the lines that it prints.
 fn lines(run: &mut Command, on: &str) -> Result<Vec<String>, String> {
-    let made =
-        run.output().map_err(|error| format!("cannot start the program on {on}: {error}"))?;
+    let made = run.output().map_err(|error| {
+        format!("cannot start the program in C on {on}, or the emulator that runs it: {error}")
+    })?;
     // The emulators print semihosting on standard error.
     let text = String::from_utf8_lossy(&[made.stdout, made.stderr].concat()).into_owned();
     let lines: Vec<String> = text.lines().map(str::to_owned).collect();
@@ -243,7 +244,10 @@ pub fn test(all: bool) -> Result<(), String> {
         let program = directory.join(name).with_extension("elf");
         link(core, &archive(target, &[])?, &program)?;
         if can_panic(&program)? {
-            return Err(format!("the program in C for {name} can panic"));
+            return Err(format!(
+                "the program in C for {name} contains Rust's panic code, so the library can panic; \
+                 find the call in c/ or src/ that can panic, and replace it"
+            ));
         }
         let mut run = Command::new(core.emulator);
         run.args(core.machine).arg("-kernel").arg(&program).args([

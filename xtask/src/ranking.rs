@@ -122,7 +122,7 @@ fn read(name: &str) -> Result<String, String> {
 /// Returns success, then the rows of [`MORE`].
 fn table(tables: &str) -> Result<String, String> {
     let (success, others) =
-        tables.split_once("\n\n").ok_or("the ensemble has printed no second table")?;
+        tables.split_once("\n\n").ok_or("`stiction ensemble` has printed no second table")?;
     let is_shown = |row: &&str| !row.contains(AT_LOAD) || row.starts_with(GEAR);
     let mut text = String::new();
     for row in success.lines().filter(is_shown) {
@@ -131,7 +131,12 @@ fn table(tables: &str) -> Result<String, String> {
     for wanted in MORE {
         let begin = format!("| {wanted}");
         let row = others.lines().find(|line| line.starts_with(&begin));
-        text += row.ok_or_else(|| format!("the ensemble has printed no row of {wanted}"))?;
+        text += row.ok_or_else(|| {
+            format!(
+                "`stiction ensemble` has printed no row {wanted}; if the row has another name now, \
+                 change MORE in xtask/src/ranking.rs"
+            )
+        })?;
         text += "\n";
     }
     Ok(text)

@@ -236,8 +236,12 @@ fn halton(mut number: u32, base: u32) -> f64 {
 
 fn page(commit: &str, [f, rp, ri, tf]: &Constants, tables: &str) -> String {
     let mut text = format!(
-        "SimpleFOC {commit}; {} joints of each family, seed {}.\n\nConstants found: f = {f:.1} Hz, \
-         rp = {rp:.2}, ri = {ri:.3}, Tf = {:.1} ms.\n\n",
+        "SimpleFOC {commit}; {} joints of each family, seed {}.\n\n\
+         Constants of the tuned cascade:\n\n\
+         - bandwidth of the velocity loop f = {f:.1} Hz\n\
+         - bandwidth of the position loop rp = {rp:.2} f\n\
+         - rate of the velocity's integral ri = {ri:.3} f\n\
+         - time constant of the velocity's filter Tf = {:.1} ms\n\n",
         REPORT[0],
         REPORT[1],
         1e3 * tf

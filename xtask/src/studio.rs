@@ -6,10 +6,10 @@ use crate::studio_page::{build, needed, options, page, script};
 
 #[derive(Debug, clap::Args)]
 pub struct StudioJobArguments {
-    /// Build it with the emulator, for `--emulator`
+    /// Build the program with the emulator, for `stiction studio --emulator`
     #[arg(long)]
     with_emulator: bool,
-    /// Build it, and start nothing
+    /// Build the page and the program, and start nothing
     #[arg(long)]
     build: bool,
     /// Make the pictures of docs/ in a browser, and start nothing else
@@ -36,7 +36,7 @@ pub struct StudioJobArguments {
     /// Test the playground in a browser as well
     #[arg(long, requires = "playground")]
     test: bool,
-    /// StudioJobArguments of `stiction studio`
+    /// Arguments of `stiction studio`
     #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
     arguments: Vec<String>,
 }

@@ -142,7 +142,7 @@ pub struct TickCost {
     pub core: PassageCost,
 }
 
-/// Functions to count in an image.
+/// Functions of an image whose instructions are counted.
 #[derive(Clone, Debug)]
 pub struct Points {
     handler: Span,
@@ -153,10 +153,12 @@ pub struct Points {
 }
 
 impl Points {
-    /// Returns the functions to count in the firmware.
+    /// Finds the functions whose instructions are counted: the control interrupt, and the core's
+    /// tick in it.
     ///
     /// # Errors
-    /// Returns an error if one of them is not in the image.
+    /// Returns an error if the image lacks a function or `_stack_end`, if the interrupt never
+    /// returns, or if the core is never called.
     pub fn of(code: &Code) -> Result<Self, Error> {
         let above = ABOVE
             .iter()

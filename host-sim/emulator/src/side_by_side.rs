@@ -35,7 +35,7 @@ use simulator::target::{BareLoop, Target};
 /// Reason of an early end of a run.
 #[derive(Debug)]
 enum Stopped {
-    /// Image and core do not agree.
+    /// A tick of the firmware's image differs from the same tick of the core on the host.
     Differs(Box<Difference>),
     /// The microcontroller misbehaves. The text ends a message that begins with "image ...:".
     Misbehaves(String),

@@ -53,7 +53,7 @@ fn page(joints: &[Joint]) -> Figure {
     let end_s = joints.iter().map(|joint| shown_until(joint)).fold(0.0, f64::max);
     Figure {
         title: "How far the joint is from its target".into(),
-        subtitle: "simulated; the begin of each step is cut off".into(),
+        subtitle: "simulated; the start of each step is cut off".into(),
         x_label: "time (s)".into(),
         panels: joints.iter().map(|joint| panel(joint, end_s)).collect(),
     }

@@ -128,7 +128,7 @@ fn loop_figures(results: &[&RunResult], group: &Group, kind: &str, stem: &str) -
     let others = others.into_iter().map(|(result, curve, panels)| NamedFigure {
         stem: format!("{stem}-signal-{}", result.plan.task.slug()),
         figure: Figure {
-            title: format!("{title}, control signal at {curve}"),
+            title: format!("{title}, control signal of the run {curve}"),
             subtitle: subtitle.clone(),
             x_label: x_label.clone(),
             panels,

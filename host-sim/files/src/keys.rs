@@ -145,7 +145,7 @@ pub fn markdown() -> String {
     let keyless = stiction::parameters::declarations().filter(|about| about.field.is_empty());
     for about in keyless {
         let number = about.key.0;
-        let next = if number >= CORNERS { "; that of the next corner is 4 higher" } else { "" };
+        let next = if number >= CORNERS { "; 4 more for each next corner" } else { "" };
         page += &format!("| `{number:#06x}`{next} | {} |\n", about.text.trim());
     }
     page

@@ -138,8 +138,8 @@ fn rendered(asked: &JointPageRequest, progress: &impl Progress) -> Result<String
 fn none_to_report_on(document: &Document) -> Error {
     Experiment::without_variants(document, &[]).err().unwrap_or_else(|| {
         Error::Input(format!(
-            "{}: every run has a sample of delay, and only runs without one are ranked; set \
-             `run.delay_samples` to 0",
+            "{}: in every run the output is one sample late, but only runs without delay are \
+             ranked; set `run.delay_samples` to 0",
             document.origin.of("run.delay_samples")
         ))
     })

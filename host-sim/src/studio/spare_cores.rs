@@ -42,7 +42,7 @@ pub fn begin(work: impl FnOnce() + Send + 'static) {
 
 #[cfg(target_family = "wasm")]
 fn pool() -> Result<&'static ThreadPool, Error> {
-    Err(Error::Input("studio: a page has no threads to compute on".into()))
+    Err(Error::Input("studio: a page in a browser cannot start threads".into()))
 }
 
 #[cfg(not(target_family = "wasm"))]
@@ -52,7 +52,12 @@ fn pool() -> Result<&'static ThreadPool, Error> {
     }
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(cores.saturating_sub(1).max(1)).build();
-    let failed = |error| Error::Input(format!("studio: no thread to compute on: {error}"));
+    let failed = |error| {
+        Error::Input(format!(
+            "studio: cannot start the threads of a long computation: {error}; close other \
+             programs, and try again"
+        ))
+    };
     // If two pools were made at once, one is dropped.
     let pool = pool.map_err(failed)?;
     Ok(SPARE.get_or_init(|| pool))

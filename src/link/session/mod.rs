@@ -147,7 +147,8 @@ impl<const RING: usize> Session<RING> {
         self.crystal_not_measured = is_not_measured;
     }
 
-    /// Sets the errors of the wire since the start.
+    /// Sets the receive errors of the link's wire, counted since the microcontroller's start. The
+    /// session reports them in its status.
     pub const fn report_wire(&mut self, errors: WireErrors) {
         self.wire = errors;
     }

@@ -62,7 +62,8 @@ const TIME: f32 = 0.2;
 /// friction is at its least.
 const AGAINST: f32 = 1.5;
 
-/// Monitor of the travel that is due under an effort.
+/// Monitor that detects too few counts under an effort beyond any friction. It compares the travel
+/// in the direction of the effort with the due travel: that of the weakest joint.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Progress {
     /// Effort up to which nothing is judged, F, codes.

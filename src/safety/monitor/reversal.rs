@@ -48,7 +48,7 @@ pub(super) struct Reversal {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct ReversalState {
     proven: bool,
-    /// Sign of the last effort at or beyond the threshold; zero if there was none yet.
+    /// Sign of the last effort of at least the breakaway effort; zero if there was none yet.
     sign: i8,
     /// Direction in which the joint still coasts from the effort before that; zero if it does not.
     coasts: i32,
@@ -56,10 +56,10 @@ pub(super) struct ReversalState {
     with: i32,
     /// The last sum that was not zero, counts; zero if that sum was negative.
     pushed: i32,
-    /// Travel in the last tick below the threshold, counts.
+    /// Travel in the last tick with less than the breakaway effort, counts.
     last: i32,
-    /// Smaller travel of the last two ticks below the threshold, counts; zero if they differ in
-    /// sign: d_0.
+    /// The smaller travel d_0 of the last two ticks with less than the breakaway effort, counts;
+    /// zero if the two travels differ in sign.
     before: i32,
 }
 

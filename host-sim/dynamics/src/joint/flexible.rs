@@ -343,7 +343,9 @@ impl FlexibleJoint {
         }
     }
 
-    /// Releases bodies that are stuck and driven beyond their range.
+    /// Starts the slip of each stuck body whose driving torque is outside the range in which the
+    /// body stays at rest. Reports the motor's break to `on`, with `left_s`, the rest of the
+    /// stretch, s.
     fn release(&mut self, left_s: f64, on: &mut impl FnMut(EventKind, f64)) {
         for body in [MOTOR, LOAD] {
             let torque = self.driving(body);

@@ -14,7 +14,7 @@ pub mod roots;
 pub use exact::ExactAxis;
 pub use rk4::Rk4Axis;
 
-/// A change between sticking and slipping.
+/// Change of a body's motion: it breaks away, sticks, or reverses without rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Event {
     /// Time of the event, s; in a call of [`AxisSolver::advance`], since the start of the call.
@@ -23,7 +23,7 @@ pub struct Event {
     pub kind: EventKind,
 }
 
-/// Kind of a change between sticking and slipping.
+/// Kind of an [`Event`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum EventKind {

@@ -157,13 +157,21 @@ impl DataSheet {
     }
 
     fn stick_is_high(&self) -> Option<String> {
-        let is_high = |(stick, slip): &(f64, f64)| *stick > STICK_TO_SLIP * slip;
-        let (stick, slip) = self.stick().into_iter().zip(self.slip()).find(is_high)?;
+        let friction = &self.friction;
+        let of = |key, reverse_key, reverse: Option<f64>| {
+            [key, if reverse.is_some() { reverse_key } else { key }]
+        };
+        let sticks = of("stick_nm", "stick_reverse_nm", friction.stick_reverse_nm);
+        let slips = of("slip_nm", "slip_reverse_nm", friction.slip_reverse_nm);
+        let (stick, slip) = (self.stick(), self.slip());
+        let side = (0..2).find(|side| stick[*side] > STICK_TO_SLIP * slip[*side])?;
         Some(format!(
-            "`friction.stick_nm` is {} and `slip_nm` {}; check both: on measured joints, stick \
-             friction is at most {} times slip friction",
-            shown(stick),
-            shown(slip),
+            "`friction.{}` is {} and `{}` {}; check both: on measured joints, stick friction is \
+             at most {} times slip friction",
+            sticks[side],
+            shown(stick[side]),
+            slips[side],
+            shown(slip[side]),
             shown(STICK_TO_SLIP)
         ))
     }
@@ -188,7 +196,10 @@ impl DataSheet {
         let needed_v = mapping.volts(pull - self.stick()[0].min(self.stick()[1]));
         let continuous_v = self.motor_heat()?.continuous_v;
         let then = match self.motor.rated_current_a {
-            Some(_) => "(from `motor.rated_current_a`): `limits.continuous_v` turns the motor off",
+            Some(_) => {
+                "(from `motor.rated_current_a`): unless `limits.continuous_v` is off, it turns the \
+                 motor off"
+            }
             None => "(guessed from its stall current): it may burn; set `motor.rated_current_a`",
         };
         (needed_v > continuous_v).then(|| {

@@ -29,9 +29,17 @@ impl DataSheet {
                 let why = "a number above 0, since a bristle needs it";
                 return Err(SheetRefusal::number("friction.slip_nm", 0.0, why));
             }
-            if self.stribeck().unwrap_or(0.0) == 0.0 {
-                let why = "with bristles, it must be above 0: their friction cannot fall at once";
-                return Err(SheetRefusal::missing("friction.stribeck_rad_per_s", why));
+            let key = "friction.stribeck_rad_per_s";
+            match self.stribeck() {
+                Some(speed) if speed > 0.0 => {}
+                Some(speed) => {
+                    let why = "a number above 0: the friction of bristles cannot fall at once";
+                    return Err(SheetRefusal::number(key, speed, why));
+                }
+                None => {
+                    let why = "bristles need it: their friction cannot fall at once";
+                    return Err(SheetRefusal::missing(key, why));
+                }
             }
         }
         let differ = |[forward, backward]: [f64; 2]| forward - backward;

@@ -54,8 +54,8 @@ pub fn render(parameters: &Parameters, joint: &JointTable, whose: &str) -> Resul
         Err(error) => error.to_string().trim_start_matches([':', ' ']).to_owned(),
     };
     Err(Error::Device(format!(
-        "params: a machine's file cannot hold the parameters of this device ({why}); to pull its \
-         record, use a name that does not end in .toml"
+        "params: a machine's file cannot hold the parameters of this device ({why}); use a name \
+         that does not end in .toml, to write the binary record of its flash instead"
     )))
 }
 

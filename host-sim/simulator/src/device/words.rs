@@ -67,7 +67,7 @@ pub fn refused(refused: &RequestRefusal) -> String {
                 .into()
         }
         RequestRefusal::TooFar => {
-            "the position is too far from the joint; it must be less than 2^30 counts away".into()
+            "the position is too far away; it must be less than 2^30 counts from the joint".into()
         }
         RequestRefusal::TooFast => {
             "the joint moves too fast to brake within `limits.position_min_deg` \

@@ -129,7 +129,7 @@ pub fn text_with(name: &str, answers: &Answers, style: &DraftStyle) -> Result<St
             "\n[loop]\n{}{}",
             commented(
                 &format!("sample_time_s = {sample_time_s:?}"),
-                "a board takes 0.0001 to 0.02"
+                "a board accepts 0.0001 to 0.02 s"
             ),
             commented(&format!("controller = [{names}]"), "a device runs the first"),
         )

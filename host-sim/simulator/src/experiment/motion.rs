@@ -126,7 +126,7 @@ impl RunPlan {
         let most = 0.5 * MAX_COUNTS * self.machine.count_deg();
         self.check(&key("amplitude_deg"), amplitude_deg, amplitude_deg.abs() <= most, || {
             let most = rounded(most);
-            format!("a number from -{most} to {most}, 2^29 counts")
+            format!("a number from -{most} to {most} deg, which is 2^29 counts")
         })?;
         let sample_time_s = self.machine.sampling.sample_time_s();
         let (slowest, fastest) = (1.0 / (MAX_SAMPLES * sample_time_s), 0.25 / sample_time_s);
@@ -144,7 +144,7 @@ impl RunPlan {
         let resolution = self.machine.count_deg();
         self.check(key, deg, (deg / resolution).abs() <= MAX_COUNTS, || {
             let furthest = rounded(MAX_COUNTS * resolution);
-            format!("a number from -{furthest} to {furthest}, 2^30 counts")
+            format!("a number from -{furthest} to {furthest} deg, which is 2^30 counts")
         })?;
         Ok(position(deg / resolution))
     }

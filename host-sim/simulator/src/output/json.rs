@@ -51,12 +51,12 @@ pub struct RunRecord<'a, M> {
     pub fault: Option<ServoTrip>,
 }
 
-/// A change between sticking and slipping; bodies are counted from 1.
+/// Change of a body's motion: it breaks away, sticks, or reverses without rest.
 #[derive(Serialize)]
 pub struct EventRecord {
     /// Time, s.
     pub time_s: f64,
-    /// Number of the body.
+    /// Number of the body, from 1.
     pub body: usize,
     /// Kind of the change.
     pub kind: EventKind,

@@ -57,7 +57,8 @@ pub fn render(results: &[RunResult]) -> String {
     parts.join("\n")
 }
 
-/// Returns the name of a run without its slugs, which are in a line above.
+/// Returns the name of a run in its row: controller and motion, such as `pd/step-5.0`. Its variant
+/// and its delay are in a line above.
 fn row_name(result: &RunResult) -> String {
     let driven_by = result.plan.controller.as_deref().unwrap_or("ramp");
     format!("{driven_by}/{}", result.plan.task.slug())

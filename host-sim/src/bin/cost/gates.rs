@@ -48,7 +48,8 @@ pub fn pass(image: &Path) -> Result<(), Error> {
             if !function.indirect.is_empty() {
                 let name = &function.name;
                 return Err(Error::Emulator(format!(
-                    "{name}, in the control path, calls through a register"
+                    "{name}, in the control path, calls a function by an address in a register, so \
+                     panics below it cannot be searched for; call the function by its name"
                 )));
             }
             control.insert(function.address);

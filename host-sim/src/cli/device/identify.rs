@@ -121,9 +121,10 @@ impl DeviceIdentifyArguments {
         if !client.status()?.at_rest && !client.pass(Duration::from_millis(100))?.at_rest {
             return Err(Error::Device(
                 "identify: the joint moves though the motor is off: a load or a person moves it. \
-                 Hold it still; if it is a load, take it off or balance it (a counterweight, \
-                 another posture), and identify again. A joint that its load moves without effort \
-                 cannot be identified with the load on it"
+                 Nothing was driven. Let the joint come to rest. If its load moves it, take the \
+                 load off or balance it (a counterweight, another posture). Keep clear, and \
+                 identify again. A joint that its load moves without effort cannot be identified \
+                 with that load on it"
                     .into(),
             ));
         }

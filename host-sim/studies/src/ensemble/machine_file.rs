@@ -274,13 +274,13 @@ fn plans(document: &Document, controllers: &[String]) -> Result<Vec<RunPlan>, Er
 struct Driven {
     /// Description of the fault that ended the run; none if no monitor tripped.
     fault: Option<String>,
-    /// Side of the joint's own position, by which `success` is judged: the load of a data sheet,
-    /// the encoder's side of a `[joint]`.
+    /// Side of the gear on which `success` is judged: the load, if the file has a data sheet; the
+    /// encoder's side ([`DiscSide::Motor`]), if it has a `[joint]`.
     side: DiscSide,
 }
 
 impl Driven {
-    /// Returns the value at the joint's side.
+    /// Returns the value of the judged side.
     fn of<T>(&self, at_encoder: T, at_load: T) -> T {
         match self.side {
             DiscSide::Motor => at_encoder,

@@ -73,8 +73,12 @@ impl Approach {
 fn profile(to: f64, joint: &JointBounds) -> Result<Profile, Error> {
     let limits = MoveProfile::of(joint).limits;
     let (sample_time, count) = (joint.sampled.sample_time as f32, joint.sampled.count as f32);
-    Profile::new(position(to), &limits, sample_time, count)
-        .map_err(|error| Error::Input(format!("the profile of a move: {error:?}")))
+    Profile::new(position(to), &limits, sample_time, count).map_err(|error| {
+        Error::Input(format!(
+            "cannot plan a move: its limits cannot be kept at this sample rate and encoder \
+             resolution ({error:?}); use another sample rate"
+        ))
+    })
 }
 
 /// Motions of a case: a move to a target, a trajectory, and moves in a row.

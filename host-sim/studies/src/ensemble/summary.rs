@@ -105,7 +105,7 @@ pub struct MovesSummary {
     pub tracking_rms: [SortedValues; 2],
 }
 
-/// Summarises the rows of each family and law. The rows are sorted as [`super::sort_rows`] does it.
+/// Summarises the rows of each family and law, in the order of the header.
 pub fn summaries(header: &EnsembleHeader, rows: &[CaseResult]) -> Vec<(Group, Vec<LawSummary>)> {
     let of = |group: &Group, law: &String| -> Vec<&CaseResult> {
         rows.iter().filter(|row| row.family == group.name && row.law == *law).collect()

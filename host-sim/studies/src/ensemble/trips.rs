@@ -45,7 +45,8 @@ pub struct FalseTrip {
     pub code: Option<u8>,
 }
 
-/// Lists the trips of a row.
+/// Lists the false trips in the result of a law on a joint. `approach`: how the set point went to
+/// the target.
 pub fn of(row: &CaseResult, approach: Approach) -> impl Iterator<Item = FalseTrip> {
     let in_move = row.fault_in_move.unwrap_or(0);
     let motions = [

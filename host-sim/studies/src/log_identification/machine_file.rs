@@ -101,8 +101,8 @@ pub fn machine_file(
         answers.put(key, value, source);
     }
     let begin = format!(
-        "# Written by `stiction identify {log}`: a fit that is {}.\n# Residual {} % of the effort; \
-         velocity of the free run explained by {} %.\n# ",
+        "# Written by `stiction identify {log}`: a fit that is {}.\n# Residual {} % of the effort. \
+         A simulation with the logged effort explains\n# {} % of the velocity's variance.\n# ",
         identified.verdict.quality.word(),
         super::output::short(fitted.relative_residual_percent()),
         super::output::short(100.0 * identified.free_run.velocity_r2)

@@ -160,12 +160,13 @@ impl FittedModel {
         if self.model.is_asymmetric { [of(1, 2), of(3, 4)] } else { [0.0; 2] }
     }
 
-    /// Returns the inertia.
+    /// Returns the machine's inertia J: effort, in the log's unit, for 1 m/s^2 or 1 rad/s^2.
     pub fn inertia(&self) -> f64 {
         self.value("inertia")
     }
 
-    /// Returns the viscous coefficients of the positive and the negative way.
+    /// Returns the viscous coefficients of the positive and the negative way: effort, in the log's
+    /// unit, for 1 m/s or 1 rad/s.
     pub fn viscous(&self) -> [f64; 2] {
         if self.model.is_asymmetric {
             [self.value("viscous_positive"), self.value("viscous_negative")]

@@ -50,8 +50,9 @@ pub fn fit(model: MachineModel, moments: &[RegressionSample]) -> Result<FittedMo
 
 type Regressed = (FittedModel, Vec<(&'static str, f64)>, f64, Vec<RegressionSample>);
 
-/// Chooses delay and model, and fits the model. Returns the fit, the relative residuals of both
-/// models, the delay (s), and the rows.
+/// Chooses the delay and the model (symmetric or asymmetric friction), and fits the model. Returns
+/// the fit, the relative residual of each model (%) with its name, the delay (s), and the rows of
+/// the regression.
 ///
 /// # Errors
 /// Returns a sentence with what the log lacks, and a remedy.

@@ -21,7 +21,7 @@ use simulator::experiment::{Document, Experiment, RunPlan};
 /// Input of a prediction.
 #[derive(Clone, Debug)]
 pub struct PredictionInput {
-    /// File of the joint.
+    /// Parsed machine's file, which describes the joint.
     pub document: Document,
     /// Parameters of the device.
     pub parameters: Parameters,

@@ -97,7 +97,7 @@ pub fn table(results: &[LabResult]) -> String {
         text += &format!("{}: {} evaluations, {ms:.3} ms\n", result.plan.label, result.evaluations);
         let (speed, friction) = (format!("fastest {length}/s"), format!("friction up to {force}"));
         text += &format!(
-            "  body {:>14} {speed:>15} {friction:>20}  breaks\n",
+            "  body {:>14} {speed:>15} {friction:>20}  breakaways\n",
             format!("ends at {length}")
         );
         let metrics = &result.metrics;
@@ -106,7 +106,7 @@ pub fn table(results: &[LabResult]) -> String {
             let [position, speed, friction] = columns;
             let breaks = metrics.breaks[i];
             text +=
-                &format!("  {:4} {position:>14} {speed:>15} {friction:>20}  {breaks:6}\n", i + 1);
+                &format!("  {:4} {position:>14} {speed:>15} {friction:>20}  {breaks:10}\n", i + 1);
         }
         text += &events(&result.events);
         if let Some(time_s) = result.diverged_at_s {

@@ -147,11 +147,11 @@ pub struct Misprints {
 pub struct Misprint {
     /// Place in the thesis.
     pub place: String,
-    /// Printed text.
+    /// Text that the thesis prints.
     pub printed: String,
-    /// Text used here.
+    /// Text that this project uses instead.
     pub used: String,
-    /// Reason.
+    /// Reason why the printed text is wrong.
     pub why: String,
 }
 

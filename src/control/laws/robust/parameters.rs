@@ -54,9 +54,9 @@ table! {
         inertia: f32 = 0x1701 "inertia_v_s2_per_deg", Above(0.0, HUGE), Needed(0.037_037_037);
         /// Viscous friction B, V s/deg.
         viscous: f32 = 0x1702 "viscous_v_s_per_deg", Between(0.0, HUGE), Needed(0.02);
-        /// Lowest effort that starts the joint anywhere, F_lo, V.
+        /// Lowest breakaway effort of the joint over all positions, F_lo, V.
         breakaway_low: f32 = 0x1703 "breakaway_low_v", Above(0.0, HUGE), Needed(0.19);
-        /// Highest effort that the joint needs to start, F_hi, V.
+        /// Highest breakaway effort of the joint over all positions, F_hi, V.
         breakaway_high: f32 = 0x1704 "breakaway_high_v",
             Between(law.breakaway_low, HUGE), Needed(1.03);
         /// Side of the transmission on which the encoder sits.

@@ -53,7 +53,7 @@ pub struct BumpMemory {
     friction: f32,
     /// First inertia of the motor, V s^2/deg.
     first_inertia: f32,
-    /// Angles of a count of load and motor, deg.
+    /// Angle of one count of the load's encoder, and of the motor's, deg.
     count: f32,
     motor_count: f32,
     /// Half width of the range of twists from which bumps are tried, deg.
@@ -116,8 +116,9 @@ fn varied(bumps: u8) -> f32 {
 }
 
 impl BumpMemory {
-    /// Prepares the memory for a joint with an inertia (V s^2/deg), that of its motor (0: unknown),
-    /// a range of breakaway efforts (V), and the angles of a count of load and motor (deg).
+    /// Prepares the memory of the bumps for a joint. The arguments: inertia of the joint and of its
+    /// motor alone (0: unknown), V s^2/deg; lowest and highest breakaway effort, V; angle of one
+    /// count of the load's encoder and of the motor's, deg.
     pub fn new(
         [inertia, of_motor]: [f32; 2],
         breakaway: [f32; 2],

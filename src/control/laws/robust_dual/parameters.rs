@@ -22,9 +22,9 @@ table! {
         inertia: f32 = 0x1901 "inertia_v_s2_per_deg", Above(0.0, HUGE), Needed(4.945e-4);
         /// Viscous friction B, V s/deg.
         viscous: f32 = 0x1902 "viscous_v_s_per_deg", Between(0.0, HUGE), Needed(1.891e-3);
-        /// Lowest effort that starts the joint anywhere, F_lo, V.
+        /// Lowest breakaway effort of the joint over all positions, F_lo, V.
         breakaway_low: f32 = 0x1903 "breakaway_low_v", Above(0.0, HUGE), Needed(0.1667);
-        /// Highest effort that the joint needs to start, F_hi, V.
+        /// Highest breakaway effort of the joint over all positions, F_hi, V.
         breakaway_high: f32 = 0x1904 "breakaway_high_v",
             Between(law.breakaway_low, HUGE), Needed(1.0);
         /// Counts by which the load's encoder changes at rest; 2 for noise of a count to either

@@ -111,18 +111,22 @@ struct LoopGains {
 pub(super) struct Supervisor {
     proportional: f32,
     derivative: f32,
-    /// J, V s^2/deg, and B, V s/deg.
+    /// Inertia J, V s^2/deg.
     inertia: f32,
+    /// 1 / J.
     per_inertia: f32,
+    /// Viscous friction B, V s/deg.
     viscous: f32,
     sample_time: f32,
     per_sample_time: f32,
     limit: f32,
-    /// Angle of a count of the load q, deg, and 1 / (8 q).
+    /// Angle q of one count of the load's encoder, deg.
     count: f32,
+    /// 1 / (8 q), 1/deg.
     per_eight: f32,
-    /// The stop band, and the band beyond which a HOLD is left at once, deg.
+    /// Largest error at rest that is left alone, deg.
     stop_band: f32,
+    /// Error beyond which a HOLD is left at once, deg.
     far_band: f32,
     profile: BoundedAcceleration,
     rest: [RestDetector; 2],

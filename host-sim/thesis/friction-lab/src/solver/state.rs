@@ -15,10 +15,10 @@ pub struct BodyState<const N: usize, const Z: usize> {
 }
 
 impl<const N: usize, const Z: usize> BodyState<N, Z> {
-    /// All zero.
+    /// The state in which every component is zero.
     pub const ZERO: Self = Self { q: [0.0; N], v: [0.0; N], z: [[0.0; Z]; N] };
 
-    /// `self + factor * rate`.
+    /// Returns `self + factor * rate`.
     #[inline(always)]
     pub fn plus(mut self, factor: f64, rate: &Self) -> Self {
         for i in 0..N {
@@ -31,7 +31,8 @@ impl<const N: usize, const Z: usize> BodyState<N, Z> {
         self
     }
 
-    /// Each component of two states made one.
+    /// Applies `f` to each component of this state and the same component of the other, and returns
+    /// the state of the results.
     #[inline(always)]
     pub fn zip(&self, other: &Self, f: impl Fn(f64, f64) -> f64) -> Self {
         let mut out = Self::ZERO;
@@ -45,17 +46,17 @@ impl<const N: usize, const Z: usize> BodyState<N, Z> {
         out
     }
 
-    /// Every component, one after the other.
+    /// Returns all components: those of `q`, of `v`, and of `z`.
     pub fn components(&self) -> impl Iterator<Item = f64> {
         self.q.iter().chain(&self.v).chain(self.z.iter().flatten()).copied()
     }
 
-    /// The first state of each friction; zero without one.
+    /// Returns the first state of each friction; zero for a friction without states.
     pub fn deflections(&self) -> [f64; N] {
         self.z.each_ref().map(|z| z.first().copied().unwrap_or(0.0))
     }
 
-    /// Whether every component is finite.
+    /// Returns whether every component is finite.
     pub fn is_finite(&self) -> bool {
         self.components().all(f64::is_finite)
     }
@@ -80,7 +81,7 @@ pub struct BodySample<const N: usize> {
     pub z: [f64; N],
 }
 
-/// A change between sticking and slipping of one body.
+/// Change of a body's motion: it breaks away, sticks, or reverses without rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BodyEvent {
     /// Time since the start of the run, s.
