@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use serde_json::{Value, json};
 use stiction::identification::{Outcome, Summary};
-use stiction::motion::home::{HomeEnd, HomeRequest};
+use stiction::motion::home::HomeRequest;
 use stiction::motion::jog::{JogRequest, Verdict};
 use stiction::{Parameters, identification};
 
@@ -292,13 +292,9 @@ impl<W: Wire> Worker<'_, W> {
             },
             RunningMotion::Homing => match self.client.homed()? {
                 Some(found) => {
-                    let status = self.client.status()?;
-                    let resolution = status.resolution;
-                    let position_deg = f64::from(status.position) * f64::from(resolution);
-                    let is_referenced = status.is_referenced;
-                    let result = HomeResult { found, resolution, position_deg, is_referenced };
+                    let result = HomeResult::new(found, &self.client.status()?);
                     let said = result.words();
-                    if found.ended == HomeEnd::Stop && is_referenced {
+                    if result.is_found() {
                         MotionReport { said, grade: Grade::Good }
                     } else {
                         MotionReport::bad(said)

@@ -1,6 +1,7 @@
 //! Result of a homing, as text and as JSON.
 
 use serde_json::{Value, json};
+use stiction::link::Status;
 use stiction::motion::home::{HomeEnd, HomeFindings};
 
 use files::written::single;
@@ -19,6 +20,18 @@ pub struct HomeResult {
 }
 
 impl HomeResult {
+    /// Returns the result of a homing with these findings, after which the device has this status.
+    pub fn new(found: HomeFindings, status: &Status) -> Self {
+        let resolution = status.resolution;
+        let position_deg = f64::from(status.position) * f64::from(resolution);
+        Self { found, resolution, position_deg, is_referenced: status.is_referenced }
+    }
+
+    /// Returns whether the stop was found and the joint is referenced.
+    pub fn is_found(&self) -> bool {
+        self.found.ended == HomeEnd::Stop && self.is_referenced
+    }
+
     /// Returns what ended the homing as half a sentence.
     pub const fn headline(&self) -> &'static str {
         match self.found.ended {

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use stiction::link::StateCode;
-use stiction::motion::home::{HomeEnd, HomeRequest, Sense};
+use stiction::motion::home::{HomeRequest, Sense};
 
 use files::error::Error;
 use files::typed_number;
@@ -78,12 +78,7 @@ impl HomeArguments {
                 "home: the device did not end the homing in time; the joint is not referenced"
                     .into(),
             )),
-            (_, Some(found)) => {
-                let resolution = status.resolution;
-                let position_deg = f64::from(status.position) * f64::from(resolution);
-                let is_referenced = status.is_referenced;
-                Ok(HomeResult { found, resolution, position_deg, is_referenced })
-            }
+            (_, Some(found)) => Ok(HomeResult::new(found, &status)),
             _ => Err(super::ended_early(
                 "home",
                 &status,
@@ -104,8 +99,8 @@ impl HomeArguments {
 
 /// Returns an error unless the stop was found and the joint is referenced, so that a script stops.
 pub fn found(result: &HomeResult) -> Result<(), Error> {
-    match result.found.ended {
-        HomeEnd::Stop if result.is_referenced => Ok(()),
-        _ => Err(Error::Device(format!("home: {}", result.headline()))),
+    if result.is_found() {
+        return Ok(());
     }
+    Err(Error::Device(format!("home: {}", result.headline())))
 }
