@@ -138,7 +138,8 @@ impl IdentificationPlan {
     /// use stiction::{ControllerConfig, Limits, ProfileLimits, identification::IdentificationPlan};
     /// let controller = ControllerConfig::EXAMPLE; // 0.0024 deg, 20 ms, 5 rad/s
     /// let of = |speed| {
-    ///     let asked = IdentificationRequest { speed: Some(speed), ..IdentificationRequest::default() };
+    ///     let asked =
+    ///         IdentificationRequest { speed: Some(speed), ..IdentificationRequest::default() };
     ///     let (limits, profile) = (Limits::EXAMPLE, ProfileLimits::EXAMPLE);
     ///     IdentificationPlan::new(&asked, &controller, &limits, &profile).unwrap().least_speed()
     /// };

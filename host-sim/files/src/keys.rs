@@ -130,7 +130,8 @@ pub fn markdown() -> String {
         }
     }
     page += "\n## Numbers without a key\n\n\
-             The laws of a sum and the motion. A file defines them in other ways.\n\n| number | |\n|---|---|\n";
+             The laws of a sum and the motion. A file defines them in other ways.\n\n\
+             | number | |\n|---|---|\n";
     let first = FIRST_LAW.0;
     page += &format!(
         "| `{first:#06x}` to `{:#06x}` | Laws added to PD, each once; 0 ends the list. \

@@ -2,7 +2,8 @@
 //!
 //! ```text
 //! symmetric:   u = J a + B v + F_c sgn v + c
-//! asymmetric:  u = J a + B+ v+ + B- v- + F+ 1(v > 0) - F- 1(v < 0)      v+ = max(v, 0), v- = min(v, 0)
+//! asymmetric:  u = J a + B+ v+ + B- v- + F+ 1(v > 0) - F- 1(v < 0)
+//!              v+ = max(v, 0), v- = min(v, 0)
 //! Stribeck:    .. + F_s sgn(v) exp(-(v/v_s)^2)
 //! gravity:     .. + g_s sin q + g_c cos q
 //! ```
