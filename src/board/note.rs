@@ -1,7 +1,7 @@
 //! The identity of the image, in an ELF note that a host reads before it runs or flashes the image.
 
 /// An ELF note with the name `stiction` and type 1. Its description is the core's version, the
-/// commit and the chip, each ended by a zero.
+/// commit, the chip and the number of encoders that the image reads, each ended by a zero.
 #[repr(C)]
 struct Note {
     name_size: u32,
@@ -14,8 +14,12 @@ struct Note {
 const TEXTS: &str =
     concat!(env!("CARGO_PKG_VERSION"), "\0", env!("STICTION_COMMIT"), "\0STM32F405\0");
 
-/// Size of the description, bytes. A note consists of whole words.
-const SIZE: usize = TEXTS.len().next_multiple_of(4);
+/// The text after them, a digit.
+const ENCODERS: u8 = if cfg!(feature = "two-encoders") { b'2' } else { b'1' };
+
+/// Size of the description, bytes: the texts, the digit and its zero. A note consists of whole
+/// words.
+const SIZE: usize = (TEXTS.len() + 2).next_multiple_of(4);
 
 const fn description() -> [u8; SIZE] {
     let mut bytes = [0; SIZE];
@@ -24,6 +28,7 @@ const fn description() -> [u8; SIZE] {
         bytes[i] = TEXTS.as_bytes()[i];
         i += 1;
     }
+    bytes[i] = ENCODERS;
     bytes
 }
 

@@ -1,7 +1,8 @@
 //! Reads a flash image, and checks its chip and the version of its core.
 //!
 //! The firmware carries an ELF note, section `.note.stiction`: name `stiction`, type 1, and as its
-//! description three texts that end in a zero byte each: version of the core, commit, chip.
+//! description four texts that end in a zero byte each: version of the core, commit, chip, number
+//! of encoders.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -42,7 +43,7 @@ pub struct FirmwareImage {
     pub last_tick: u64,
 }
 
-/// Note in an image: version of the core, commit, and chip.
+/// Note in an image: version of the core, commit, chip, and encoders.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ImageNote {
     /// Version of the core.
@@ -51,6 +52,8 @@ pub struct ImageNote {
     pub commit: String,
     /// Chip that it was built for.
     pub chip: String,
+    /// Number of encoders that it reads: 1 or 2.
+    pub encoders: u8,
 }
 
 impl FirmwareImage {
@@ -187,7 +190,14 @@ impl ImageNote {
         let mut texts = description
             .split(|byte| *byte == 0)
             .map(|text| String::from_utf8_lossy(text).trim().to_owned());
-        Some(Self { version: texts.next()?, commit: texts.next()?, chip: texts.next()? })
+        let (version, commit, chip) = (texts.next()?, texts.next()?, texts.next()?);
+        let encoders = match texts.next().as_deref() {
+            // An image from before the fourth text reads one.
+            None | Some("" | "1") => 1,
+            Some("2") => 2,
+            Some(_) => return None,
+        };
+        Some(Self { version, commit, chip, encoders })
     }
 }
 
@@ -211,15 +221,20 @@ mod tests {
     }
 
     #[test]
-    fn a_note_says_version_commit_and_chip() {
-        let found =
-            ImageNote::parse(&note(b"stiction\0", 1, "0.1.0\0abc1234\0STM32F405\0\0\0")).unwrap();
-        let expected = ImageNote {
-            version: "0.1.0".into(),
-            commit: "abc1234".into(),
-            chip: "STM32F405".into(),
-        };
-        assert_eq!(found, expected);
+    fn a_note_says_version_commit_chip_and_encoders() {
+        for (end, encoders) in
+            [("2\0\0\0", Some(2)), ("1\0", Some(1)), ("\0", Some(1)), ("3\0", None)]
+        {
+            let texts = format!("0.1.0\0abc1234\0STM32F405\0{end}");
+            let found = ImageNote::parse(&note(b"stiction\0", 1, &texts));
+            let expected = encoders.map(|encoders| ImageNote {
+                version: "0.1.0".into(),
+                commit: "abc1234".into(),
+                chip: "STM32F405".into(),
+                encoders,
+            });
+            assert_eq!(found, expected, "{end:?}");
+        }
     }
 
     #[test]

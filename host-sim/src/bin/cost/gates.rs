@@ -2,9 +2,9 @@
 //! in the control path, and a stack that fits its room.
 
 use std::collections::BTreeSet;
-use std::fs;
 use std::path::Path;
 
+use emulator::FirmwareImage;
 use emulator::firmware::stack::StackBound;
 use emulator::firmware::{Code, routines};
 use files::Error;
@@ -22,11 +22,8 @@ const PANIC: &str = "rust_begin_unwind";
 /// Checks an image against all gates, and prints the results. Returns an error that names the first
 /// violation.
 pub fn pass(image: &Path) -> Result<(), Error> {
-    let elf = fs::read(image).map_err(|source| Error::File {
-        action: "read",
-        path: image.into(),
-        source,
-    })?;
+    let FirmwareImage { elf, note, .. } = FirmwareImage::open(image)?;
+    println!("{}: commit {}, encoders: {}", image.display(), note.commit, note.encoders);
     let code = Code::read(image, &elf)?;
     let functions = code.functions().count();
 
