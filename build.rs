@@ -18,6 +18,10 @@ fn main() {
     for argument in ["--nmagic", "-Tlink.x", "-Tdefmt.x"] {
         println!("cargo:rustc-link-arg-bins={argument}");
     }
+    if std::env::var_os("CARGO_FEATURE_TWO_ENCODERS").is_some() {
+        // memory.x then reserves more stack.
+        println!("cargo:rustc-link-arg-bins=--defsym=two_encoders=1");
+    }
     println!("cargo:rustc-env=STICTION_COMMIT={}", commit().unwrap_or_else(|| "unknown".into()));
 }
 

@@ -4,7 +4,7 @@
 use std::ffi::OsString;
 use std::fs;
 
-use crate::firmware::{self, PROFILE};
+use crate::firmware::{self, Image, PROFILE};
 use crate::job::{Job, cargo, root};
 use crate::toolchain::{MICROCONTROLLER, TARGET, Toolchain};
 
@@ -21,7 +21,7 @@ pub struct CostJobArguments {
 
 /// Builds the images, measures them in the emulator, and compares.
 pub fn measure(arguments: &CostJobArguments, features: [&str; 3]) -> Result<(), String> {
-    let image = firmware::build()?;
+    let image = firmware::build(Image::OneEncoder)?;
     let toolchain = Toolchain::ready(&MICROCONTROLLER)?;
     let build = ["build", "--profile", PROFILE, "--package", YARDSTICK, "--target", TARGET];
     Job::new("Building the yardsticks").run(&mut toolchain.cargo(&build))?;

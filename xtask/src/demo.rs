@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::firmware;
+use crate::firmware::{self, Image};
 use crate::job::{Job, JobTimes};
 use crate::simulator::Simulator;
 use crate::toolchain::{MICROCONTROLLER, Toolchain};
@@ -64,8 +64,9 @@ pub fn demo(arguments: &DemoJobArguments) -> Result<(), String> {
             .run(&mut Simulator::Host.command(&["run", UNTUNED, "--plot", FIGURES]))
     })?;
     if with_image {
-        let image =
-            times.of("the compiler for the microcontroller, and the firmware", firmware::build)?;
+        let image = times.of("the compiler for the microcontroller, and the firmware", || {
+            firmware::build(Image::OneEncoder)
+        })?;
         times.of("building the simulator with the emulator", || Simulator::Emulator.build())?;
         times.of("running the image", || in_the_image(&image))?;
     }

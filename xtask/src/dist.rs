@@ -1,5 +1,5 @@
 //! `cargo xtask dist` packs what a release has: a program for Linux that needs no other file, the
-//! wheel, the libraries for C, the image, licences and checksums.
+//! wheel, the libraries for C, the images, licences and checksums.
 
 use std::fs;
 use std::io::{BufRead, BufReader, Read, Write};
@@ -16,11 +16,15 @@ use crate::{firmware, library, licences, python, studio_page};
 const TARGET: &str = "x86_64-unknown-linux-gnu";
 const STATIC: &str = "-C target-feature=+crt-static -C strip=symbols";
 
-/// Beside the image.
-const OF_THE_IMAGE: &str = "\
-The image is for the STM32F405 of docs/reference/wiring.md. It has not run on real hardware: it
-was run on an emulated STM32F427, a superset, bit for bit like the core on a computer. Read
-docs/tutorial/first-board.md and docs/explanation/safety.md before you connect a motor.
+/// Beside the images.
+const OF_THE_IMAGES: &str = "\
+The images are for the STM32F405 of docs/reference/wiring.md. None has run on real hardware. The
+image for one encoder was run on an emulated STM32F427, a superset, bit for bit like the core on a
+computer. Read docs/tutorial/first-board.md and docs/explanation/safety.md before you connect a
+motor.
+
+stiction-firmware      a joint with one encoder
+stiction-two-encoders  a joint with an encoder on the motor and one on the load
 
     probe-rs download --chip STM32F405RGTx stiction-firmware.elf
 ";
@@ -36,7 +40,7 @@ has run on real hardware. In the first minute:
 
 python/    a wheel for Python 3.11 and newer on Linux: pip install python/*.whl
 c/         stiction.h and libstiction.a for four cores
-firmware/  the image for an STM32F405; read its NOTE.txt first
+firmware/  the images for an STM32F405; read their NOTE.txt first
 ";
 
 #[derive(Debug, clap::Args)]
@@ -86,13 +90,14 @@ fn pack() -> Result<(), String> {
         fs::create_dir_all(directory.join(folder)).map_err(failed)?;
     }
     let mut files = vec![(program(&commit)?, "stiction".to_owned())];
-    let image = firmware::build()?;
-    files.push((image.with_extension("bin"), "firmware/stiction-firmware.bin".to_owned()));
-    files.push((image, "firmware/stiction-firmware.elf".to_owned()));
     let mut add = |from: PathBuf, folder: &str| {
         let file = from.file_name().unwrap_or_default().to_string_lossy().into_owned();
         files.push((from, folder.to_owned() + &file));
     };
+    for image in firmware::build_all()? {
+        add(image.with_extension("bin"), "firmware/");
+        add(image, "firmware/");
+    }
     add(python::build()?, "python/");
     library::pack()?.into_iter().for_each(|archive| add(archive, "c/"));
     for text in ["LICENSE-MIT", "LICENSE-APACHE", "CHANGELOG.md"] {
@@ -104,7 +109,7 @@ fn pack() -> Result<(), String> {
     }
     for (text, to) in [
         (format!("{TO_START}\nCommit {commit}.\n"), "README.txt"),
-        (OF_THE_IMAGE.to_owned(), "firmware/NOTE.txt"),
+        (OF_THE_IMAGES.to_owned(), "firmware/NOTE.txt"),
         (licences::all(TARGET)?, "THIRD-PARTY.txt"),
     ] {
         fs::write(directory.join(to), text).map_err(failed)?;

@@ -1,4 +1,4 @@
-//! Builds the image, and the parameters that go beside it.
+//! Builds the flash images, and the parameters that go beside them.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -8,13 +8,58 @@ use crate::job::{Job, root, target_dir};
 use crate::simulator::Simulator;
 use crate::toolchain::{MICROCONTROLLER, TARGET, Toolchain};
 
-/// The profile of the image, and of everything measured or proved beside it.
+/// The profile of the images, and of everything measured or proved beside it.
 pub const PROFILE: &str = "firmware";
 
 /// The name of the microcontroller for probe-rs.
 const CHIP: &str = "STM32F405RGTx";
 /// The binary's name.
-const IMAGE: &str = "stiction-firmware";
+const BINARY: &str = "stiction-firmware";
+
+/// A flash image. All are built from the same sources.
+#[derive(Clone, Copy, Debug)]
+pub enum Image {
+    /// For a joint with one encoder.
+    OneEncoder,
+    /// For a joint with an encoder on the motor and one on the load.
+    TwoEncoders,
+}
+
+impl Image {
+    /// Every image.
+    pub const ALL: [Self; 2] = [Self::OneEncoder, Self::TwoEncoders];
+
+    /// The features of the core, with commas between.
+    const fn features(self) -> &'static str {
+        match self {
+            Self::OneEncoder => "board",
+            Self::TwoEncoders => "board,two-encoders",
+        }
+    }
+
+    /// The name of its files in target/firmware, without extension.
+    const fn stem(self) -> &'static str {
+        match self {
+            Self::OneEncoder => "stiction-firmware",
+            Self::TwoEncoders => "stiction-two-encoders",
+        }
+    }
+
+    /// Announcement of the build.
+    const fn builds(self) -> &'static str {
+        match self {
+            Self::OneEncoder => "Building the firmware for one encoder",
+            Self::TwoEncoders => "Building the firmware for two encoders",
+        }
+    }
+}
+
+#[derive(Debug, clap::Args)]
+pub struct FlashJobArguments {
+    /// Write the image for an encoder on the motor and one on the load
+    #[arg(long)]
+    two_encoders: bool,
+}
 
 #[derive(Debug, clap::Args)]
 pub struct ParamsJobArguments {
@@ -28,13 +73,13 @@ pub struct ParamsJobArguments {
     set: Vec<String>,
 }
 
-/// The arguments that cargo gets for the image. Without the package's name, the features of the
+/// The arguments that cargo gets for an image. Without the package's name, the features of the
 /// host's programs would be unified with those of the image.
-pub fn arguments(command: &str) -> [&str; 11] {
+pub fn arguments(command: &str, image: Image) -> [&str; 11] {
     let [profile, package, bin, features, target] =
         ["--profile", "--package", "--bin", "--features", "--target"];
-    let board = "board";
-    [command, profile, PROFILE, package, "stiction", bin, IMAGE, features, board, target, TARGET]
+    let on = image.features();
+    [command, profile, PROFILE, package, "stiction", bin, BINARY, features, on, target, TARGET]
 }
 
 /// The path at which cargo puts a program for the microcontroller.
@@ -51,24 +96,30 @@ pub fn built(program: &str) -> PathBuf {
 /// effect, and the alternatives that were tried.
 const SMALL: [&str; 2] = ["-C", "llvm-args=-inline-threshold=25 -inlinehint-threshold=75"];
 
-/// Builds the image, copies it to target/firmware, and returns the ELF file's path.
-pub fn build() -> Result<PathBuf, String> {
+/// Builds every image, and returns the paths of the ELF files.
+pub fn build_all() -> Result<Vec<PathBuf>, String> {
+    Image::ALL.into_iter().map(build).collect()
+}
+
+/// Builds an image, copies it to target/firmware, and returns the ELF file's path. Cargo puts every
+/// image at the same path, so only the copy is certain to be the requested one.
+pub fn build(image: Image) -> Result<PathBuf, String> {
     let toolchain = Toolchain::ready(&MICROCONTROLLER)?;
     println!("   compiler: {}", toolchain.describe());
-    let mut build = toolchain.cargo(&arguments("rustc"));
+    let mut build = toolchain.cargo(&arguments("rustc", image));
     // The user's settings must not change the image: incremental code is slower than the
     // interrupt's budget.
     build.arg("--").args(SMALL).env("CARGO_INCREMENTAL", "0");
-    Job::new("Building the firmware").run(&mut build)?;
-    let built = built(IMAGE);
-    let image =
+    Job::new(image.builds()).run(&mut build)?;
+    let built = built(BINARY);
+    let elf =
         fs::read(&built).map_err(|error| format!("cannot read {}: {error}", built.display()))?;
     let directory = target_dir().join("firmware");
     fs::create_dir_all(&directory)
         .map_err(|error| format!("cannot make {}: {error}", directory.display()))?;
-    let flash = crate::elf::flash_contents(&image)?;
-    let path = |extension| directory.join(IMAGE).with_extension(extension);
-    for (path, bytes) in [(path("elf"), &image), (path("bin"), &flash)] {
+    let flash = crate::elf::flash_contents(&elf)?;
+    let path = |extension| directory.join(image.stem()).with_extension(extension);
+    for (path, bytes) in [(path("elf"), &elf), (path("bin"), &flash)] {
         fs::write(&path, bytes)
             .map_err(|error| format!("cannot write {}: {error}", path.display()))?;
         println!("{} ({} bytes)", path.display(), bytes.len());
@@ -76,10 +127,10 @@ pub fn build() -> Result<PathBuf, String> {
     Ok(path("elf"))
 }
 
-/// Writes the image to a board and shows its log. The file is the one that the emulator runs and
+/// Writes an image to a board and shows its log. The file is the one that the emulator runs and
 /// the gates check.
-pub fn flash() -> Result<(), String> {
-    let image = build()?;
+pub fn flash(arguments: &FlashJobArguments) -> Result<(), String> {
+    let image = build(if arguments.two_encoders { Image::TwoEncoders } else { Image::OneEncoder })?;
     Job::new("Flashing the firmware (needs probe-rs: cargo install probe-rs-tools --locked)")
         .run(Command::new("probe-rs").args(["run", "--chip", CHIP]).arg(image))
 }

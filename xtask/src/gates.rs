@@ -1,5 +1,5 @@
 //! `cargo xtask gates` checks what the firmware must not contain. The simulator's program
-//! `stiction-cost` checks the image. Here the linker proves that the control path has no panic.
+//! `stiction-cost` checks each image. Here the linker proves that the control path has no panic.
 
 use std::fs;
 
@@ -41,6 +41,14 @@ const CONTROL_PATH: LinkProof = LinkProof {
     planted: &[("deliberate-panic", "a panic in the control path", "the_control_path_can_panic")],
 };
 
+/// The same with the law for two encoders, `control::laws::robust_dual`.
+const CONTROL_PATH_TWO_ENCODERS: LinkProof = LinkProof {
+    features: "two-encoders",
+    links: "Linking the control path for two encoders without a panic handler",
+    kept: &[b"8stiction5servo7control", b"8stiction7control4laws11robust_dual"],
+    ..CONTROL_PATH
+};
+
 /// The library in the program of another board: `control::laws::robust`.
 const OTHER_FIRMWARE: LinkProof = LinkProof {
     program: "other-firmware",
@@ -66,9 +74,9 @@ const SIZES: [(&str, &str, usize); 4] = [
 
 /// Runs every gate.
 pub fn pass(features: [&str; 3]) -> Result<(), String> {
-    let image = firmware::build()?;
+    let images = firmware::build_all()?;
     let toolchain = Toolchain::ready(&MICROCONTROLLER)?;
-    for proof in [&CONTROL_PATH, &OTHER_FIRMWARE] {
+    for proof in [&CONTROL_PATH, &CONTROL_PATH_TWO_ENCODERS, &OTHER_FIRMWARE] {
         proof.pass(&toolchain)?;
     }
     sizes(&toolchain)?;
@@ -81,8 +89,10 @@ pub fn pass(features: [&str; 3]) -> Result<(), String> {
         "--no-default-features",
         "--allow-dirty",
     ]))?;
-    let arguments = ["gates".into(), "--image".into(), image.into()];
-    cost::run("Looking through the image", features, &arguments)
+    images.into_iter().try_for_each(|image| {
+        let arguments = ["gates".into(), "--image".into(), image.into()];
+        cost::run("Looking through an image", features, &arguments)
+    })
 }
 
 /// Measures the flash that the library takes in the program of another board: what the program

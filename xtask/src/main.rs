@@ -55,10 +55,11 @@ enum Work {
     Image(test::ImageTestArguments),
     /// Find or install the compiler for the microcontroller
     Setup,
-    /// Build the firmware: target/firmware/stiction-firmware.elf and .bin
+    /// Build the firmware for one encoder and for two: target/firmware/stiction-firmware.elf and
+    /// stiction-two-encoders.elf, each beside its .bin
     Firmware,
     /// Write the firmware to a board by probe-rs, and show its log
-    Flash,
+    Flash(firmware::FlashJobArguments),
     /// Count the instructions of a tick, and the bytes of flash, RAM, stack and state; compare with
     /// tests/evidence/cost.md
     Cost(cost::CostJobArguments),
@@ -105,8 +106,8 @@ fn main() -> ExitCode {
         Work::Test(arguments) => test::test(&arguments),
         Work::Image(arguments) => test::image(&arguments),
         Work::Setup => setup(),
-        Work::Firmware => firmware::build().map(|_| ()),
-        Work::Flash => firmware::flash(),
+        Work::Firmware => firmware::build_all().map(|_| ()),
+        Work::Flash(arguments) => firmware::flash(&arguments),
         Work::Cost(arguments) => cost::measure(&arguments, EMULATOR),
         Work::Gates => gates::pass(EMULATOR),
         Work::Examples => examples::build(),

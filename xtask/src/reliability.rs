@@ -18,6 +18,7 @@ use std::fs;
 use std::io::{BufRead, BufReader};
 use std::process::Stdio;
 
+use crate::firmware::{self, Image};
 use crate::job::{Job, cargo, root};
 use crate::mutations;
 use crate::simulator::EMULATOR;
@@ -95,7 +96,7 @@ fn run(arguments: &ReliabilityJobArguments) -> Result<Vec<Figure>, String> {
     let mut figures =
         printed("Faults, bad encoders, power cuts, a soak and random messages", &mut test)?;
     if arguments.image {
-        let image = crate::firmware::build()?;
+        let image = firmware::build(Image::OneEncoder)?;
         let mut test = cargo(&["test", "--package", "loop-tests", "--test", "image"]);
         test.args(EMULATOR).args([
             "--",

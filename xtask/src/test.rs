@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use crate::firmware::Image;
 use crate::job::{Job, cargo};
 use crate::simulator::{EMULATOR, EVERYTHING};
 use crate::toolchain::{MICROCONTROLLER, Toolchain};
@@ -35,7 +36,7 @@ pub struct ImageTestArguments {
 /// our own crates only the parts that an edit has changed. Other jobs compile these as a whole,
 /// which makes the closed loop faster. Here most of the time goes to the emulator, a dependency.
 pub fn image(arguments: &ImageTestArguments) -> Result<(), String> {
-    let image = firmware::build()?;
+    let image = firmware::build(Image::OneEncoder)?;
     let mut test = cargo(&["test", "--package", "loop-tests", "--test", "image"]);
     test.args(EMULATOR).arg("--").env("STICTION_IMAGE", image).env("CARGO_INCREMENTAL", "1");
     match &arguments.tests[..] {
@@ -57,9 +58,13 @@ pub fn test(arguments: &TestArguments) -> Result<(), String> {
     Job::new("Lints")
         .run(cargo(&["clippy", "--workspace", "--all-targets"]).args(EVERYTHING).args(STRICT))?;
     let toolchain = Toolchain::ready(&MICROCONTROLLER)?;
-    Job::new("Lints of the firmware")
-        .run(toolchain.cargo(&firmware::arguments("clippy")).args(STRICT))?;
-    let image = firmware::build()?;
+    let lints = Job::new("Lints of the firmware for one encoder and for two");
+    lints.announce();
+    for image in Image::ALL {
+        lints.finish(toolchain.cargo(&firmware::arguments("clippy", image)).args(STRICT))?;
+    }
+    let image = firmware::build(Image::OneEncoder)?;
+    firmware::build(Image::TwoEncoders)?;
     // All tests run: one failure must not hide another.
     Job::new("Tests, the image in the loop among them").run(
         cargo(&["test", "--workspace", "--no-fail-fast"])
