@@ -5,6 +5,7 @@
 
 pub mod axis_with_play;
 pub mod axis_with_stops;
+pub mod both_encoders;
 #[cfg(feature = "emulator")]
 pub mod flash_image;
 pub mod matrix;

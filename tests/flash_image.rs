@@ -20,9 +20,26 @@ pub fn image() -> PathBuf {
     }
 }
 
+/// The path of the image for two encoders, which is built beside the other one.
+pub fn image_for_two() -> PathBuf {
+    image().with_file_name("stiction-two-encoders.elf")
+}
+
 /// Runs of the image.
 pub fn emulation() -> Emulation {
     Emulation::new(Some(&image())).unwrap()
+}
+
+/// Runs of the image for two encoders.
+pub fn emulation_of_two() -> Emulation {
+    Emulation::new(Some(&image_for_two())).unwrap()
+}
+
+/// The image for two encoders, read once.
+pub fn firmware_for_two() -> Arc<FirmwareImage> {
+    static IMAGE: LazyLock<Arc<FirmwareImage>> =
+        LazyLock::new(|| Arc::new(FirmwareImage::open(&image_for_two()).unwrap()));
+    IMAGE.clone()
 }
 
 /// Read once: its log's formats are half a second's work.

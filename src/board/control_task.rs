@@ -4,10 +4,14 @@
 use core::sync::atomic::{AtomicBool, Ordering};
 
 use stiction::safety::deadline::Deadline;
+#[cfg(feature = "two-encoders")]
+use stiction::servo::EncoderReading;
 use stiction::servo::{Input, Output, State};
 use stiction::{Fault, Servo};
 
 use super::bridge::{self, TimerBridge};
+#[cfg(feature = "two-encoders")]
+use super::encoder::LoadQuadrature;
 use super::encoder::Quadrature;
 use super::stopwatch::Stopwatch;
 use super::supply::Supply;
@@ -24,8 +28,11 @@ pub struct ControlTask {
     pub servo: &'static mut Servo,
     /// The deadline of the control task.
     pub deadline: Deadline,
-    /// The counter of the encoder's edges.
+    /// The counter of the encoder's edges: of two, that of the motor.
     pub encoder: Quadrature,
+    /// The counter of the edges of the load's encoder.
+    #[cfg(feature = "two-encoders")]
+    pub load_encoder: LoadQuadrature,
     /// The bridge: PWM, direction and enable.
     pub bridge: TimerBridge,
     /// The converter of the supply voltage.
@@ -65,9 +72,22 @@ impl ControlTask {
     #[inline]
     pub fn tick(&mut self) -> Output {
         let (counter, lines) = (self.encoder.counter(), self.encoder.lines());
-        let input = Input { counter, supply: self.supply.read(), lines };
+        #[cfg(feature = "two-encoders")]
+        let load = EncoderReading {
+            counter: self.load_encoder.counter(),
+            lines: self.load_encoder.lines(),
+        };
+        let input = Input {
+            counter,
+            supply: self.supply.read(),
+            lines,
+            #[cfg(feature = "two-encoders")]
+            load,
+        };
         let output = self.servo.tick(input);
         self.encoder.pull(self.servo.pulls_down());
+        #[cfg(feature = "two-encoders")]
+        self.load_encoder.pull(self.servo.pulls_load_down());
         if output.enable {
             self.bridge.drive(output.duty());
         } else if output.wakes {

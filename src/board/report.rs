@@ -197,6 +197,10 @@ fn report_jog(found: &JogFindings) {
         "jog: {=i32} counts by {=f32} V, {=i32} counts by -{=f32} V: {=str}",
         first.moved, first.effort, second.moved, second.effort, verdict
     );
+    #[cfg(feature = "two-encoders")]
+    if let (Some(there), Some(back)) = (first.motor_moved, second.motor_moved) {
+        info!("jog: of the motor {=i32} and {=i32} counts", there, back);
+    }
 }
 
 fn refused(refusal: DecodeError) {

@@ -17,6 +17,8 @@ use super::bridge::{self, Pins, TimerBridge};
 use super::control_task::ControlTask;
 use super::crystal::Crystal;
 use super::debugger::FreezeBits;
+#[cfg(feature = "two-encoders")]
+use super::encoder::LoadQuadrature;
 use super::encoder::Quadrature;
 use super::sectors::{SLOTS, Sectors};
 use super::stopwatch::Stopwatch;
@@ -131,6 +133,13 @@ pub fn start(
         a.pa1.into_alternate().internal_resistor(Pull::Up),
         &mut rcc,
     );
+    #[cfg(feature = "two-encoders")]
+    let load_encoder = LoadQuadrature::start(
+        device.TIM4,
+        b.pb6.into_alternate().internal_resistor(Pull::Up),
+        b.pb7.into_alternate().internal_resistor(Pull::Up),
+        &mut rcc,
+    );
     let supply = Supply::start(device.ADC1, c.pc0.into_analog(), &mut rcc);
     let timer_clock = rcc.clocks.timclk1().raw();
     let period = Period::new(settings.sample_time(), timer_clock);
@@ -143,8 +152,18 @@ pub fn start(
     let servo = blank(place);
     servo.boot(settings.parameters(), boot(crystal), &HARDWARE);
     let deadline = Deadline::new(period.clocks);
-    let control_task =
-        ControlTask { servo, deadline, encoder, bridge, supply, timer, stopwatch, period };
+    let control_task = ControlTask {
+        servo,
+        deadline,
+        encoder,
+        #[cfg(feature = "two-encoders")]
+        load_encoder,
+        bridge,
+        supply,
+        timer,
+        stopwatch,
+        period,
+    };
     let store = Store::new(Sectors::new(device.FLASH, core.SYST), SLOTS);
     Board { control_task, watchdog, port, received, store, crystal, clock, timer_clock }
 }

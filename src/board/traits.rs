@@ -5,8 +5,8 @@ use stiction::control::drive::Duty;
 
 /// Counter of encoder edges that runs in hardware.
 pub trait EncoderInput {
-    /// Returns the counter's present reading, which wraps.
-    fn counter(&self) -> u32;
+    /// Returns the counter's present reading, which wraps at 2^32.
+    fn counter(&mut self) -> u32;
 
     /// Returns the two lines as they are now: bit 0 is A, bit 1 is B.
     fn lines(&self) -> u8;

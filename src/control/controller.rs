@@ -53,7 +53,7 @@ pub(crate) const SAMPLE_TIME: Key = key(ControllerConfig::ABOUT, "sample_time");
 pub struct Controller {
     encoder: Encoder,
     #[cfg(feature = "two-encoders")]
-    has_motor_encoder: bool,
+    motor_encoder: Option<Encoder>,
     velocity: Velocity,
     pd: PdGains,
     compensator: Compensator,
@@ -193,7 +193,7 @@ impl Controller {
         Ok(Self {
             encoder: config.encoder,
             #[cfg(feature = "two-encoders")]
-            has_motor_encoder: config.motor.count().is_some(),
+            motor_encoder: config.motor.count().map(|_| config.motor.encoder()),
             velocity,
             pd: config.pd,
             compensator: Compensator::new(&config.compensator, &config.around()),
@@ -235,6 +235,14 @@ impl Controller {
     /// Returns the encoder, which turns readings of its counter into travel.
     pub const fn encoder(&self) -> &Encoder {
         &self.encoder
+    }
+
+    /// Returns the encoder of the motor, if there is another one on the load; `None` with one
+    /// encoder.
+    #[cfg(feature = "two-encoders")]
+    #[inline]
+    pub const fn motor_encoder(&self) -> Option<&Encoder> {
+        self.motor_encoder.as_ref()
     }
 
     /// Returns the drive, which converts volts into codes and codes into PWM settings.
@@ -349,7 +357,7 @@ impl Controller {
         let travel = reading.counts.wrapping_sub(state.counts);
         state.counts = reading.counts;
         #[cfg(feature = "two-encoders")]
-        if self.has_motor_encoder {
+        if self.motor_encoder.is_some() {
             let of_motor = if state.has_seen_motor {
                 reading.motor_counts.wrapping_sub(state.motor_counts)
             } else {

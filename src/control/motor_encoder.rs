@@ -6,36 +6,50 @@
 //! wiring, stall and speed use it.
 //!
 //! The motor's encoder can be configured with the feature `two-encoders`, which the simulator turns
-//! on, by `[load_encoder]` of a machine's file. No image reads a second encoder yet.
+//! on, and which one of the two images has. A user configures both encoders in a machine's file:
+//! `[encoder]` is the motor's there, and `[load_encoder]` the load's. The values here are those of
+//! a device, which a host derives from the file. A joint with one encoder has none of them.
 
+#[cfg(feature = "two-encoders")]
+use crate::control::encoder::{CounterBits, Direction, Encoder, EncoderOutput};
+#[cfg(not(feature = "two-encoders"))]
 use crate::units::error::Allowed;
+#[cfg(feature = "two-encoders")]
+use crate::units::error::HUGE;
+#[cfg(not(feature = "two-encoders"))]
 use crate::units::value::{About, Absent, InvalidBits, Key, Table, Values};
+#[cfg(feature = "two-encoders")]
+use crate::units::value::{Table, table};
 
-/// The encoder of the motor; none by default.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct MotorEncoder {
-    /// Angle of a count, deg of the joint; zero: the joint has one encoder.
-    #[cfg(feature = "two-encoders")]
-    pub count: f32,
-    /// Largest twist at which a healthy gear rests, deg of the joint; zero: the twist is not
-    /// monitored.
-    #[cfg(feature = "two-encoders")]
-    pub twist: f32,
-    /// Largest twist of a healthy gear while its sides move opposite ways, deg of the joint.
-    #[cfg(feature = "two-encoders")]
-    pub swing: f32,
+#[cfg(feature = "two-encoders")]
+table! {
+    /// The encoder of the motor; none by default.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct MotorEncoder (motor) "motor_encoder" if (motor.count > 0.0) {
+        /// Angle of a count of the motor's encoder, deg of the joint; zero: the joint has one
+        /// encoder.
+        count: f32 = 0x0C01 "resolution_deg", Between(0.0, HUGE), Needed(0.0);
+        /// Which way the counter runs when the motor turns the joint the positive way.
+        direction: Direction = 0x0C02 "direction", Any, Default(Direction::Forward);
+        /// What drives the lines of the motor's encoder: only with `push-pull` are open ones found
+        /// at rest.
+        output: EncoderOutput = 0x0C03 "output", Any, Default(EncoderOutput::Unknown);
+        /// Largest twist at which a healthy gear rests, deg of the joint. Off: the twist is not
+        /// monitored.
+        twist: f32 = 0x0C04 "twist_deg", OrOff(0.0, HUGE), Default(0.0);
+        /// Largest twist of a healthy gear while its sides move opposite ways, deg of the joint.
+        swing: f32 = 0x0C05 "swing_deg", Between(motor.twist, HUGE), Default(0.0);
+    }
 }
+
+/// The encoder of the motor: there is none without the feature `two-encoders`.
+#[cfg(not(feature = "two-encoders"))]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MotorEncoder;
 
 impl MotorEncoder {
     /// A joint with one encoder.
-    pub const NONE: Self = Self {
-        #[cfg(feature = "two-encoders")]
-        count: 0.0,
-        #[cfg(feature = "two-encoders")]
-        twist: 0.0,
-        #[cfg(feature = "two-encoders")]
-        swing: 0.0,
-    };
+    pub const NONE: Self = <Self as Table>::EXAMPLE;
 
     /// Returns the angle of a count of the motor's encoder (deg of the joint) if the joint has two
     /// encoders.
@@ -47,9 +61,28 @@ impl MotorEncoder {
         }
         None
     }
+
+    /// Returns the encoder that turns readings of the motor's counter into travel. The counter has
+    /// 32 bits.
+    #[cfg(feature = "two-encoders")]
+    pub const fn encoder(&self) -> Encoder {
+        Encoder {
+            resolution: self.count,
+            counter_bits: CounterBits::ThirtyTwo,
+            direction: self.direction,
+            output: self.output,
+        }
+    }
 }
 
-/// No parameter of a device configures the motor's encoder.
+impl Default for MotorEncoder {
+    fn default() -> Self {
+        Self::NONE
+    }
+}
+
+/// No parameter of a device with one encoder configures the motor's.
+#[cfg(not(feature = "two-encoders"))]
 impl Values for MotorEncoder {
     fn nth(&self, _: &mut usize) -> Option<(Key, Absent)> {
         None
@@ -68,7 +101,8 @@ impl Values for MotorEncoder {
     }
 }
 
+#[cfg(not(feature = "two-encoders"))]
 impl Table for MotorEncoder {
-    const EXAMPLE: Self = Self::NONE;
+    const EXAMPLE: Self = Self;
     const ABOUT: &'static [About] = &[];
 }

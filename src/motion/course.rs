@@ -56,7 +56,12 @@ impl Course {
                 controller.open_loop(remembered, reading, |counts| ramp.update(progress, counts))
             }
             Self::Jog(jog) => {
-                controller.open_loop(remembered, reading, |counts| jog.update(jogged, counts))
+                #[cfg(feature = "two-encoders")]
+                let motor = controller.motor_encoder().map(|_| reading.motor_counts);
+                #[cfg(not(feature = "two-encoders"))]
+                let motor = None;
+                let effort = |counts| jog.update(jogged, counts, motor);
+                controller.open_loop(remembered, reading, effort)
             }
             Self::Identification(identification) => {
                 identify(controller, remembered, reading, identification)

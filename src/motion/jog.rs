@@ -14,9 +14,11 @@
 //! tuned or known: no gain, no friction, no direction. No law runs.
 //!
 //! If no count comes, the effort ends at its bound, and the other way is tried. Every other bound
-//! of [`crate::safety::open_loop`] ends the jog. So do a stop, a silent link and a fault. The
-//! monitors that assume the direction (reversal, following error) are off in a jog. All others are
-//! on.
+//! of [`crate::safety::open_loop`] ends the jog. So does a motor with its own encoder that goes
+//! farther than the bound of the travel, and the largest twist of the gear, away from where it
+//! began: then the load's encoder may be dead. So do a stop, a silent link and a fault. The
+//! monitors that assume the direction (reversal, following error), or the ratio of two encoders, are
+//! off in a jog. All others are on.
 //!
 //! Guarantees: with an encoder that counts, the joint goes no farther from its start than
 //! `travel + v^2 / (2 a) + v h`. Here `v` is the speed at the bound: `speed + sqrt(16 q A)`, since
@@ -169,6 +171,8 @@ pub struct Jog {
     /// Rise of the effort in a tick, V.
     rung: f32,
     bounds: Bounds,
+    /// Largest travel of a motor with its own encoder, counts of that encoder.
+    motor_travel: u32,
     /// Time for which a joint at rest stays within two counts, ticks.
     quiet: u32,
 }
@@ -198,6 +202,9 @@ pub struct Way {
     pub effort: f32,
     /// Travel from the start of this way to its end, counts.
     pub moved: i32,
+    /// Travel of the motor, counts of its own encoder; `moved` is then that of the load. `None`
+    /// with one encoder.
+    pub motor_moved: Option<i32>,
     /// Sum of all counts on the way, without their sign.
     pub counted: u32,
     /// Reason why this way has ended.
@@ -235,17 +242,35 @@ impl JogFindings {
         first.counted.saturating_add(second.counted)
     }
 
-    /// Returns the verdict on the wiring.
+    /// Returns the verdict on the wiring: of two encoders, on the load's.
     ///
     /// One way alone shows the direction if the other was tried and nothing moved: from rest, a
     /// joint that begins to move under a slow effort goes where it is pushed.
     pub fn verdict(&self) -> Verdict {
-        let [first, second] = self.ways.map(|way| {
-            let is_clear = way.moved.unsigned_abs() >= TELLING;
-            if is_clear { way.moved.signum() } else { 0 }
+        self.verdict_on(self.ways.map(|way| way.moved), self.counted())
+    }
+
+    /// Returns the verdict on the wiring of the motor's own encoder; `None` with one encoder.
+    pub fn motor_verdict(&self) -> Option<Verdict> {
+        let [first, second] = self.ways.map(|way| way.motor_moved);
+        Some(self.verdict_on([first?, second.unwrap_or(0)], 0))
+    }
+
+    /// Returns whether all encoders count in the sense of the effort.
+    pub fn agrees(&self) -> bool {
+        let of_motor = self.motor_verdict().unwrap_or(Verdict::Agrees);
+        self.verdict() == Verdict::Agrees && of_motor == Verdict::Agrees
+    }
+
+    /// Returns the verdict on an encoder that has moved by these counts on both ways. `counted` is
+    /// the sum of all its counts, without their sign.
+    fn verdict_on(&self, moved: [i32; 2], counted: u32) -> Verdict {
+        let [first, second] = moved.map(|moved| {
+            let is_clear = moved.unsigned_abs() >= TELLING;
+            if is_clear { moved.signum() } else { 0 }
         });
         match (first, second) {
-            (0, 0) if self.counted() >= TELLING => Verdict::Noise,
+            (0, 0) if counted >= TELLING => Verdict::Noise,
             (0, 0) => Verdict::Still,
             (1 | -1, 0) if self.ways[1].effort == 0.0 => Verdict::RunsOn,
             (1, 0 | -1) | (0, -1) => Verdict::Agrees,
@@ -268,6 +293,9 @@ pub struct JogState {
     /// Position at the start of this way, and at the last tick, counts.
     origin: i32,
     counts: i32,
+    /// The same of the motor's own encoder, from the first tick on.
+    motor_origin: Option<i32>,
+    motor_counts: i32,
     found: JogFindings,
 }
 
@@ -295,12 +323,28 @@ impl Jog {
                 ticks: ticks(bounds.time),
             },
             quiet: ticks(QUIET),
+            motor_travel: u32::MAX,
         }
     }
 
-    /// Runs one tick with the joint at `counts`, and returns the effort from now on, V.
-    pub fn update(&self, state: &mut JogState, counts: i32) -> f32 {
+    /// Bounds the travel of a motor with its own encoder, whose counts have the angle `count` (deg
+    /// of the joint), while the gear holds a twist of `twist` (deg) at most; zero: it is unknown,
+    /// and bounds nothing.
+    #[must_use]
+    pub fn with_motor(self, bounds: &JogBounds, count: f32, twist: f32) -> Self {
+        let motor_travel =
+            if twist > 0.0 { ((bounds.travel + twist) / count) as u32 } else { u32::MAX };
+        Self { motor_travel, ..self }
+    }
+
+    /// Runs one tick with the joint at `counts`, and returns the effort from now on, V. With two
+    /// encoders, `motor` is the position of the motor, counts of its own encoder.
+    pub fn update(&self, state: &mut JogState, counts: i32, motor: Option<i32>) -> f32 {
         let travel = counts.wrapping_sub(core::mem::replace(&mut state.counts, counts));
+        if let Some(motor) = motor {
+            state.motor_counts = motor;
+            state.motor_origin.get_or_insert(motor);
+        }
         let still = state.standstill.update(counts);
         match state.phase {
             Phase::Pushing => self.push(state, travel),
@@ -322,6 +366,14 @@ impl Jog {
         way.moved = counts.wrapping_sub(origin);
         way.counted = way.counted.saturating_add(travel.unsigned_abs());
         let has_moved = way.moved.unsigned_abs() >= TELLING;
+        if let Some(origin) = state.motor_origin {
+            let moved = state.motor_counts.wrapping_sub(origin);
+            state.way().motor_moved = Some(moved);
+            if !has_moved && moved.unsigned_abs() > self.motor_travel {
+                state.end(JogEnd::Travel);
+                return 0.0;
+            }
+        }
         state.rung = state.rung.saturating_add(1);
         let size = state.rung as f32 * self.rung;
         let effort = if state.second { -size } else { size };
@@ -390,6 +442,7 @@ impl JogState {
         self.second = true;
         self.rung = 0;
         self.origin = self.counts;
+        self.motor_origin = self.motor_origin.map(|_| self.motor_counts);
     }
 
     /// Ends the jog at a bound. If the joint was coming to rest, the bound counts as the end of the
@@ -409,8 +462,13 @@ mod tests {
 
     #[test]
     fn the_verdict_is_that_of_both_ways_or_of_the_only_one_that_has_one() {
-        let way =
-            |effort, moved: i32, counted| Way { effort, moved, counted, ended: JogEnd::Effort };
+        let way = |effort, moved: i32, counted| Way {
+            effort,
+            moved,
+            counted,
+            ended: JogEnd::Effort,
+            motor_moved: None,
+        };
         let [still, untried] = [way(0.6, 0, 0), way(0.0, 0, 0)];
         let [up, down] = [way(0.4, 8, 8), way(0.4, -8, 8)];
         for (first, second, verdict) in [
@@ -434,7 +492,53 @@ mod tests {
         ] {
             let found = JogFindings { ways: [first, second] };
             assert_eq!(found.verdict(), verdict, "{found:?}");
+            assert_eq!((found.motor_verdict(), found.agrees()), (None, verdict == Verdict::Agrees));
         }
+    }
+
+    #[test]
+    fn both_encoders_must_count_in_the_sense_of_the_effort() {
+        let found = |load: [i32; 2], motor: [i32; 2]| JogFindings {
+            ways: [0, 1].map(|way| Way {
+                effort: 0.4,
+                moved: load[way],
+                motor_moved: Some(motor[way]),
+                counted: load[way].unsigned_abs(),
+                ended: JogEnd::Moved,
+            }),
+        };
+        for (load, motor, verdicts) in [
+            ([8, -8], [400, -380], [Verdict::Agrees, Verdict::Agrees]),
+            ([8, -8], [-400, 380], [Verdict::Agrees, Verdict::Reversed]),
+            ([-8, 8], [400, -380], [Verdict::Reversed, Verdict::Agrees]),
+            ([0, 0], [400, -380], [Verdict::Still, Verdict::Agrees]),
+            ([8, -8], [0, 0], [Verdict::Agrees, Verdict::Still]),
+        ] {
+            let found = found(load, motor);
+            assert_eq!([Some(found.verdict()), found.motor_verdict()], verdicts.map(Some));
+            assert_eq!(found.agrees(), verdicts == [Verdict::Agrees; 2], "{found:?}");
+        }
+    }
+
+    /// A load that counts nothing: the motor goes as far as the bound of the travel and the twist
+    /// allow, and no second way begins.
+    #[test]
+    fn motor_ends_a_jog_whose_load_does_not_count() {
+        let bounds = JogBounds { travel: 2.0, ..JogBounds::EXAMPLE };
+        let jog = Jog::new(&bounds, 0.001, 0.02).with_motor(&bounds, 0.01, 1.0);
+        let mut state = JogState::start(7);
+        let mut motor = 1000;
+        let ticks = (0..1000).take_while(|tick| {
+            motor += i32::from(tick % 2 == 0);
+            jog.update(&mut state, 7, Some(motor));
+            !state.is_over()
+        });
+        // One count in each second tick: 300 counts are 3 deg, and the next one is beyond.
+        assert_eq!(ticks.count(), 602);
+        let [first, second] = state.found().ways;
+        assert_eq!((first.motor_moved, first.ended), (Some(301), JogEnd::Travel));
+        assert_eq!((second.ended, state.found().verdict()), (JogEnd::Not, Verdict::Still));
+        assert_eq!(state.found().motor_verdict(), Some(Verdict::RunsOn));
     }
 
     #[test]

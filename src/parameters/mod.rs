@@ -14,7 +14,11 @@ pub use crate::control::device_config::DeviceConfig;
 use crate::control::drive::{DriveConfig, PwmMode, pwm_top};
 use crate::control::encoder::Encoder;
 use crate::control::hardware::Hardware;
+#[cfg(feature = "two-encoders")]
+use crate::control::laws::RobustDualGains;
 use crate::control::laws::{self, Gains};
+#[cfg(feature = "two-encoders")]
+use crate::control::motor_encoder::MotorEncoder;
 use crate::control::pd::PdGains;
 use crate::control::profile::ProfileLimits;
 use crate::identification::{self, IdentificationPlan, Ramp};
@@ -72,7 +76,12 @@ pub fn tables() -> impl Iterator<Item = &'static [About]> {
         ProfileLimits::ABOUT,
         JogBounds::ABOUT,
     ];
-    tables.into_iter().chain(Gains::ABOUT.iter().copied())
+    let laws = tables.into_iter().chain(Gains::ABOUT.iter().copied());
+    // What a machine's file has in other words: the encoder of the motor beside one on the load, and
+    // the law for both.
+    #[cfg(feature = "two-encoders")]
+    let laws = laws.chain([MotorEncoder::ABOUT, RobustDualGains::ABOUT]);
+    laws
 }
 
 /// Returns the declarations of all values.
@@ -203,7 +212,12 @@ impl Parameters {
     pub fn jog(&self, asked: &JogRequest) -> Result<Jog, InvalidValue> {
         let ControllerConfig { sample_time, encoder, .. } = &self.controller;
         let bounds = self.jog.less(asked, encoder.resolution)?;
-        Ok(Jog::new(&bounds, *sample_time, encoder.resolution))
+        let jog = Jog::new(&bounds, *sample_time, encoder.resolution);
+        #[cfg(feature = "two-encoders")]
+        if let Some(count) = self.controller.motor.count() {
+            return Ok(jog.with_motor(&bounds, count, self.controller.motor.twist));
+        }
+        Ok(jog)
     }
 
     /// Prepares a homing for this machine, within the bounds that a client requests.

@@ -14,6 +14,8 @@
 //!   counts to and fro.
 //! - A [jog](crate::motion::jog) ends with the verdict that encoder and motor agree.
 //!
+//! Of two encoders, each needs its own proof: by hand, both count; in a jog, both agree.
+//!
 //! Guarantees: without a hand at the joint, a client drives a joint with a dead encoder only by
 //! jogs, each within its own bounds. Noise of less than 16 counts to each side is no proof.
 //!
@@ -21,6 +23,7 @@
 //! counts while the joint rests. Counts by hand do not show the direction; only the jog does.
 
 use crate::safety::fault::Fault;
+use crate::safety::monitor::Seen;
 use crate::safety::open_loop::SLACK;
 
 /// Distance from the place of rest that proves the encoder, counts: twice the counts that show the
@@ -64,6 +67,66 @@ impl EncoderProof {
                 *self = Self::Given;
             }
             _ => {}
+        }
+    }
+}
+
+/// The proofs of all encoders of a joint.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct EncoderProofs {
+    /// Proof of the encoder that measures the position.
+    position: EncoderProof,
+    /// Proof of the motor's own encoder, if it has one.
+    #[cfg(feature = "two-encoders")]
+    motor: EncoderProof,
+}
+
+impl EncoderProofs {
+    /// The proofs of encoders that are all in doubt.
+    pub const IN_DOUBT: Self = Self::all(EncoderProof::Moving);
+
+    const fn all(proof: EncoderProof) -> Self {
+        Self {
+            position: proof,
+            #[cfg(feature = "two-encoders")]
+            motor: proof,
+        }
+    }
+
+    fn map(self, next: impl Fn(EncoderProof) -> EncoderProof) -> Self {
+        Self {
+            position: next(self.position),
+            #[cfg(feature = "two-encoders")]
+            motor: next(self.motor),
+        }
+    }
+
+    /// Returns whether an encoder is in doubt.
+    pub const fn is_due(self) -> bool {
+        #[cfg(feature = "two-encoders")]
+        if self.motor.is_due() {
+            return true;
+        }
+        self.position.is_due()
+    }
+
+    /// Returns the proofs after a fault: each encoder is in doubt if the fault may come from it.
+    pub fn after(self, fault: Fault) -> Self {
+        self.map(|proof| proof.after(fault))
+    }
+
+    /// Returns the proofs after the output was on.
+    pub fn after_drive(self) -> Self {
+        self.map(EncoderProof::after_drive)
+    }
+
+    /// Updates the proofs with the readings of a tick with the output off.
+    pub fn update(&mut self, seen: &Seen, is_at_rest: bool) {
+        self.position.update(seen.position, is_at_rest);
+        #[cfg(feature = "two-encoders")]
+        match &seen.motor {
+            Some(motor) => self.motor.update(motor.position, is_at_rest),
+            None => self.motor = EncoderProof::Given,
         }
     }
 }

@@ -5,8 +5,7 @@ use super::{ControlLoop, Follower, Output, Refusal, Servo, State};
 use crate::control::signal::Tick;
 use crate::identification::Ramp;
 use crate::motion::Course;
-use crate::motion::jog::Verdict;
-use crate::safety::encoder_proof::EncoderProof;
+use crate::safety::encoder_proof::EncoderProofs;
 use crate::safety::fault::Fault;
 
 impl Servo {
@@ -103,9 +102,11 @@ impl Servo {
             return Err(Refusal::Booting);
         };
         // A test for open lines is over before the joint is at rest, or a few long ticks later.
-        if !control_loop.monitors.is_at_rest(&seen)
-            || control_loop.open_line.is_due(&self.open_line)
-        {
+        let is_due = control_loop.open_line.is_due(&self.open_line);
+        #[cfg(feature = "two-encoders")]
+        let is_due = is_due
+            || control_loop.load_line.as_ref().is_some_and(|test| test.is_due(&self.load_line));
+        if !control_loop.monitors.is_at_rest(&seen) || is_due {
             return Err(Refusal::Moving);
         }
         let ControlLoop { monitors, watch, .. } = &*control_loop;
@@ -142,15 +143,15 @@ impl Servo {
     }
 
     /// Turns the output off at the end of a course that ends automatically. A homing that found its
-    /// stop sets the reference; a jog with the verdict `Agrees` proves the encoder.
+    /// stop sets the reference; a jog in which all encoders agree proves them.
     // Not in the tick, which it would make longer.
     #[inline(never)]
     pub(super) fn end_course(&mut self) {
         self.take_home();
-        let proves = self.jogged().is_some_and(|found| found.verdict() == Verdict::Agrees);
+        let proves = self.jogged().is_some_and(|found| found.agrees());
         self.stop();
         if proves {
-            self.encoder_proof = EncoderProof::Given;
+            self.encoder_proof = EncoderProofs::default();
         }
     }
 

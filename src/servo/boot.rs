@@ -4,7 +4,7 @@ use super::referenced::Referenced;
 use super::{ControlLoop, Follower, Servo, State, WakeUp};
 use crate::control::hardware::Hardware;
 use crate::parameters::{DecodeError, Parameters};
-use crate::safety::encoder_proof::EncoderProof;
+use crate::safety::encoder_proof::EncoderProofs;
 use crate::safety::fault::{Fault, FaultLog, LatchedFault};
 use crate::safety::open_line::OpenLineState;
 
@@ -57,8 +57,10 @@ impl Servo {
             clock: 0,
             follower: Follower::default(),
             wake_up: WakeUp::default(),
-            encoder_proof: EncoderProof::default(),
+            encoder_proof: EncoderProofs::default(),
             open_line: OpenLineState::default(),
+            #[cfg(feature = "two-encoders")]
+            load_line: OpenLineState::default(),
             velocity: 0.0,
             stopping: None,
             referenced: Referenced::default(),
@@ -84,7 +86,7 @@ impl Servo {
         let is_sure =
             !boot.is_damaged && !boot.is_encoder_in_doubt && (!boot.may_be_dip || after_dip);
         if boot.is_encoder_in_doubt {
-            self.encoder_proof = EncoderProof::Moving;
+            self.encoder_proof = EncoderProofs::IN_DOUBT;
         }
         if let Some(control_loop) = &mut self.control_loop {
             control_loop.watch = control_loop.monitors.warm(boot.thermal_effort);

@@ -4,8 +4,9 @@
 use super::stopping::Brakes;
 use super::wake_up::DriverTimes;
 use super::{Refusal, control};
-use crate::control::controller::{Controller, Reading};
+use crate::control::controller::{Controller, ControllerConfig, Reading};
 use crate::control::device_config::PositionReference;
+use crate::control::encoder::Encoder;
 use crate::control::hardware::Hardware;
 use crate::control::profile::Profile;
 use crate::control::reference::{Reference, Setpoint};
@@ -13,7 +14,7 @@ use crate::control::signal::Tick;
 use crate::motion::home::HomeWatch;
 use crate::motion::{Course, CourseState};
 use crate::parameters::Parameters;
-use crate::safety::monitor::{MonitorState, Monitors, PositionLimits};
+use crate::safety::monitor::{MonitorState, Monitors, PositionLimits, Seen};
 use crate::safety::open_line::OpenLineTest;
 use crate::units::error::InvalidValue;
 use crate::units::position::Position;
@@ -32,11 +33,11 @@ pub struct ControlLoop {
     pub(super) home: Option<HomeWatch>,
     /// The position in which the loop was armed, counts since power-on.
     pub(super) zero: i32,
-    /// Position of the motor, counts of its own encoder since power-on.
-    #[cfg(feature = "two-encoders")]
-    pub(super) motor_counts: i32,
     pub(super) monitors: Monitors,
     pub(super) open_line: OpenLineTest,
+    /// The test of the load's encoder, if there are two; `open_line` is then that of the motor's.
+    #[cfg(feature = "two-encoders")]
+    pub(super) load_line: Option<OpenLineTest>,
     pub(super) watch: MonitorState,
     /// Ticks from the first one until the servo arms automatically; none without autostart.
     pub(super) autostart: Option<u32>,
@@ -88,10 +89,13 @@ impl ControlLoop {
             state: CourseState::default(),
             home: None,
             zero: 0,
-            #[cfg(feature = "two-encoders")]
-            motor_counts: 0,
             monitors: Monitors::new(limits, config, device, hardware),
-            open_line: OpenLineTest::new(config.encoder.output, config.sample_time),
+            open_line: OpenLineTest::new(first_encoder(config).output, config.sample_time),
+            #[cfg(feature = "two-encoders")]
+            load_line: config
+                .motor
+                .count()
+                .map(|_| OpenLineTest::new(config.encoder.output, config.sample_time)),
             watch: MonitorState::default(),
             autostart: device.autostart.then(|| parameters.in_ticks(device.autostart_delay)),
             reference: device.reference,
@@ -224,16 +228,19 @@ impl ControlLoop {
         self.monitors.is_jump(first.counts.wrapping_sub(counts))
     }
 
-    /// Runs one tick with the joint at `position`, counts since power-on.
+    /// Runs one tick with the readings of the encoders.
     #[inline]
-    pub(super) fn tick(&mut self, position: i32, supply: u16) -> Tick {
-        let counts = position.wrapping_sub(self.zero);
+    pub(super) fn tick(&mut self, seen: &Seen, supply: u16) -> Tick {
+        let counts = seen.position.wrapping_sub(self.zero);
         if self.watch.probes() {
-            self.state.push(self.monitors.probe_code(&self.watch, position));
+            self.state.push(self.monitors.probe_code(&self.watch, seen.position));
         }
         let reading = Reading::measured(counts, supply);
         #[cfg(feature = "two-encoders")]
-        let reading = Reading { motor_counts: self.motor_counts, ..reading };
+        let reading = match &seen.motor {
+            Some(motor) => Reading { motor_counts: motor.position, ..reading },
+            None => reading,
+        };
         let tick = control(&mut self.course, &self.controller, &mut self.state, reading);
         if tick.saturated {
             self.state.capped(&mut self.course);
@@ -264,6 +271,16 @@ impl ControlLoop {
     pub(super) const fn ends_by_itself(&self) -> bool {
         self.course.is_open() || self.home.is_some()
     }
+}
+
+/// Returns the encoder whose counter is [`Input::counter`](super::Input::counter): of two, that of
+/// the motor.
+fn first_encoder(config: &ControllerConfig) -> Encoder {
+    #[cfg(feature = "two-encoders")]
+    if config.motor.count().is_some() {
+        return config.motor.encoder();
+    }
+    config.encoder
 }
 
 /// Returns whether any target position of a course satisfies a condition.

@@ -2,7 +2,6 @@
 
 use super::{Refusal, Servo, State};
 use crate::safety::fault::{Fault, FaultLog, LatchedFault};
-use crate::safety::open_line::OpenLineState;
 
 impl Servo {
     /// Returns the fault that is latched, if there is one.
@@ -39,7 +38,8 @@ impl Servo {
         }
     }
 
-    /// Latches the fault of open lines of the encoder (1: A, 2: B, 3: both).
+    /// Latches the fault of open lines of the encoder (1: A, 2: B, 3: both). With two encoders,
+    /// these are the motor's, and those of the load's are 4 and 8.
     #[cold]
     #[inline(never)]
     pub(super) fn latch_open(&mut self, lines: u8) {
@@ -58,8 +58,7 @@ impl Servo {
         }
         self.state = State::Stopped;
         self.latched = None;
-        // The next arming waits for a new test for open lines.
-        self.open_line = OpenLineState::default();
+        self.retest_lines();
         Ok(())
     }
 }

@@ -2,7 +2,10 @@
 //! closed.
 
 use super::Input;
-use crate::control::encoder::{Encoder, EncoderState};
+use crate::control::controller::Controller;
+#[cfg(feature = "two-encoders")]
+use crate::control::encoder::Encoder;
+use crate::control::encoder::EncoderState;
 #[cfg(feature = "two-encoders")]
 use crate::safety::monitor::SeenMotor;
 use crate::safety::monitor::{Seen, Standstill};
@@ -10,51 +13,83 @@ use crate::safety::monitor::{Seen, Standstill};
 /// Position and standstill of the joint, and reading of the supply, in the last tick, armed or not.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Follower {
-    /// The encoder's state; none before the first tick.
+    /// State of the encoder that measures the position: of two, that of the load. None before the
+    /// first tick.
     pub encoder: Option<EncoderState>,
-    pub standstill: Standstill,
+    standstill: Standstill,
     pub seen: Seen,
     pub supply: u16,
     /// Position of the motor, if it has its own encoder.
     #[cfg(feature = "two-encoders")]
-    pub motor: Option<MotorFollower>,
+    motor: Option<MotorFollower>,
 }
 
 /// Position and standstill of a motor with its own encoder.
 #[cfg(feature = "two-encoders")]
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct MotorFollower {
+#[derive(Clone, Copy, Debug)]
+struct MotorFollower {
+    encoder: EncoderState,
     standstill: Standstill,
-    pub seen: SeenMotor,
+}
+
+#[cfg(feature = "two-encoders")]
+impl MotorFollower {
+    /// Returns the readings of the motor's encoder, given a reading of its counter.
+    fn update(&mut self, encoder: &Encoder, counter: u32) -> SeenMotor {
+        let travel = encoder.update(&mut self.encoder, counter);
+        let position = self.encoder.counts();
+        SeenMotor { travel, position, standstill: self.standstill.update(position) }
+    }
 }
 
 impl Follower {
-    /// Updates the position of the motor for the next tick, counts since power-on.
-    #[cfg(feature = "two-encoders")]
-    pub fn see_motor(&mut self, position: i32) {
-        let seen = SeenMotor { position, ..SeenMotor::default() };
-        let first = MotorFollower { seen, ..MotorFollower::default() };
-        let of_motor = self.motor.get_or_insert(first);
-        of_motor.seen = SeenMotor {
-            travel: position.wrapping_sub(of_motor.seen.position),
-            position,
-            standstill: of_motor.standstill.update(position),
-        };
-    }
-
     #[inline]
-    pub fn update(&mut self, encoder: &Encoder, input: Input) {
-        let state =
-            self.encoder.get_or_insert(EncoderState::start(input.counter, self.seen.position));
-        let travel = encoder.update(state, input.counter);
+    pub fn update(&mut self, controller: &Controller, input: Input) {
+        let counter = input.counter;
+        #[cfg(feature = "two-encoders")]
+        let (counter, motor) = match controller.motor_encoder() {
+            Some(encoder) => {
+                let first = MotorFollower {
+                    encoder: EncoderState::start(counter, 0),
+                    standstill: Standstill::default(),
+                };
+                let of_motor = self.motor.get_or_insert(first);
+                (input.load.counter, Some(of_motor.update(encoder, counter)))
+            }
+            None => (counter, None),
+        };
+        let state = self.encoder.get_or_insert(EncoderState::start(counter, self.seen.position));
+        let travel = controller.encoder().update(state, counter);
         let position = state.counts();
         self.seen = Seen {
             travel,
             position,
             standstill: self.standstill.update(position),
             #[cfg(feature = "two-encoders")]
-            motor: self.motor.map(|of_motor| of_motor.seen),
+            motor,
         };
         self.supply = input.supply;
+    }
+
+    /// Restarts the count of ticks at standstill.
+    pub fn unsettle(&mut self) {
+        self.standstill = Standstill::default();
+        self.seen.standstill = 0;
+        #[cfg(feature = "two-encoders")]
+        if let (Some(of_motor), Some(seen)) = (&mut self.motor, &mut self.seen.motor) {
+            of_motor.standstill = Standstill::default();
+            seen.standstill = 0;
+        }
+    }
+
+    /// Forgets the readings of the counters if another encoder measures the position from now on,
+    /// or another one the motor: the difference of two counters is no travel. `before` is the
+    /// motor's encoder of the old parameters.
+    #[cfg(feature = "two-encoders")]
+    pub fn change(&mut self, before: Option<&Encoder>, after: &Controller) {
+        if before.is_some() != after.motor_encoder().is_some() {
+            self.encoder = None;
+            (self.motor, self.seen.motor) = (None, None);
+        }
     }
 }

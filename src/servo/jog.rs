@@ -6,7 +6,7 @@ use crate::motion::jog::{Jog, JogFindings};
 
 impl Servo {
     /// Arms the servo for a link: at the next tick a jog begins. The monitors that require a known
-    /// direction of the encoder are off until the servo is armed anew. From now on, the silence of
+    /// direction of the encoder, or ratio of two, are off until the servo is armed anew. From now on, the silence of
     /// that link is a fault.
     ///
     /// # Errors
@@ -15,7 +15,7 @@ impl Servo {
         self.ready_to_arm()?.begin(Course::Jog(jog));
         self.start_loop(true);
         if let Some(control_loop) = &mut self.control_loop {
-            control_loop.watch.suppose_direction();
+            control_loop.watch.suppose_wiring();
         }
         Ok(())
     }

@@ -59,13 +59,14 @@ mod wake_up;
 use crate::control::controller::{Controller, Reading};
 use crate::control::signal::Tick;
 use crate::motion::{Course, CourseState};
-use crate::safety::encoder_proof::EncoderProof;
+use crate::safety::encoder_proof::EncoderProofs;
 use crate::safety::fault::{Fault, FaultLog, LatchedFault};
-use crate::safety::monitor::Standstill;
 use crate::safety::open_line::OpenLineState;
 pub use boot::Boot;
 pub use control_loop::ControlLoop;
 use follower::Follower;
+#[cfg(feature = "two-encoders")]
+pub use output::EncoderReading;
 pub use output::{Input, Output};
 pub use ramp::FrictionLevels;
 use referenced::Referenced;
@@ -98,8 +99,10 @@ pub struct Servo {
     clock: u32,
     follower: Follower,
     wake_up: WakeUp,
-    encoder_proof: EncoderProof,
+    encoder_proof: EncoderProofs,
     open_line: OpenLineState,
+    #[cfg(feature = "two-encoders")]
+    load_line: OpenLineState,
     /// Velocity of the last tick with output, deg/s.
     velocity: f32,
     stopping: Option<Stopping>,
@@ -125,16 +128,6 @@ impl Servo {
     /// [reference](Self::set_reference) has set.
     pub const fn position(&self) -> i32 {
         self.follower.seen.position.wrapping_sub(self.origin)
-    }
-
-    /// Sets the motor's position for the next tick, counts of the motor's own encoder since
-    /// power-on. The joint's encoder is then the one on the load, and [`Input`] has its counter.
-    #[cfg(feature = "two-encoders")]
-    pub fn see_motor(&mut self, counts: i32) {
-        self.follower.see_motor(counts);
-        if let Some(control_loop) = &mut self.control_loop {
-            control_loop.motor_counts = counts;
-        }
     }
 
     /// Returns whether the joint is at rest.
@@ -172,6 +165,14 @@ impl Servo {
         self.open_line.pulls_down()
     }
 
+    /// Returns the same as [`pulls_down`](Self::pulls_down) for the load's encoder, if there are
+    /// two.
+    #[cfg(feature = "two-encoders")]
+    #[inline]
+    pub const fn pulls_load_down(&self) -> bool {
+        self.load_line.pulls_down()
+    }
+
     /// Returns whether the encoder is in doubt, so that only a jog may drive the joint; see
     /// [`encoder_proof`](crate::safety::encoder_proof).
     pub const fn is_encoder_in_doubt(&self) -> bool {
@@ -201,12 +202,14 @@ impl Servo {
             if after.controller.encoder() != before.controller.encoder() {
                 self.referenced = Referenced::No;
             }
+            #[cfg(feature = "two-encoders")]
+            self.follower.change(before.controller.motor_encoder(), &after.controller);
         }
         // Not `take`, which would put a third kilobyte on the stack.
         core::mem::swap(&mut self.control_loop, control_loop);
         // The ticks so far may have been of another length.
         self.wake_up.forget();
-        self.open_line = OpenLineState::default();
+        self.retest_lines();
         self.countdown = None;
         self.unsettle();
         if let State::Faulted(fault) = self.state
@@ -221,12 +224,25 @@ impl Servo {
     /// Restarts the count of ticks at standstill, for example after missed ticks. The joint has to
     /// come to rest anew before the servo can be armed.
     pub fn unsettle(&mut self) {
-        self.follower.standstill = Standstill::default();
-        self.follower.seen.standstill = 0;
+        self.follower.unsettle();
+    }
+
+    /// Restarts the test for open lines: the next arming waits for it.
+    fn retest_lines(&mut self) {
+        self.open_line = OpenLineState::default();
         #[cfg(feature = "two-encoders")]
         {
-            self.follower.motor = None;
+            self.load_line = OpenLineState::default();
         }
+    }
+
+    /// Returns whether a test for open lines runs.
+    const fn tests_lines(&self) -> bool {
+        #[cfg(feature = "two-encoders")]
+        if self.load_line.is_running() {
+            return true;
+        }
+        self.open_line.is_running()
     }
 
     /// Returns whether the servo is armed and the silence of a link would be a fault.
@@ -251,26 +267,33 @@ impl Servo {
         self.clock = self.clock.wrapping_add(1);
         let mut open_lines = 0;
         if let Some(control_loop) = &self.control_loop {
-            self.follower.update(control_loop.controller.encoder(), input);
-            let standstill = self.follower.seen.standstill;
+            self.follower.update(&control_loop.controller, input);
+            let standstill = self.follower.seen.driven().standstill;
             open_lines =
                 control_loop.open_line.update(&mut self.open_line, input.lines, standstill);
+            #[cfg(feature = "two-encoders")]
+            if let Some(test) = &control_loop.load_line {
+                let Input { load: EncoderReading { lines, .. }, .. } = input;
+                let standstill = self.follower.seen.standstill;
+                open_lines |= test.update(&mut self.load_line, lines, standstill) << LOAD_LINES;
+            }
         }
         self.advance();
         if open_lines > 0 {
             self.latch_open(open_lines);
         }
+        let is_testing_lines = self.tests_lines();
         let (State::Armed, Some(control_loop)) = (self.state, &mut self.control_loop) else {
             if let Some(control_loop) = &mut self.control_loop {
                 let seen = &self.follower.seen;
                 control_loop.monitors.idle(&mut control_loop.watch, seen);
-                if self.open_line.is_running() {
+                if is_testing_lines {
                     // Two open lines count during a test without a motion: these counts are no
                     // proof.
                     self.encoder_proof = self.encoder_proof.after_drive();
                 } else {
                     let is_at_rest = control_loop.monitors.is_at_rest(seen);
-                    self.encoder_proof.update(seen.position, is_at_rest);
+                    self.encoder_proof.update(seen, is_at_rest);
                 }
             }
             self.wake_up.rest();
@@ -280,7 +303,7 @@ impl Servo {
             return self.wake(input.supply);
         }
         let seen = &self.follower.seen;
-        let tick = control_loop.tick(seen.position, input.supply);
+        let tick = control_loop.tick(seen, input.supply);
         if tick.non_finite {
             self.fault(Fault::NonFinite);
             return self.off(tick);
@@ -320,6 +343,10 @@ impl Servo {
         }
     }
 }
+
+/// Place of the first line of the load's encoder among the open lines of a fault.
+#[cfg(feature = "two-encoders")]
+const LOAD_LINES: u8 = 2;
 
 /// Runs the core's tick as a function of its own, so that `cargo xtask cost` can count its
 /// instructions in the flash image. The call costs a dozen of them.

@@ -7,13 +7,26 @@ use crate::control::signal::Tick;
 /// Readings of the board for one tick of the servo.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Input {
-    /// The reading of the encoder's counter.
+    /// The reading of the encoder's counter. Of two encoders, it is the motor's.
     pub counter: u32,
     /// The converter's reading of the supply: for the supply's monitor, and for an output that is
     /// scaled by the supply.
     pub supply: u16,
     /// Present levels of the encoder's lines (bit 0: A, bit 1: B), for the test for open lines. A
     /// board that cannot read them leaves this at zero, which the test accepts as driven lines.
+    pub lines: u8,
+    /// The load's encoder, if the joint has two. It is not read otherwise.
+    #[cfg(feature = "two-encoders")]
+    pub load: EncoderReading,
+}
+
+/// Reading of a second encoder.
+#[cfg(feature = "two-encoders")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct EncoderReading {
+    /// The reading of the counter.
+    pub counter: u32,
+    /// Present levels of the lines (bit 0: A, bit 1: B), as in [`Input::lines`].
     pub lines: u8,
 }
 

@@ -65,7 +65,7 @@ fn at_once() -> DeviceConfig {
 }
 
 fn tick(servo: &mut Servo, counter: u32) -> Output {
-    servo.tick(Input { counter, supply: 2048, lines: 0 })
+    servo.tick(Input { counter, supply: 2048, lines: 0, ..Input::default() })
 }
 
 /// Returns an armed servo, whose joint has been at rest for long enough at `counter`.
@@ -164,7 +164,8 @@ fn the_limit_rises_in_a_straight_line() {
 fn the_output_follows_the_supply_within_a_factor_of_two() {
     let device = DeviceConfig { nominal_supply: 12.0, supply_full_scale: 24.0, ..at_once() };
     let mut servo = armed(device, 0);
-    let mut code = |supply| servo.tick(Input { counter: 0, supply, lines: 0 }).tick.code;
+    let mut code =
+        |supply| servo.tick(Input { counter: 0, supply, lines: 0, ..Input::default() }).tick.code;
     // 2.5 V at the nominal supply (half of 4095); more of it at less supply.
     assert_eq!([2730, 4095, 1365, 0].map(&mut code), [384, 256, 768, 1024]);
 }
@@ -290,7 +291,9 @@ fn a_supply_too_low_for_the_effort_ends_a_ramp_without_levels() {
     assert_eq!(servo.arm(), Ok(()));
     // Two thirds of the nominal supply: 3/2 of the effort, so that 3.33 V, rung 667, become 5 V.
     let ticks = (0..2000)
-        .take_while(|_| servo.tick(Input { counter: 0, supply: 1365, lines: 0 }).enable)
+        .take_while(|_| {
+            servo.tick(Input { counter: 0, supply: 1365, lines: 0, ..Input::default() }).enable
+        })
         .count();
     assert_eq!(ticks, 666);
     assert_eq!((servo.state(), servo.levels()), (State::Stopped, Some(FrictionLevels::default())));

@@ -245,11 +245,12 @@ pub(crate) const fn equal(a: &[u8], b: &[u8]) -> bool {
 /// ```
 ///
 /// `bounds` is an [`Allowed`], in which `this` is the struct. `Needed` may also be
-/// `Default` or `Derived`: see [`Absent`].
+/// `Default` or `Derived`: see [`Absent`]. After the table's name can stand `if (present)`: without
+/// that condition, the values are not there, until one of them is set.
 macro_rules! table {
     (
         $(#[$meta:meta])*
-        $vis:vis struct $Table:ident ($this:ident) $table:literal {
+        $vis:vis struct $Table:ident ($this:ident) $table:literal $(if ($present:expr))? {
             $(
                 $(#[doc = $text:literal])+
                 $field:ident: $type:ty =
@@ -282,6 +283,12 @@ macro_rules! table {
             ) -> Option<($crate::units::value::Key, $crate::units::value::Absent)> {
                 const OWN: &[($crate::units::value::Key, $crate::units::value::Absent)] =
                     &[$(($crate::units::value::Key($key), $crate::units::value::Absent::$absent)),*];
+                $(
+                    let $this = self;
+                    if !$present {
+                        return None;
+                    }
+                )?
                 if let Some(own) = OWN.get(*place) {
                     return Some(*own);
                 }
@@ -290,6 +297,12 @@ macro_rules! table {
             }
 
             fn get(&self, key: $crate::units::value::Key) -> Option<u32> {
+                $(
+                    let $this = self;
+                    if !$present {
+                        return None;
+                    }
+                )?
                 match key.0 {
                     $($key => Some($crate::units::value::Scalar::bits(self.$field)),)*
                     _ => None $($(.or_else(|| $crate::units::value::Values::get(&self.$other, key)))+)?,

@@ -23,7 +23,12 @@ fn a_reset_that_may_be_a_dip_arms_only_if_the_parameters_say_so() {
         let mut servo = Servo::new(Ok(&parameters), boot, &STM32F405);
         // A second, and some ticks to be at rest.
         for _ in 0..60 {
-            servo.tick(Input { counter: 0, supply: STM32F405.supply_top, lines: 0 });
+            servo.tick(Input {
+                counter: 0,
+                supply: STM32F405.supply_top,
+                lines: 0,
+                ..Input::default()
+            });
         }
         assert_eq!(servo.state() == State::Armed, arms, "{boot:?}, {after_dip}");
         // A command arms in every case.

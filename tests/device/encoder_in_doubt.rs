@@ -162,6 +162,7 @@ fn the_doubt_outlasts_a_reset_and_nothing_arms_automatically() {
                     counter,
                     supply: hardware.supply_top,
                     lines: 0,
+                    ..Default::default()
                 });
             }
             servo.clear().unwrap();

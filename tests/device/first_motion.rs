@@ -38,11 +38,16 @@ fn pushed(motor: f64, until: f64) -> (State, f64, f64) {
     let mut joint: Joint = SOUND;
     joint.motor = motor;
     for _ in 0..10 {
-        servo.tick(Input { counter: joint.counter(), supply: 2048, lines: 0 });
+        servo.tick(Input { counter: joint.counter(), supply: 2048, lines: 0, ..Input::default() });
     }
     servo.arm().unwrap();
     for tick in 0..1500 {
-        let output = servo.tick(Input { counter: joint.counter(), supply: 2048, lines: 0 });
+        let output = servo.tick(Input {
+            counter: joint.counter(),
+            supply: 2048,
+            lines: 0,
+            ..Input::default()
+        });
         if !output.enable {
             break;
         }

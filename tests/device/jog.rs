@@ -115,7 +115,7 @@ fn jog(parameters: &Parameters, mut joint: Joint, asked: JogRequest, silent_from
     let mut servo = Servo::new(Ok(parameters), Boot::default(), &STM32F405);
     let mut farthest = 0.0f64;
     for _ in 0..10 {
-        servo.tick(Input { counter: joint.counter(), supply: 2048, lines: 0 });
+        servo.tick(Input { counter: joint.counter(), supply: 2048, lines: 0, ..Input::default() });
     }
     servo.jog(parameters.jog(&asked).unwrap()).unwrap();
     let (mut ticks, mut at_off) = (0, None);
@@ -123,7 +123,12 @@ fn jog(parameters: &Parameters, mut joint: Joint, asked: JogRequest, silent_from
         if tick < silent_from {
             servo.heard();
         }
-        let output = servo.tick(Input { counter: joint.counter(), supply: 2048, lines: 0 });
+        let output = servo.tick(Input {
+            counter: joint.counter(),
+            supply: 2048,
+            lines: 0,
+            ..Input::default()
+        });
         if !output.enable && at_off.is_none() {
             (ticks, at_off) = (tick, Some(joint.position));
         }

@@ -17,6 +17,7 @@ macro_rules! reliability {
 }
 
 mod autostart;
+mod both_encoders;
 mod bumper;
 mod chaos;
 mod controlled_stop;

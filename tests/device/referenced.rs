@@ -213,7 +213,12 @@ fn the_reference_does_not_let_autostart_arm() {
         let mut servo = Servo::new(Ok(&parameters), Boot::default(), &hardware);
         let ticks = |servo: &mut Servo, count: u32| {
             (0..count).for_each(|_| {
-                servo.tick(Input { counter: 0, supply: hardware.supply_top, lines: 0 });
+                servo.tick(Input {
+                    counter: 0,
+                    supply: hardware.supply_top,
+                    lines: 0,
+                    ..Input::default()
+                });
             });
             servo.state()
         };
@@ -224,7 +229,7 @@ fn the_reference_does_not_let_autostart_arm() {
     let at_zero = Boot { is_at_zero: true, ..Boot::default() };
     let mut servo = Servo::new(Ok(&parameters), at_zero, &hardware);
     let mut arms = |_| {
-        servo.tick(Input { counter: 0, supply: hardware.supply_top, lines: 0 });
+        servo.tick(Input { counter: 0, supply: hardware.supply_top, lines: 0, ..Input::default() });
         servo.state() == State::Armed
     };
     assert!((0..20).any(&mut arms), "a joint that is known to stand at zero");

@@ -19,7 +19,7 @@ fn at_rest(set: &[&str]) -> Servo {
 }
 
 fn tick(servo: &mut Servo, counter: u32) -> Output {
-    servo.tick(Input { counter, supply: STM32F405.supply_top, lines: 0 })
+    servo.tick(Input { counter, supply: STM32F405.supply_top, lines: 0, ..Input::default() })
 }
 
 /// Pins of the bridge: wake-up and enable.

@@ -1,6 +1,6 @@
 //! Lockstep: every count and every duty of the image is that of the host.
 
-use emulator::first_difference;
+use emulator::{Emulation, first_difference};
 use simulator::closed_loop::LoopSample;
 use simulator::experiment::RunPlan;
 use simulator::run::{RunResult, RunTrace, run_all};
@@ -31,8 +31,13 @@ fn assert_same(host: &RunResult, image: &RunResult) {
 }
 
 fn same_on_both(plans: &[RunPlan]) {
+    assert_same_in(&emulation(), plans);
+}
+
+/// Asserts that an image does what the host does, bit for bit.
+pub fn assert_same_in(emulation: &Emulation, plans: &[RunPlan]) {
     let host = run_all(plans).unwrap();
-    let image = emulation().run_all(plans).unwrap();
+    let image = emulation.run_all(plans).unwrap();
     assert_eq!(host.len(), image.len());
     for (host, image) in host.iter().zip(&image) {
         assert_same(host, &image.result);

@@ -7,7 +7,7 @@ use emulator::board::FittedParts;
 use emulator::board_under_test::{BoardUnderTest, StopCondition};
 use emulator::fault_injection::Injection;
 use emulator::lockstep::Lockstep;
-use emulator::plant_interface::FreeDisc;
+use emulator::plant_interface::FreeDiscs;
 use emulator::setup::BoardSetup;
 use emulator::wire::EmulatedWire;
 use simulator::device::client::Client;
@@ -119,7 +119,7 @@ fn the_enable_pin_is_driven_low_before_the_clock_is_waited_for() {
     // Without a crystal, the part waits for one for 50 ms of its 16 MHz: 4.8 ms here.
     setup.fitted = FittedParts { crystal: false, ..FittedParts::default() };
     let mut board =
-        BoardUnderTest::power_on(setup, Lockstep::new(FreeDisc::default(), 20 * MS)).unwrap();
+        BoardUnderTest::power_on(setup, Lockstep::new(FreeDiscs::default(), 20 * MS)).unwrap();
     board.until(StopCondition::Time(MS / 2)).unwrap();
     let [mode, output, clock] = board
         .act(|halted| [GPIOB_MODER, GPIOB_ODR, RCC_CFGR].map(|address| halted.register(address)))

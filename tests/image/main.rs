@@ -10,6 +10,8 @@ mod bad_input;
 #[cfg(feature = "emulator")]
 mod bit_for_bit;
 #[cfg(feature = "emulator")]
+mod both_encoders;
+#[cfg(feature = "emulator")]
 mod bridge_modes;
 #[cfg(feature = "emulator")]
 mod common;

@@ -6,7 +6,7 @@ use emulator::board::FittedParts;
 use emulator::board_under_test::{BoardUnderTest, HaltedBoard, StopCondition};
 use emulator::fault_injection::Injection;
 use emulator::lockstep::Lockstep;
-use emulator::plant_interface::FreeDisc;
+use emulator::plant_interface::FreeDiscs;
 use emulator::setup::BoardSetup;
 use emulator::wire::EmulatedWire;
 use simulator::device::client::Client;
@@ -71,7 +71,7 @@ fn without_a_crystal_the_link_keeps_its_rate_but_for_the_internal_oscillators_er
         let mut setup = BoardSetup::new("rate", &firmware(), parameters());
         setup.fitted = fitted;
         let mut board =
-            BoardUnderTest::power_on(setup, Lockstep::new(FreeDisc::default(), 20 * MS)).unwrap();
+            BoardUnderTest::power_on(setup, Lockstep::new(FreeDiscs::default(), 20 * MS)).unwrap();
         board.until(StopCondition::Time(100 * MS)).unwrap();
         let registers = [USART1_BRR, USART1_CR1, RCC_CFGR];
         let [divider, control, clock] =

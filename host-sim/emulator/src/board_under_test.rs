@@ -291,7 +291,12 @@ impl HaltedBoard<'_> {
         &mut self.harness.coupling.plant.plant
     }
 
-    /// Cuts, swaps or restores the encoder's wires.
+    /// Cuts, swaps or restores the wires of the load's encoder, if there are two.
+    pub fn rewire_load(&mut self, wires: Wires) {
+        self.harness.coupling.rewire_load(wires, self.session.board_mut(), self.stop.at);
+    }
+
+    /// Cuts, swaps or restores the wires of the encoder: of two, that of the motor.
     pub fn rewire(&mut self, wires: Wires) {
         self.harness.coupling.rewire(wires, self.session.board_mut(), self.stop.at);
     }

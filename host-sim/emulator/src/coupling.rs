@@ -13,6 +13,8 @@ use rigless::time::VirtualNanos;
 
 use super::board::EmulatedBoard;
 use super::bridge::BridgeInputs;
+use super::encoder_edges::Encoders;
+use simulator::plant::Discs;
 
 /// One passage of the control task, as seen from outside.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -21,10 +23,10 @@ pub struct ImageSample {
     pub at_ns: u64,
     /// Number of its control tick since the last reset, from 1; `None` if it had no tick.
     pub clock: Option<u32>,
-    /// Counter of the encoder, as the image read it.
+    /// Counter of the first encoder, as the image read it.
     pub counter: u32,
-    /// Position of the disc on the encoder's wires at that instant, counts.
-    pub shown: i64,
+    /// Positions of the discs on the encoders' wires at that instant.
+    pub shown: Discs,
     /// State of the bridge after the sample.
     pub bridge: BridgeInputs,
     /// Drive code of the bridge's state; zero if it is off.
@@ -76,7 +78,7 @@ impl Sampling {
         &mut self,
         board: &mut EmulatedBoard,
         counter: u32,
-        shown: i64,
+        shown: Discs,
         at: VirtualNanos,
     ) -> bool {
         let period_ns = board.tick_period_ns(at).unwrap_or(self.period_ns);
@@ -119,6 +121,9 @@ impl Sampling {
 pub trait PlantCoupling: Send + std::fmt::Debug + 'static {
     /// Returns the sampling so far.
     fn sampling(&self) -> &Sampling;
+
+    /// Returns the encoders on the pins.
+    fn encoders(&self) -> Encoders;
 
     /// Handles a read of the encoder's counter by the image.
     fn counter_read(&mut self, board: &mut EmulatedBoard, counter: u32, at: VirtualNanos);

@@ -1,10 +1,12 @@
-//! The encoder's two wires, edge by edge.
+//! The wires of the encoders, edge by edge.
 //!
 //! ```text
 //! counts   0  1  2  3  4
 //! A       __/----\____/--      A rises first when the joint moves the way that counts up
 //! B       _____/----\____
 //! ```
+//!
+//! The first encoder is on TIM2, that of a load beside it on TIM4.
 
 use rigless::device::Level;
 use rigless::soc::stm32f427::peripherals::gpio::Pin;
@@ -13,51 +15,129 @@ use rigless::time::VirtualNanos;
 
 use super::board::{EmulatedBoard, GpioPort};
 use files::encoder::Wires;
+use simulator::plant::Discs;
 
-/// TIM2, by its place in the emulator's table of general-purpose timers.
-const TIM2: usize = 0;
-/// Alternate function 1 of PA0 and PA1 is TIM2.
-const TIM2_FUNCTION: u8 = 1;
-
-/// Encoder with two wires, by the edges on them.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct EncoderEdges {
-    /// Edges since power-on: those up minus those down.
-    counts: i64,
-    wires: Wires,
+/// The pins of an encoder, and the timer that counts its edges.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct EncoderInput {
+    port: GpioPort,
+    /// Number of the pin of line A; that of line B is the next one.
+    first_pin: u8,
+    /// The timer, by its place in the emulator's table of general-purpose timers.
+    timer: usize,
+    /// The alternate function of the pins that connects them to the timer.
+    function: u8,
 }
 
-impl EncoderEdges {
-    /// Returns the shown position of the disc, counts.
-    pub const fn counts(&self) -> i64 {
-        self.counts
-    }
+/// TIM2 on PA0 and PA1.
+const FIRST: EncoderInput = EncoderInput { port: GpioPort::A, first_pin: 0, timer: 0, function: 1 };
+/// TIM4 on PB6 and PB7.
+const LOAD: EncoderInput = EncoderInput { port: GpioPort::B, first_pin: 6, timer: 2, function: 2 };
 
-    /// Moves the disc by one count towards `target`, and drives the edge on the wires. Does nothing
-    /// if the disc is there.
-    pub fn step_towards(&mut self, target: i64, board: &mut EmulatedBoard, at: VirtualNanos) {
-        let before = self.driven();
-        self.counts += (target - self.counts).signum();
-        let now = self.driven();
-        for pin in [0, 1] {
-            if before[pin] != now[pin] {
-                drive(board, at, pin as u8, now[pin]);
-            }
+/// The encoders of a joint, by the edges on their wires.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Encoders {
+    first: EncoderEdges,
+    load: Option<EncoderEdges>,
+}
+
+impl Encoders {
+    /// Returns encoders at zero, as many as there are discs.
+    pub fn of(discs: &Discs) -> Self {
+        Self {
+            first: EncoderEdges::at_zero(FIRST),
+            load: discs.load.map(|_| EncoderEdges::at_zero(LOAD)),
         }
     }
 
-    /// Cuts, swaps or restores the wires.
+    /// Returns the shown positions of the discs.
+    pub fn shown(&self) -> Discs {
+        Discs { first: self.first.counts, load: self.load.map(|load| load.counts) }
+    }
+
+    /// Returns the number of edges to `target` of the disc that has the longest way.
+    pub fn distance(&self, target: &Discs) -> u64 {
+        let load = self.load.zip(target.load).map_or(0, |(load, at)| load.counts.abs_diff(at));
+        self.first.counts.abs_diff(target.first).max(load)
+    }
+
+    /// Moves each disc by one count towards `target`, and drives the edges on the wires. A disc that
+    /// is there stays.
+    pub fn step_towards(&mut self, target: &Discs, board: &mut EmulatedBoard, at: VirtualNanos) {
+        self.first.step_towards(target.first, board, at);
+        if let (Some(load), Some(disc)) = (&mut self.load, target.load) {
+            load.step_towards(disc, board, at);
+        }
+    }
+
+    /// Cuts, swaps or restores the wires of the first encoder.
     pub fn rewire(&mut self, wires: Wires, board: &mut EmulatedBoard, at: VirtualNanos) {
-        self.wires = wires;
-        self.show(board, at);
+        self.first.rewire(wires, board, at);
+    }
+
+    /// Cuts, swaps or restores the wires of the load's encoder, if there are two.
+    pub fn rewire_load(&mut self, wires: Wires, board: &mut EmulatedBoard, at: VirtualNanos) {
+        if let Some(load) = &mut self.load {
+            load.rewire(wires, board, at);
+        }
     }
 
     /// Drives the levels of the wires. Must be called once a tick: the emulated microcontroller
     /// loses the levels in a reset, and a pin whose wire is cut follows the resistor that the
     /// firmware has set.
     pub fn show(&self, board: &mut EmulatedBoard, at: VirtualNanos) {
-        for (pin, level) in [0, 1].into_iter().zip(self.driven()) {
-            drive(board, at, pin, level);
+        self.first.show(board, at);
+        if let Some(load) = &self.load {
+            load.show(board, at);
+        }
+    }
+
+    /// Returns what is wrong with the pins of an encoder, if the firmware has not connected them to
+    /// its timer.
+    pub fn unconnected(&self, board: &mut EmulatedBoard) -> Option<&'static str> {
+        if !self.first.is_connected(board) {
+            return Some("PA0 and PA1, where the encoder is, are not connected to TIM2");
+        }
+        if self.load.is_some_and(|load| !load.is_connected(board)) {
+            return Some("PB6 and PB7, where the load's encoder is, are not connected to TIM4");
+        }
+        None
+    }
+}
+
+/// Encoder with two wires, by the edges on them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct EncoderEdges {
+    input: EncoderInput,
+    /// Edges since power-on: those up minus those down.
+    counts: i64,
+    wires: Wires,
+}
+
+impl EncoderEdges {
+    fn at_zero(input: EncoderInput) -> Self {
+        Self { input, counts: 0, wires: Wires::Sound }
+    }
+
+    fn step_towards(&mut self, target: i64, board: &mut EmulatedBoard, at: VirtualNanos) {
+        let before = self.driven();
+        self.counts += (target - self.counts).signum();
+        let now = self.driven();
+        for line in [0, 1] {
+            if before[line] != now[line] {
+                self.input.drive(board, at, line as u8, now[line]);
+            }
+        }
+    }
+
+    fn rewire(&mut self, wires: Wires, board: &mut EmulatedBoard, at: VirtualNanos) {
+        self.wires = wires;
+        self.show(board, at);
+    }
+
+    fn show(&self, board: &mut EmulatedBoard, at: VirtualNanos) {
+        for (line, level) in [0, 1].into_iter().zip(self.driven()) {
+            self.input.drive(board, at, line, level);
         }
     }
 
@@ -72,23 +152,29 @@ impl EncoderEdges {
         }
     }
 
-    /// Returns whether the firmware has connected TIM2 to the pins of the encoder.
-    pub fn connected(board: &mut EmulatedBoard) -> bool {
-        [0, 1].into_iter().all(|pin| board.function(GpioPort::A, pin) == Some(TIM2_FUNCTION))
+    fn is_connected(&self, board: &mut EmulatedBoard) -> bool {
+        let EncoderInput { port, first_pin, function, .. } = self.input;
+        [0, 1].into_iter().all(|line| board.function(port, first_pin + line) == Some(function))
     }
 }
 
-/// Drives a pin, or releases it, so that it follows its resistor. The emulated port and timer do
-/// not share their pins, so the level of the port is set at the timer as well.
-fn drive(board: &mut EmulatedBoard, at: VirtualNanos, pin: u8, level: Option<Level>) {
-    let (Some(channel), Some(place)) = (Channel::new(pin + 1), Pin::new(pin)) else { return };
-    let level = board.mcu.drive_port(at, GpioPort::A as usize, |port, registers, context| {
-        port.drive(place, level, registers, context);
-        port.level(place, registers)
-    });
-    board.mcu.drive_timer(at, TIM2, |timer, registers, context| {
-        timer.drive_input(channel, level, registers, context);
-    });
+impl EncoderInput {
+    /// Drives the pin of a line, or releases it, so that it follows its resistor. The emulated port
+    /// and timer do not share their pins, so the level of the port is set at the timer as well.
+    fn drive(&self, board: &mut EmulatedBoard, at: VirtualNanos, line: u8, level: Option<Level>) {
+        let (Some(channel), Some(place)) =
+            (Channel::new(line + 1), Pin::new(self.first_pin + line))
+        else {
+            return;
+        };
+        let level = board.mcu.drive_port(at, self.port as usize, |port, registers, context| {
+            port.drive(place, level, registers, context);
+            port.level(place, registers)
+        });
+        board.mcu.drive_timer(at, self.timer, |timer, registers, context| {
+            timer.drive_input(channel, level, registers, context);
+        });
+    }
 }
 
 const fn levels(counts: i64) -> [Level; 2] {

@@ -16,7 +16,7 @@ use super::harness::Harness;
 use super::image::FirmwareImage;
 use super::lockstep::Lockstep;
 use super::log::LogLine;
-use super::plant_interface::FreeDisc;
+use super::plant_interface::FreeDiscs;
 use super::setup::{BoardSetup, Partner};
 use super::spans::Spans;
 use files::error::Error;
@@ -159,7 +159,7 @@ fn observed(
     (setup.fitted, setup.partner, setup.drain_every_ns) = (fitted, partner, DRAIN_EVERY_NS);
     // A firmware that hangs is observed to the end.
     setup.is_guarded = false;
-    let blocked = Lockstep::new(FreeDisc::default(), SAMPLE_NS);
+    let blocked = Lockstep::new(FreeDiscs::default(), SAMPLE_NS);
     let mut board = BoardUnderTest::power_on(setup, blocked)?;
     for (at, fault) in faults.iter().copied().filter(|(at, _)| *at <= until_ns) {
         board.until(StopCondition::Time(at))?;

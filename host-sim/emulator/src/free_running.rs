@@ -14,7 +14,7 @@ use rigless::time::{NO_DEADLINE, VirtualNanos};
 use super::board::{CLOCK_HZ, EmulatedBoard};
 use super::bridge::BridgeInputs;
 use super::coupling::{PlantCoupling, Sampling};
-use super::encoder_edges::EncoderEdges;
+use super::encoder_edges::Encoders;
 use super::plant_interface::PowerStage;
 use dynamics::solver::{AxisSolver, Event};
 use simulator::plant::Plant;
@@ -43,7 +43,7 @@ pub struct FreeRunning<S> {
     pub latencies_ns: Vec<u64>,
     stage: PowerStage,
     sampling: Sampling,
-    encoder: EncoderEdges,
+    encoders: Encoders,
     /// The first tick of the motion.
     origin: Option<VirtualNanos>,
     /// Time up to which the joint has been moved.
@@ -58,12 +58,12 @@ impl<S: AxisSolver + Clone> FreeRunning<S> {
     pub fn new(plant: Plant<S>, stage: PowerStage, period_ns: u64) -> Self {
         Self {
             at_tick: plant.solver.clone(),
+            encoders: Encoders::of(&plant.discs()),
             plant,
             events: Vec::new(),
             latencies_ns: Vec::new(),
             stage,
             sampling: Sampling::new(period_ns),
-            encoder: EncoderEdges::default(),
             origin: None,
             moved_to: VirtualNanos(0),
             applied_v: 0.0,
@@ -90,14 +90,14 @@ impl<S: AxisSolver + Clone> FreeRunning<S> {
     /// Sets the time at which the joint crosses its next edge, or at which to search again.
     fn look_ahead(&mut self) {
         let Some(origin) = self.origin else { return };
-        let now = self.encoder.counts();
+        let now = self.encoders.shown();
         let from_s = seconds(self.moved_to.0.saturating_sub(origin.0));
-        let disc_after = |ns| self.plant.disc_after(self.applied_v, [from_s, seconds(ns)]);
+        let discs_after = |ns| self.plant.discs_after(self.applied_v, [from_s, seconds(ns)]);
         let (mut before, mut after) = (0, HORIZON_NS);
-        if disc_after(after) != now {
+        if discs_after(after) != now {
             while after - before > EDGE_NS {
                 let middle = before.midpoint(after);
-                if disc_after(middle) == now {
+                if discs_after(middle) == now {
                     before = middle;
                 } else {
                     after = middle;
@@ -116,8 +116,12 @@ where
         &self.sampling
     }
 
+    fn encoders(&self) -> Encoders {
+        self.encoders
+    }
+
     fn counter_read(&mut self, board: &mut EmulatedBoard, counter: u32, at: VirtualNanos) {
-        if self.sampling.read(board, counter, self.encoder.counts(), at) {
+        if self.sampling.read(board, counter, self.encoders.shown(), at) {
             self.move_to(at);
             self.at_tick = self.plant.solver.clone();
         }
@@ -159,13 +163,13 @@ where
                 self.origin.get_or_insert(self.sampling.begun);
             }
             self.sampling.take(bridge, self.stage.code(&bridge, 0));
-            self.encoder.show(board, at);
+            self.encoders.show(board, at);
         }
-        let disc = self.plant.disc();
-        if self.encoder.counts() != disc {
-            self.encoder.step_towards(disc, board, at);
+        let discs = self.plant.discs();
+        if self.encoders.shown() != discs {
+            self.encoders.step_towards(&discs, board, at);
         }
-        if self.encoder.counts() == disc {
+        if self.encoders.shown() == discs {
             self.look_ahead();
         } else {
             self.edge_at = VirtualNanos(at.0 + HORIZON_NS / 100);
@@ -173,7 +177,7 @@ where
     }
 
     fn reset(&mut self, board: &mut EmulatedBoard, at: VirtualNanos) {
-        self.encoder.show(board, at);
+        self.encoders.show(board, at);
         self.sampling.reset();
     }
 }

@@ -12,6 +12,7 @@ use object::{Architecture, Object, ObjectSection, ObjectSymbol};
 
 use super::last_tick;
 use files::error::Error;
+use simulator::experiment::RunPlan;
 
 /// Microcontroller of the board.
 const CHIP: &str = "STM32F405";
@@ -22,6 +23,11 @@ const NOTE_NAME: &[u8] = b"stiction\0";
 const NOTE_TYPE: u32 = 1;
 /// Symbol of the log's buffers in a firmware with defmt-rtt.
 const RTT_SYMBOL: &str = "_SEGGER_RTT";
+
+/// Path of the image that `cargo xtask firmware` builds for one encoder.
+pub const DEFAULT_IMAGE: &str = "target/firmware/stiction-firmware.elf";
+/// Path of the image that it builds for an encoder on the motor and one on the load.
+pub const TWO_ENCODERS_IMAGE: &str = "target/firmware/stiction-two-encoders.elf";
 
 /// Advice on how to build an image, for every message about an invalid one.
 const BUILD: &str = "build it with `cargo xtask firmware`";
@@ -57,6 +63,36 @@ pub struct ImageNote {
 }
 
 impl FirmwareImage {
+    /// Reads the file at `path`, or else the image that `cargo xtask firmware` builds for as many
+    /// encoders as the loop of a plan has.
+    ///
+    /// # Errors
+    /// As [`open`](Self::open) and [`fits`](Self::fits).
+    pub fn for_plan(path: Option<&Path>, plan: &RunPlan) -> Result<Self, Error> {
+        let built = if plan.has_two_encoders() { TWO_ENCODERS_IMAGE } else { DEFAULT_IMAGE };
+        let image = Self::open(path.unwrap_or(Path::new(built)))?;
+        image.fits(plan)?;
+        Ok(image)
+    }
+
+    /// Rejects a plan whose loop has an encoder that the image does not read.
+    ///
+    /// # Errors
+    /// Returns an error with the image for two encoders.
+    pub fn fits(&self, plan: &RunPlan) -> Result<(), Error> {
+        if self.note.encoders > 1 || !plan.has_two_encoders() {
+            return Ok(());
+        }
+        Err(refuse(
+            &self.path,
+            &format!(
+                "it reads one encoder, and the file has a `[load_encoder]`; use \
+                 {TWO_ENCODERS_IMAGE}, which `cargo xtask firmware` builds as well, or set \
+                 `loop.position` to \"motor\""
+            ),
+        ))
+    }
+
     /// Reads a file, and rejects an image that cannot run on the board.
     ///
     /// # Errors

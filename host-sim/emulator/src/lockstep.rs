@@ -15,9 +15,10 @@ use rigless::time::{NO_DEADLINE, VirtualNanos};
 use super::board::EmulatedBoard;
 use super::bridge::BridgeInputs;
 use super::coupling::{PlantCoupling, Sampling};
-use super::encoder_edges::EncoderEdges;
+use super::encoder_edges::Encoders;
 use super::plant_interface::PlantInterface;
 use files::encoder::Wires;
+use simulator::plant::Discs;
 
 /// Shortest time between two edges, ns: the filter of the firmware's inputs passes 95 ns.
 const SHORTEST_NS: u64 = 100;
@@ -28,8 +29,8 @@ pub struct Lockstep<P> {
     /// Plant on the pins.
     pub plant: P,
     sampling: Sampling,
-    encoder: EncoderEdges,
-    /// Counts that noise has added to the position of the disc.
+    encoders: Encoders,
+    /// Counts that noise has added to the position of the first disc.
     noise: i64,
     edge_at: VirtualNanos,
     interval_ns: u64,
@@ -39,38 +40,44 @@ impl<P: PlantInterface> Lockstep<P> {
     /// Couples a plant with a microcontroller whose planned sample time is `period_ns`.
     pub fn new(plant: P, period_ns: u64) -> Self {
         Self {
+            encoders: Encoders::of(&plant.discs()),
             plant,
             sampling: Sampling::new(period_ns),
-            encoder: EncoderEdges::default(),
             noise: 0,
             edge_at: NO_DEADLINE,
             interval_ns: 0,
         }
     }
 
-    /// Puts noise on the encoder's wires: a number of edges before the next tick.
+    /// Puts noise on the wires of the first encoder: a number of edges before the next tick.
     pub fn jump(&mut self, counts: i32, at: VirtualNanos) {
         self.noise += i64::from(counts);
         self.replan(at);
     }
 
-    /// Cuts, swaps or restores the encoder's wires.
+    /// Cuts, swaps or restores the wires of the first encoder.
     pub fn rewire(&mut self, wires: Wires, board: &mut EmulatedBoard, at: VirtualNanos) {
-        self.encoder.rewire(wires, board, at);
+        self.encoders.rewire(wires, board, at);
     }
 
-    /// Returns the position of the disc with noise, counts.
-    fn disc(&self) -> i64 {
-        self.plant.disc() + self.noise
+    /// Cuts, swaps or restores the wires of the load's encoder, if there are two.
+    pub fn rewire_load(&mut self, wires: Wires, board: &mut EmulatedBoard, at: VirtualNanos) {
+        self.encoders.rewire_load(wires, board, at);
     }
 
-    /// Plans the edges from the shown position of the disc to its present one, up to 0.9 of the
-    /// sample. Must be called when the plant has moved.
+    /// Returns the positions of the discs, the first one with noise.
+    fn discs(&self) -> Discs {
+        let Discs { first, load } = self.plant.discs();
+        Discs { first: first + self.noise, load }
+    }
+
+    /// Plans the edges from the shown positions of the discs to their present ones, up to 0.9 of
+    /// the sample. Must be called when the plant has moved.
     pub fn replan(&mut self, now: VirtualNanos) {
         if self.sampling.is_open {
             return;
         }
-        let distance = self.encoder.counts().abs_diff(self.disc());
+        let distance = self.encoders.distance(&self.discs());
         let last = self.sampling.begun.0 + self.sampling.period_ns / 10 * 9;
         match last.saturating_sub(now.0).checked_div(distance) {
             None => self.edge_at = NO_DEADLINE,
@@ -87,8 +94,12 @@ impl<P: PlantInterface> PlantCoupling for Lockstep<P> {
         &self.sampling
     }
 
+    fn encoders(&self) -> Encoders {
+        self.encoders
+    }
+
     fn counter_read(&mut self, board: &mut EmulatedBoard, counter: u32, at: VirtualNanos) {
-        if self.sampling.read(board, counter, self.encoder.counts(), at) {
+        if self.sampling.read(board, counter, self.encoders.shown(), at) {
             self.edge_at = NO_DEADLINE;
         }
     }
@@ -104,11 +115,11 @@ impl<P: PlantInterface> PlantCoupling for Lockstep<P> {
             // Before the first tick the plant rests, and its time does not count.
             let code = if has_ticked { self.plant.hold(&bridge, period_ns) } else { 0 };
             self.sampling.take(bridge, code);
-            self.encoder.show(board, at);
+            self.encoders.show(board, at);
             self.replan(at);
         } else if self.edge_at <= at {
-            self.encoder.step_towards(self.disc(), board, at);
-            self.edge_at = if self.encoder.counts() == self.disc() {
+            self.encoders.step_towards(&self.discs(), board, at);
+            self.edge_at = if self.encoders.shown() == self.discs() {
                 NO_DEADLINE
             } else {
                 VirtualNanos(at.0 + self.interval_ns)
@@ -117,7 +128,7 @@ impl<P: PlantInterface> PlantCoupling for Lockstep<P> {
     }
 
     fn reset(&mut self, board: &mut EmulatedBoard, at: VirtualNanos) {
-        self.encoder.show(board, at);
+        self.encoders.show(board, at);
         self.sampling.reset();
     }
 }

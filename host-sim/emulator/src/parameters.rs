@@ -23,13 +23,14 @@ pub fn parameters(plan: &RunPlan) -> Result<Parameters, Error> {
     parameters.device.soft_start = 0.0;
     parameters.device.nominal_supply = 0.0;
     parameters.limits = Limits::OFF;
+    // The twist of the gear has its limits beside the encoder.
+    (parameters.controller.motor.twist, parameters.controller.motor.swing) = (0.0, 0.0);
     validate(&parameters, plan)?;
     Ok(parameters)
 }
 
 /// Returns the parameters of a board, with an automatic start from zero.
 fn by_itself(plan: &RunPlan) -> Result<Parameters, Error> {
-    plan.has_one_encoder()?;
     check_laws(plan)?;
     let mut parameters = assembled(plan)?;
     // The zero of the device is the position at which it is armed. The host's joint rests there
@@ -62,6 +63,7 @@ pub fn blob(plan: &RunPlan) -> Result<Vec<u8>, Error> {
 pub fn everything_on(plan: &RunPlan) -> Result<Vec<u8>, Error> {
     let mut parameters = by_itself(plan)?;
     parameters.controller.encoder.output = EncoderOutput::PushPull;
+    parameters.controller.motor.output = EncoderOutput::PushPull;
     validate(&parameters, plan)?;
     record(plan, &parameters)
 }

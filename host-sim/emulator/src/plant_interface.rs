@@ -8,24 +8,24 @@ use dynamics::joint::RunJoint;
 use files::error::Error;
 use files::hardware::STM32F405;
 use simulator::experiment::RunPlan;
-use simulator::plant::Plant;
+use simulator::plant::{Discs, Plant};
 
-/// Plant that the bridge drives, and whose position the encoder shows.
+/// Plant that the bridge drives, and whose position the encoders show.
 pub trait PlantInterface: Send + std::fmt::Debug + 'static {
-    /// Returns the position of the disc, counts.
-    fn disc(&self) -> i64;
+    /// Returns the positions of the discs.
+    fn discs(&self) -> Discs;
 
     /// Moves the plant by a sample under the state of the bridge, and returns the drive code of
     /// this state.
     fn hold(&mut self, bridge: &BridgeInputs, period_ns: u64) -> i16;
 }
 
-/// Position of a free disc, counts. The caller turns it, the bridge does not.
+/// Free discs. The caller turns them, the bridge does not.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct FreeDisc(pub i64);
+pub struct FreeDiscs(pub Discs);
 
-impl PlantInterface for FreeDisc {
-    fn disc(&self) -> i64 {
+impl PlantInterface for FreeDiscs {
+    fn discs(&self) -> Discs {
         self.0
     }
 
@@ -90,8 +90,8 @@ impl DrivenPlant {
 }
 
 impl PlantInterface for DrivenPlant {
-    fn disc(&self) -> i64 {
-        self.plant.disc()
+    fn discs(&self) -> Discs {
+        self.plant.discs()
     }
 
     fn hold(&mut self, bridge: &BridgeInputs, period_ns: u64) -> i16 {

@@ -1,14 +1,14 @@
 //! Runs of an experiment, each on its own board.
 
-use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressStyle};
 use rayon::prelude::*;
 
-use super::image::FirmwareImage;
+use super::image::{DEFAULT_IMAGE, FirmwareImage};
 use super::log::{Listener, LogLine};
 use super::parameters;
 use super::plant_interface::PowerStage;
@@ -20,13 +20,12 @@ use files::machine::AxisSolverName;
 use simulator::experiment::{RunPlan, Task};
 use simulator::run::{Recording, RunResult};
 
-/// Path of the image that `cargo xtask firmware` builds.
-pub const DEFAULT_IMAGE: &str = "target/firmware/stiction-firmware.elf";
-
 /// Settings for experiments on the emulated microcontroller.
 #[derive(Clone)]
 pub struct Emulation {
     image: Arc<FirmwareImage>,
+    /// Image for two encoders, once a plan has needed it; only if no image was named.
+    second: Option<OnceLock<Arc<FirmwareImage>>>,
     /// Whether the edges and the PWM have their own times (free-running), instead of lockstep.
     pub free_running: bool,
     /// Callback for each line of each run's log, as soon as it is read.
@@ -66,20 +65,33 @@ pub struct EmulatedRun {
 }
 
 impl Emulation {
-    /// Creates the settings for the image at `path`, or else for the one that
+    /// Creates the settings for the image at `path`, or else for those that
     /// `cargo xtask firmware` builds; in lockstep.
     ///
     /// # Errors
     /// Returns why the file is not a valid image, and how to build one.
     pub fn new(path: Option<&Path>) -> Result<Self, Error> {
-        let path = path.map_or_else(|| PathBuf::from(DEFAULT_IMAGE), Path::to_path_buf);
-        let image = Arc::new(FirmwareImage::open(&path)?);
-        Ok(Self { image, free_running: false, listener: None, interrupt: Arc::default() })
+        let image = Arc::new(FirmwareImage::open(path.unwrap_or(Path::new(DEFAULT_IMAGE)))?);
+        let second = path.is_none().then(OnceLock::new);
+        Ok(Self { image, second, free_running: false, listener: None, interrupt: Arc::default() })
     }
 
-    /// Returns the image that runs.
-    pub fn image(&self) -> &FirmwareImage {
-        &self.image
+    /// Returns the image that runs a plan: the named one, or the built one for the encoders of the
+    /// plan.
+    ///
+    /// # Errors
+    /// Returns why there is no such image, or that the named one does not read all encoders.
+    fn image(&self, plan: &RunPlan) -> Result<Arc<FirmwareImage>, Error> {
+        match &self.second {
+            Some(second) if plan.has_two_encoders() => {
+                if let Some(image) = second.get() {
+                    return Ok(image.clone());
+                }
+                let image = Arc::new(FirmwareImage::for_plan(None, plan)?);
+                Ok(second.get_or_init(|| image).clone())
+            }
+            _ => self.image.fits(plan).map(|()| self.image.clone()),
+        }
     }
 
     /// Runs all plans, as many at once as there are cores, with a progress bar on a terminal.
@@ -163,7 +175,7 @@ impl Emulation {
         S: AxisSolver + Clone + Send + std::fmt::Debug + 'static,
     {
         let mut recording = Recording::new(plan)?;
-        let mut setup = BoardSetup::new(&plan.label, &self.image, record);
+        let mut setup = BoardSetup::new(&plan.label, &self.image(plan)?, record);
         (setup.listener, setup.interrupt) = (self.listener.clone(), self.interrupt.clone());
         let ran = if self.free_running {
             let stage = PowerStage::of(plan)?;

@@ -17,20 +17,19 @@ use stiction::identification::RampFindings;
 use super::board_under_test::{BoardUnderTest, PoweredOffBoard};
 use super::compare::{Difference, same_bits};
 use super::coupling::{ImageSample, PlantCoupling};
-use super::encoder_edges::EncoderEdges;
 use super::free_running::FreeRunning;
 use super::guard::Guard;
 use super::image::FirmwareImage;
 use super::lockstep::Lockstep;
 use super::log::LogLine;
-use super::plant_interface::{FreeDisc, PowerStage, nanoseconds};
+use super::plant_interface::{FreeDiscs, PowerStage, nanoseconds};
 use super::setup::BoardSetup;
 use dynamics::solver::AxisSolver;
 use files::error::Error;
 use simulator::closed_loop::ClosedLoop;
-use simulator::plant::DelayLine;
+use simulator::plant::{DelayLine, Discs};
 use simulator::run::Recording;
-use simulator::target::{BareLoop, Target};
+use simulator::target::{BareLoop, Counters, Target};
 
 /// Reason of an early end of a run.
 #[derive(Debug)]
@@ -91,8 +90,10 @@ fn armed<C: PlantCoupling>(
         }
         if seen.sample.bridge.is_on() && seen.sample.clock.is_some() {
             let (found, top) = (seen.sample.bridge.top, closed_loop.controller.drive().pwm_top());
-            if !board.act(|halted| EncoderEdges::connected(halted.board()))? {
-                return misbehaves("PA0 and PA1, where the encoder is, are not connected to TIM2");
+            let unconnected = board
+                .act(|halted| halted.harness.coupling.encoders().unconnected(halted.board()))?;
+            if let Some(why) = unconnected {
+                return misbehaves(why);
             }
             if found != top {
                 return misbehaves(format!(
@@ -153,7 +154,7 @@ impl<'a> Beside<'a> {
         progress: &'a AtomicU32,
     ) -> Self {
         let ClosedLoop { controller, course, .. } = closed_loop;
-        let core = BareLoop::new(controller, course, first.counter, start);
+        let core = BareLoop::new(controller, course, counters(first).position, start);
         Self { closed_loop, core, start, ticks: 0, at_ns: first.at_ns, progress }
     }
 
@@ -180,7 +181,7 @@ impl<'a> Beside<'a> {
     /// Compares a tick of the image with that of the core; `None` after the end of a ramp.
     fn compare(&mut self, seen: &Seen) -> Result<Option<Tick>, Stopped> {
         let (time_s, bridge) = (self.time_s(), &seen.sample.bridge);
-        let (host, is_over) = self.core.follow(seen.sample.counter);
+        let (host, is_over) = self.core.follow(counters(&seen.sample));
         if bridge.is_on() == is_over {
             return misbehaves(if is_over {
                 format!("its bridge is still on at {time_s} s, when its ramp is over")
@@ -213,37 +214,40 @@ impl<'a> Beside<'a> {
 /// Image and core in lockstep with a plant that the host moves.
 #[derive(Debug)]
 struct SideBySide<'a> {
-    board: &'a mut BoardUnderTest<Lockstep<FreeDisc>>,
+    board: &'a mut BoardUnderTest<Lockstep<FreeDiscs>>,
     beside: Beside<'a>,
-    /// Position of the disc, counts.
-    disc: i64,
+    discs: Discs,
     /// First tick of the motion, until it has been compared.
     first: Option<Seen>,
     stopped: Result<(), Stopped>,
 }
 
 impl SideBySide<'_> {
-    /// Turns the disc to the position at which the counter reads `counter`, and waits for the next
-    /// sample.
-    fn turned_to(&mut self, counter: u32) -> Result<Seen, Stopped> {
-        let edges = counter.wrapping_sub(self.disc as u32);
-        self.disc += match self.beside.closed_loop.encoder.counter_bits {
-            CounterBits::Sixteen => i64::from(edges as u16 as i16),
-            CounterBits::ThirtyTwo => i64::from(edges as i32),
-        };
-        turn(self.board, self.disc)?;
+    /// Turns the discs to the positions at which the counters have these readings, and waits for
+    /// the next sample.
+    fn turned_to(&mut self, Counters { position, motor }: Counters) -> Result<Seen, Stopped> {
+        let ClosedLoop { encoder, motor_encoder, .. } = self.beside.closed_loop;
+        let Discs { first, load } = &mut self.discs;
+        if let (Some(load), Some(motor)) = (load, motor) {
+            *load += edges(position, *load, encoder.counter_bits);
+            let bits = motor_encoder.map_or(CounterBits::ThirtyTwo, |motor| motor.counter_bits);
+            *first += edges(motor, *first, bits);
+        } else {
+            *first += edges(position, *first, encoder.counter_bits);
+        }
+        turn(self.board, self.discs)?;
         Ok(next_sample(self.board)?)
     }
 
-    fn step(&mut self, counter: u32) -> Result<Option<Tick>, Stopped> {
+    fn step(&mut self, counters: Counters) -> Result<Option<Tick>, Stopped> {
         let seen = match self.first.take() {
             Some(first) => first,
-            None => self.turned_to(counter)?,
+            None => self.turned_to(counters)?,
         };
         self.beside.has_come(&seen)?;
-        let (ImageSample { counter, shown, .. }, disc) = (seen.sample, self.disc);
+        let (ImageSample { counter, shown, .. }, disc) = (seen.sample, self.discs.first);
         if self.beside.ticks > 0 {
-            if shown != disc {
+            if shown != self.discs {
                 return misbehaves("it has ticked before the encoder's edges were over");
             }
             if counter != disc as u32 {
@@ -260,8 +264,8 @@ impl SideBySide<'_> {
 }
 
 impl Target for SideBySide<'_> {
-    fn tick(&mut self, counter: u32) -> Option<Tick> {
-        match self.step(counter) {
+    fn tick(&mut self, counters: Counters) -> Option<Tick> {
+        match self.step(counters) {
             Ok(tick) => tick,
             Err(stopped) => {
                 self.stopped = Err(stopped);
@@ -271,11 +275,30 @@ impl Target for SideBySide<'_> {
     }
 }
 
-/// Turns the disc of a halted board.
-fn turn(board: &mut BoardUnderTest<Lockstep<FreeDisc>>, disc: i64) -> Result<(), Error> {
+/// Returns the readings of the counters in a sample. The counter of the load's encoder has those of
+/// its wires: the image reads it at the same instant, and a wrong reading is a difference.
+fn counters(sample: &ImageSample) -> Counters {
+    let ImageSample { counter, shown: Discs { load, .. }, .. } = *sample;
+    match load {
+        Some(load) => Counters { position: load as u32, motor: Some(counter) },
+        None => Counters::one(counter),
+    }
+}
+
+/// Returns the edges from a disc to the position at which its counter reads `counter`.
+fn edges(counter: u32, disc: i64, counter_bits: CounterBits) -> i64 {
+    let edges = counter.wrapping_sub(disc as u32);
+    match counter_bits {
+        CounterBits::Sixteen => i64::from(edges as u16 as i16),
+        CounterBits::ThirtyTwo => i64::from(edges as i32),
+    }
+}
+
+/// Turns the discs of a halted board.
+fn turn(board: &mut BoardUnderTest<Lockstep<FreeDiscs>>, discs: Discs) -> Result<(), Error> {
     board.act(move |halted| {
         let coupling = &mut halted.harness.coupling;
-        coupling.plant = FreeDisc(disc);
+        coupling.plant = FreeDiscs(discs);
         coupling.replan(halted.stop.at);
     })
 }
@@ -310,15 +333,16 @@ pub(super) fn in_lockstep<S: AxisSolver>(
 ) -> Result<Ran<S>, Error> {
     let around = recording.closed_loop.clone();
     let mut plant = around.plant(solver);
-    let (explain, coupling) = (Explanation::of(&setup), FreeDisc::default());
-    let coupling = Lockstep::new(coupling, nanoseconds(around.sample_time_s));
+    let (explain, discs) = (Explanation::of(&setup), plant.discs());
+    let at_zero = Discs { first: 0, load: discs.load.map(|_| 0) };
+    let coupling = Lockstep::new(FreeDiscs(at_zero), nanoseconds(around.sample_time_s));
     let mut board = BoardUnderTest::power_on(setup, coupling)?;
-    let (disc, counts) = (plant.disc(), plant.counts());
-    let found = armed(&mut board, &around, |board| turn(board, disc)).and_then(|first| {
+    let counts = plant.counts();
+    let found = armed(&mut board, &around, |board| turn(board, discs)).and_then(|first| {
         let mut target = SideBySide {
             board: &mut board,
             beside: Beside::new(&around, &first.sample, counts, progress),
-            disc,
+            discs,
             first: Some(first),
             stopped: Ok(()),
         };

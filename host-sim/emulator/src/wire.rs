@@ -7,7 +7,7 @@
 //! requests between the same two ticks. The link is real: a byte takes 11 us on the USART's wire,
 //! and the firmware needs instructions to answer.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -17,7 +17,6 @@ use stiction::parameters::ROOM;
 
 use super::FirmwareImage;
 use super::board_under_test::{BoardUnderTest, PlantInLockstep};
-use super::runs::DEFAULT_IMAGE;
 use super::setup::BoardSetup;
 use files::error::Error;
 use simulator::device::wire::{AWAY, Wire};
@@ -48,21 +47,22 @@ pub struct EmulatedWire {
 
 impl EmulatedWire {
     /// Powers a board with the image at `path`, or else with the one that `cargo xtask firmware`
-    /// builds, and with the parameters of the plan in its flash, without automatic start. When it
+    /// builds for the encoders of the plan, and with the parameters of the plan in its flash, without automatic start. When it
     /// returns, the joint has been at rest for long enough to be armed.
     ///
     /// # Errors
     /// Returns why the file is not a valid image, or names an invalid value of the plan.
     pub fn new(path: Option<&Path>, plan: &RunPlan) -> Result<Self, Error> {
-        let path = path.map_or_else(|| PathBuf::from(DEFAULT_IMAGE), Path::to_path_buf);
-        Self::with(&Arc::new(FirmwareImage::open(&path)?), plan)
+        Self::with(&Arc::new(FirmwareImage::for_plan(path, plan)?), plan)
     }
 
     /// As [`new`](Self::new), with an image that has been read.
     ///
     /// # Errors
-    /// Returns an error that names an invalid value of the plan.
+    /// Returns an error that names an invalid value of the plan, or if the image does not read all
+    /// encoders of the plan.
     pub fn with(image: &Arc<FirmwareImage>, plan: &RunPlan) -> Result<Self, Error> {
+        image.fits(plan)?;
         let mut parameters = for_a_device(plan)?;
         parameters.device.autostart = false;
         let needs_reference = parameters.device.reference == PositionReference::Command;

@@ -72,7 +72,7 @@ fn main() -> ExitCode {
         let axis = || ExactAxis::at_rest(&closed_loop.axis, closed_loop.sample_time_s);
         let rest = closed_loop.plant(axis());
         let servo =
-            WatchedServo::new(parameters(&plan).unwrap(), rest.counter(), rest.counts()).unwrap();
+            WatchedServo::new(parameters(&plan).unwrap(), rest.counters(), rest.counts()).unwrap();
         let [mut exact, mut rk4, mut watched] = [(); 3].map(|()| Shortest(f64::INFINITY));
         for _ in 0..TIMES {
             let [step_s, band] = RK4;

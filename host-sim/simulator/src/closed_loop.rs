@@ -107,14 +107,10 @@ impl ClosedLoop {
             if !plant.is_finite() {
                 return Some(time_s);
             }
-            let motor_counts = plant.motor_counts();
-            if let Some(counts) = motor_counts {
-                target.see_motor(counts);
-            }
-            let Some(tick) = target.tick(plant.counter()) else { break };
+            let Some(tick) = target.tick(plant.counters()) else { break };
             let effort_v = plant.put_out(tick.code);
             let moment = self.moment(time_s, tick, effort_v, &plant.solver);
-            on_moment(&LoopSample { motor_counts, ..moment });
+            on_moment(&LoopSample { motor_counts: plant.motor_counts(), ..moment });
             if k < samples {
                 plant.hold(effort_v, self.sample_time_s, &mut on_event);
             }

@@ -6,6 +6,7 @@
 
 use stiction::control::encoder::Direction;
 
+use crate::target::Counters;
 use dynamics::joint::RunJoint;
 use dynamics::mechanism::RobotAxis;
 use dynamics::solver::{AxisSolver, Event};
@@ -59,6 +60,16 @@ impl DelayLine {
             Delay::TwoSamples => oldest,
         }
     }
+}
+
+/// Positions of the discs of a joint's encoders, in counts of counters that do not wrap.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Discs {
+    /// Disc whose counter is [`Input::counter`](stiction::servo::Input::counter): of two, that of
+    /// the motor.
+    pub first: i64,
+    /// Disc of the load, if there are two.
+    pub load: Option<i64>,
 }
 
 /// A joint that moves sample by sample. The solver `S` computes its motion between two samples.
@@ -131,23 +142,33 @@ impl<S: AxisSolver> Plant<S> {
         Some(encoder.counts(self.solver.measured_at_motor()) as i32)
     }
 
-    /// Returns the counter reading with intact wires.
+    /// Returns the reading of the counter of the encoder that measures the position, with intact
+    /// wires.
     #[inline]
     pub fn counter(&self) -> u32 {
         self.encoder.counter(self.solver.measured())
     }
 
-    /// Returns the position of the disc, in counts of a counter that does not wrap.
-    pub fn disc(&self) -> i64 {
-        self.disc_at(self.solver.measured())
+    /// Returns the readings of the counters of all encoders, with intact wires.
+    #[inline]
+    pub fn counters(&self) -> Counters {
+        let of_motor = |motor: &EncoderModel| motor.counter(self.solver.measured_at_motor());
+        Counters { position: self.counter(), motor: self.motor_encoder.as_ref().map(of_motor) }
     }
 
-    /// Returns the counts of the disc at a position (deg).
-    fn disc_at(&self, position_deg: f64) -> i64 {
-        let counts = self.encoder.counts(position_deg);
-        match self.encoder.direction {
-            Direction::Forward => counts,
-            Direction::Reverse => -counts,
+    /// Returns the positions of the discs of all encoders.
+    pub fn discs(&self) -> Discs {
+        self.discs_of(&self.solver)
+    }
+
+    /// Returns the positions of the discs of a joint in the state of `solver`.
+    fn discs_of(&self, solver: &S) -> Discs {
+        let position = disc_at(&self.encoder, solver.measured());
+        match &self.motor_encoder {
+            Some(motor) => {
+                Discs { first: disc_at(motor, solver.measured_at_motor()), load: Some(position) }
+            }
+            None => Discs { first: position, load: None },
         }
     }
 
@@ -220,12 +241,12 @@ impl<S: AxisSolver> Plant<S> {
 }
 
 impl<S: AxisSolver + Clone> Plant<S> {
-    /// Returns the position of the disc (counts) after an effort (V) is held; `span_s` is the start
-    /// and the length, s.
-    pub fn disc_after(&self, effort_v: f64, span_s: [f64; 2]) -> i64 {
+    /// Returns the positions of the discs after an effort (V) is held; `span_s` is the start and
+    /// the length, s.
+    pub fn discs_after(&self, effort_v: f64, span_s: [f64; 2]) -> Discs {
         let mut ahead = self.solver.clone();
         hold(&mut ahead, &self.axis, [effort_v, self.brake_v], span_s, &mut |_| {});
-        self.disc_at(ahead.measured())
+        self.discs_of(&ahead)
     }
 }
 
@@ -266,4 +287,13 @@ fn stretch(
     solver.advance(effort_v, duration_s, &friction, &mut |event| {
         on_event(Event { time_s: from_s + event.time_s, ..event });
     });
+}
+
+/// Returns the counts of a disc at a position (deg), in the direction of its counter.
+fn disc_at(encoder: &EncoderModel, position_deg: f64) -> i64 {
+    let counts = encoder.counts(position_deg);
+    match encoder.direction {
+        Direction::Forward => counts,
+        Direction::Reverse => -counts,
+    }
 }

@@ -148,7 +148,7 @@ fn run_with<S: AxisSolver>(
             let why = "ramps of a servo need a device: `stiction device ... identify`";
             return Err(Error::Input(format!("--target servo: {} is a ramp; {why}", plan.label)));
         }
-        let mut target = WatchedServo::new(parameters(plan)?, counter, counts)?;
+        let mut target = WatchedServo::new(parameters(plan)?, plant.counters(), counts)?;
         recording.step(&mut target, &mut plant);
         let fault = target.fault.map(|(latched, tick)| ServoTrip {
             code: latched.fault as u8,

@@ -2,7 +2,7 @@
 //! image.
 //!
 //! ```text
-//! counter -> Target::tick -> Tick (its code goes to the bridge) -> the plant moves on -> counter
+//! counters -> Target::tick -> Tick (its code goes to the bridge) -> the plant moves on -> counters
 //! ```
 //!
 //! [`ClosedLoop`](crate::closed_loop::ClosedLoop) steps each of them against a
@@ -12,20 +12,42 @@ use stiction::control::encoder::EncoderState;
 use stiction::control::profile::Profile;
 use stiction::control::reference::Reference;
 use stiction::safety::fault::LatchedFault;
-use stiction::servo::{Boot, Input, Refusal, State};
+use stiction::servo::{Boot, EncoderReading, Input, Refusal, State};
 use stiction::{Controller, Course, CourseState, Motion, Parameters, Reading, Servo, Tick};
 
 use files::error::Error;
 use files::hardware::STM32F405;
 
-/// A driver of a plant: computes a duty from the encoder's counter in each sample.
+/// Readings of the counters of a joint's encoders.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Counters {
+    /// Counter of the encoder that measures the position: of two, that of the load.
+    pub position: u32,
+    /// Counter of the motor's own encoder, if the joint has two.
+    pub motor: Option<u32>,
+}
+
+impl Counters {
+    /// Returns the reading of a joint with one encoder.
+    pub const fn one(position: u32) -> Self {
+        Self { position, motor: None }
+    }
+
+    /// Returns the input of a servo, with a reading of the supply, for driven lines.
+    pub const fn input(&self, supply: u16) -> Input {
+        let Self { position, motor } = *self;
+        let (counter, load) = match motor {
+            Some(motor) => (motor, position),
+            None => (position, 0),
+        };
+        Input { counter, supply, lines: 0, load: EncoderReading { counter: load, lines: 0 } }
+    }
+}
+
+/// A driver of a plant: computes a duty from the encoders' counters in each sample.
 pub trait Target {
     /// Runs one tick; returns `None` at the end of the motion.
-    fn tick(&mut self, counter: u32) -> Option<Tick>;
-
-    /// Sets the position of the motor for the next tick, counts of its own encoder, if the counter
-    /// is that of an encoder on the load. A driver with one encoder ignores it.
-    fn see_motor(&mut self, _counts: i32) {}
+    fn tick(&mut self, counters: Counters) -> Option<Tick>;
 }
 
 /// The control loop alone: no soft start, no monitors.
@@ -34,8 +56,8 @@ pub struct BareLoop<'a> {
     controller: &'a Controller,
     course: Course,
     encoder: EncoderState,
-    /// Position of the motor, counts of its own encoder.
-    motor_counts: i32,
+    /// State of the motor's own encoder, from the first tick on.
+    motor: Option<EncoderState>,
     /// State of the core.
     pub state: CourseState,
 }
@@ -46,15 +68,19 @@ impl<'a> BareLoop<'a> {
         let encoder = EncoderState::start(counter, counts);
         let course = course.clone();
         let state = CourseState::start(controller, counts);
-        Self { controller, course, encoder, motor_counts: 0, state }
+        Self { controller, course, encoder, motor: None, state }
     }
 
     /// Runs one tick; also returns whether a ramp has already ended.
     #[inline(always)]
-    pub fn follow(&mut self, counter: u32) -> (Tick, bool) {
-        self.controller.encoder().update(&mut self.encoder, counter);
-        let position = Reading::position(self.encoder.counts());
-        let reading = Reading { motor_counts: self.motor_counts, ..position };
+    pub fn follow(&mut self, counters: Counters) -> (Tick, bool) {
+        self.controller.encoder().update(&mut self.encoder, counters.position);
+        let mut reading = Reading::position(self.encoder.counts());
+        if let (Some(encoder), Some(counter)) = (self.controller.motor_encoder(), counters.motor) {
+            let state = self.motor.get_or_insert(EncoderState::start(counter, 0));
+            encoder.update(state, counter);
+            reading.motor_counts = state.counts();
+        }
         let tick = self.course.tick(self.controller, &mut self.state, reading);
         let is_over = self.state.is_over(&self.course);
         (tick, is_over)
@@ -63,13 +89,9 @@ impl<'a> BareLoop<'a> {
 
 impl Target for BareLoop<'_> {
     #[inline(always)]
-    fn tick(&mut self, counter: u32) -> Option<Tick> {
-        let (tick, is_over) = self.follow(counter);
+    fn tick(&mut self, counters: Counters) -> Option<Tick> {
+        let (tick, is_over) = self.follow(counters);
         (!is_over).then_some(tick)
-    }
-
-    fn see_motor(&mut self, counts: i32) {
-        self.motor_counts = counts;
     }
 }
 
@@ -94,11 +116,11 @@ pub struct WatchedServo {
 const LONGEST_REST: u32 = 1000;
 
 impl WatchedServo {
-    /// Creates an armed servo with the joint at rest at `counts` and its counter at `counter`.
+    /// Creates an armed servo with the joint at rest at `counts` and its counters at `counters`.
     ///
     /// # Errors
     /// Returns an error if the servo refuses to be armed.
-    pub fn new(mut parameters: Parameters, counter: u32, counts: i32) -> Result<Self, Error> {
+    pub fn new(mut parameters: Parameters, counters: Counters, counts: i32) -> Result<Self, Error> {
         parameters.device.autostart = false;
         from_start(&mut parameters.motion, counts);
         let device = &parameters.device;
@@ -108,7 +130,7 @@ impl WatchedServo {
         let supply = (share * f32::from(STM32F405.supply_top)).round() as u16;
         let mut servo = Servo::new(Ok(&parameters), Boot::at_zero(), &STM32F405);
         for _ in 0..LONGEST_REST {
-            servo.tick(Input { counter, supply, lines: 0 });
+            servo.tick(counters.input(supply));
             if servo.is_at_rest() {
                 break;
             }
@@ -156,13 +178,13 @@ impl WatchedServo {
 }
 
 impl Target for WatchedServo {
-    fn tick(&mut self, counter: u32) -> Option<Tick> {
+    fn tick(&mut self, counters: Counters) -> Option<Tick> {
         let was_armed = self.servo.state() == State::Armed;
         let before = self.servo.position();
         if self.is_led {
             self.servo.heard();
         }
-        let mut tick = self.servo.tick(Input { counter, supply: self.supply, lines: 0 }).tick;
+        let mut tick = self.servo.tick(counters.input(self.supply)).tick;
         if was_armed && let Some(latched) = self.servo.latched() {
             self.fault = Some((latched, self.ticks));
         }
@@ -179,10 +201,6 @@ impl Target for WatchedServo {
         }
         self.followed = tick;
         Some(tick)
-    }
-
-    fn see_motor(&mut self, counts: i32) {
-        self.servo.see_motor(counts);
     }
 }
 

@@ -33,7 +33,8 @@ pub struct TargetArguments {
     /// Emulator: edges and PWM at their own times instead of in lockstep with the samples
     #[arg(long)]
     free_running: bool,
-    /// Emulator: the flash image [default: the one that cargo xtask firmware builds]
+    /// Emulator: the flash image [default: the one that cargo xtask firmware builds for the file's
+    /// encoders]
     #[arg(long, value_name = "ELF")]
     image: Option<PathBuf>,
     /// Emulator: print the firmware's log as it arrives

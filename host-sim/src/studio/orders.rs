@@ -6,7 +6,7 @@ use std::time::Duration;
 use serde_json::{Value, json};
 use stiction::identification::{Outcome, Summary};
 use stiction::motion::home::HomeRequest;
-use stiction::motion::jog::{JogRequest, Verdict};
+use stiction::motion::jog::JogRequest;
 use stiction::{Parameters, identification};
 
 use super::desk::{QueuedRequest, UnsavedJoint};
@@ -282,10 +282,12 @@ impl<W: Wire> Worker<'_, W> {
         Ok(match running {
             RunningMotion::Jog => match self.client.jogged()? {
                 Some(found) => {
-                    let said = jogged::words(&found, &self.client.parameters()?);
-                    match found.verdict() {
-                        Verdict::Agrees => MotionReport { said, grade: Grade::Good },
-                        _ => MotionReport::bad(said),
+                    let parameters = self.client.parameters()?;
+                    let said = jogged::words(&found, &parameters);
+                    if jogged::is_right(&found, &parameters) {
+                        MotionReport { said, grade: Grade::Good }
+                    } else {
+                        MotionReport::bad(said)
                     }
                 }
                 None => nothing("jog"),

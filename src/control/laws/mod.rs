@@ -62,7 +62,7 @@ pub const MAX_TERMS: usize = 4;
 /// is compiled if it is not always, then `number "name in a machine's file" Type;`. After `alone`
 /// comes the law that replaces PD and is too large to have room in each place of a sum. After
 /// `unlisted` come the laws that no file can name: the program that runs them makes their gains.
-/// The first of these stands alone, too.
+/// The first of these stands alone, too, and a record can have it.
 macro_rules! laws {
     ($(
         $(#[doc = $doc:literal])* $(#[cfg($feature:meta)])?
@@ -79,6 +79,7 @@ macro_rules! laws {
                 $($(#[cfg($feature)])? $number $name $Law;)+
                 $alone_number $alone_name $Alone;
             }
+            otherwise_named { #[cfg($dual_feature)] $dual_number $Dual; }
             all {
                 $($(#[doc = $doc])* $(#[cfg($feature)])? $number $name $Law;)+
                 $(#[doc = $alone_doc])* $alone_number $alone_name $Alone;
@@ -103,6 +104,7 @@ macro_rules! gains {
         $(#[cfg($listed_feature:meta)])?
         $listed_number:literal $listed_name:literal $Listed:ident;
     )+}
+    otherwise_named {#[cfg($dual_feature:meta)] $dual_number:literal $Dual:ident;}
     all {$(
         $(#[doc = $doc:literal])* $(#[cfg($feature:meta)])?
         $number:literal $name:literal $Law:ident;
@@ -147,6 +149,8 @@ macro_rules! gains {
                         $(#[cfg($listed_feature)])?
                         $listed_number => Some(Self::$Listed(<$Listed as Law>::Gains::EXAMPLE)),
                     )+
+                    #[cfg($dual_feature)]
+                    $dual_number => Some(Self::$Dual(<$Dual as Law>::Gains::EXAMPLE)),
                     _ => None,
                 }
             }

@@ -455,6 +455,14 @@ impl MonitorState {
         self.reversal.suppose();
     }
 
+    /// Turns the monitors off that suppose the direction of an encoder, or the ratio of two: a jog
+    /// finds both.
+    pub const fn suppose_wiring(&mut self) {
+        self.suppose_direction();
+        #[cfg(feature = "two-encoders")]
+        self.twist.suppose();
+    }
+
     /// Turns the monitor of an abrupt stop off if a homing expects a stop, else on.
     pub fn expect_stop(&mut self, is_expected: bool) {
         self.abrupt = AbruptStopState::default();

@@ -62,6 +62,15 @@ pub(super) struct TwistState {
     calm: u16,
     /// Ticks in a row beyond the largest twist.
     ticks: u8,
+    /// Whether the ratio of both encoders is unknown, so that their difference is no twist.
+    is_ratio_unknown: bool,
+}
+
+impl TwistState {
+    /// Turns the monitor off until the next arming: a jog finds directions and ratio.
+    pub const fn suppose(&mut self) {
+        self.is_ratio_unknown = true;
+    }
 }
 
 impl Twist {
@@ -79,6 +88,9 @@ impl Twist {
     /// Checks a tick with the code that was applied, and returns the twist (deg) that trips.
     pub fn check(&self, state: &mut TwistState, seen: &Seen, code: i32) -> Option<f32> {
         let motor = seen.motor?;
+        if state.is_ratio_unknown {
+            return None;
+        }
         let now = [motor.position, seen.position];
         let armed_at = state.armed_at.get_or_insert(now);
         let ways = [0, 1].map(|side| now[side].wrapping_sub(armed_at[side]));
@@ -116,7 +128,7 @@ mod tests {
     const UNITS: Units = Units { count: 2.0, code: 1.0, tick: 0.001, supply: 1.0 };
 
     fn monitor() -> Twist {
-        let motor = MotorEncoder { count: 1.0, twist: 10.0, swing: 40.0 };
+        let motor = MotorEncoder { count: 1.0, twist: 10.0, swing: 40.0, ..MotorEncoder::NONE };
         let limits = Limits { breakaway_effort: 5.0, ..Limits::OFF };
         Twist::new(&motor, &limits, &UNITS).unwrap()
     }

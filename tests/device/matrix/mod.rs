@@ -19,10 +19,7 @@ const FROM_THE_BOARD: [Fault; 5] =
 
 /// The other faults, and why they are in no row.
 const ELSEWHERE: [(Fault, &str); 12] = [
-    (
-        Fault::EncodersDisagree,
-        "it takes two encoders: host-sim/studies/src/ensemble/failed_sensor_tests.rs",
-    ),
+    (Fault::EncodersDisagree, "it takes two encoders: both_encoders.rs beside this folder"),
     (Fault::EncoderOpen, "at rest only: tests/device/open_line.rs"),
     (Fault::Oscillation, "it takes gains of its own (tests/device/oscillation.rs)"),
     (Fault::NonFinite, "only extreme parameters lead there (src/servo/tests.rs)"),

@@ -39,7 +39,7 @@ fn armed(law: &str, set: &[&str], joint: Option<Substitute>) -> ImageBench {
 
 /// The disc's position, counts.
 fn disc(bench: &mut ImageBench) -> i64 {
-    bench.act(|halted| halted.plant().disc())
+    bench.act(|halted| halted.plant().discs().first)
 }
 
 /// Steps, and runs until the bridge is off and the joint rests, or for a number of ticks.

@@ -18,10 +18,7 @@ use bench::{ImageBench, print_row};
 
 /// Why the other faults are in no row.
 const ELSEWHERE: [(Fault, &str); 8] = [
-    (
-        Fault::EncodersDisagree,
-        "it takes two encoders: host-sim/studies/src/ensemble/failed_sensor_tests.rs",
-    ),
+    (Fault::EncodersDisagree, "it takes two encoders: both_encoders.rs beside this folder"),
     (Fault::EncoderOpen, "at rest only: tests/image/open_line.rs"),
     (Fault::Oscillation, "it takes gains of its own: a test of its own, below"),
     (Fault::NoParameters, "only at boot: tests/image/hardware_faults.rs"),

@@ -29,12 +29,41 @@ pub const LAW_STATE_BYTES_ALONE: usize = 256;
 /// Bytes of a whole controller's state.
 pub const CONTROLLER_STATE_BYTES: usize = 384;
 
-/// Returns the limits of a law: instructions of the core's tick and of the interrupt, and bytes of
-/// state.
-pub fn of_law(law: &str) -> (u32, u32, usize) {
-    if law == "robust" {
-        (CORE_INSTRUCTIONS_ALONE, INTERRUPT_INSTRUCTIONS_ALONE, LAW_STATE_BYTES_ALONE)
-    } else {
-        (CORE_INSTRUCTIONS, INTERRUPT_INSTRUCTIONS, LAW_STATE_BYTES)
+/// Instructions of the whole control interrupt of the image for two encoders, under any law.
+pub const INTERRUPT_INSTRUCTIONS_OF_TWO: u32 = 2600;
+/// Largest state of `robust` with two encoders, bytes.
+pub const LAW_STATE_BYTES_OF_TWO: usize = 384;
+
+/// Limits of a law. The core's tick has none of its own in the image for two encoders.
+#[derive(Clone, Copy, Debug)]
+pub struct LawBudget {
+    /// Instructions of the core's tick.
+    pub core: Option<u32>,
+    /// Instructions of the whole control interrupt.
+    pub interrupt: u32,
+    /// Bytes of state.
+    pub state: usize,
+}
+
+impl LawBudget {
+    /// Returns the limits of a law in the image for this number of encoders.
+    pub fn of(law: &str, encoders: u8) -> Self {
+        let is_alone = law == "robust";
+        if encoders > 1 {
+            let state = if is_alone { LAW_STATE_BYTES_OF_TWO } else { LAW_STATE_BYTES };
+            return Self { core: None, interrupt: INTERRUPT_INSTRUCTIONS_OF_TWO, state };
+        }
+        if is_alone {
+            return Self {
+                core: Some(CORE_INSTRUCTIONS_ALONE),
+                interrupt: INTERRUPT_INSTRUCTIONS_ALONE,
+                state: LAW_STATE_BYTES_ALONE,
+            };
+        }
+        Self {
+            core: Some(CORE_INSTRUCTIONS),
+            interrupt: INTERRUPT_INSTRUCTIONS,
+            state: LAW_STATE_BYTES,
+        }
     }
 }

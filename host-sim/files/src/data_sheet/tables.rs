@@ -5,6 +5,7 @@
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use stiction::control::encoder::{Direction, EncoderOutput};
 
 /// What drives the motor.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -233,6 +234,62 @@ pub struct LoadEncoder {
     /// Noise of a reading, 0 or 1 counts.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub noise_counts: u32,
+    /// Which way its counter runs when the joint moves the positive way.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub direction: LoadEncoderDirection,
+    /// What drives its lines: only with `push-pull` are open ones found at rest.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub output: LoadEncoderOutput,
+}
+
+/// Which way the counter of the load's encoder runs.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum LoadEncoderDirection {
+    /// It counts up.
+    #[default]
+    Forward,
+    /// It counts down.
+    Reverse,
+}
+
+impl From<LoadEncoderDirection> for Direction {
+    fn from(direction: LoadEncoderDirection) -> Self {
+        match direction {
+            LoadEncoderDirection::Forward => Self::Forward,
+            LoadEncoderDirection::Reverse => Self::Reverse,
+        }
+    }
+}
+
+/// What drives the lines of the load's encoder at the input of the chip.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum LoadEncoderOutput {
+    /// Nothing is said: the test for open lines is off.
+    #[default]
+    Unknown,
+    /// The lines are driven up and down, without resistors that hold them: the test is on.
+    PushPull,
+    /// The lines are driven down, and a resistor pulls them up: the test is off.
+    OpenCollector,
+    /// A line receiver stands between cable and chip, and hides an open cable: the test is off.
+    Receiver,
+}
+
+impl From<LoadEncoderOutput> for EncoderOutput {
+    fn from(output: LoadEncoderOutput) -> Self {
+        match output {
+            LoadEncoderOutput::Unknown => Self::Unknown,
+            LoadEncoderOutput::PushPull => Self::PushPull,
+            LoadEncoderOutput::OpenCollector => Self::OpenCollector,
+            LoadEncoderOutput::Receiver => Self::Receiver,
+        }
+    }
+}
+
+fn is_default<T: Default + PartialEq>(value: &T) -> bool {
+    *value == T::default()
 }
 
 const fn is_zero(counts: &u32) -> bool {

@@ -1,14 +1,49 @@
 //! Result of a jog, as text and as JSON.
 
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 use stiction::Parameters;
 use stiction::control::encoder::Direction;
 use stiction::motion::jog::{JogEnd, JogFindings, Verdict, Way};
 
 use files::written::single;
 
+/// Returns whether all encoders count in the sense of the effort, and two agree about the way.
+pub fn is_right(found: &JogFindings, parameters: &Parameters) -> bool {
+    found.agrees() && wrong_ratio(found, parameters).is_none()
+}
+
 /// Returns the verdict of a jog as half a sentence.
-pub const fn headline(verdict: Verdict) -> &'static str {
+pub fn headline(found: &JogFindings, parameters: &Parameters) -> &'static str {
+    if wrong_ratio(found, parameters).is_some() {
+        return "both encoders count in the sense of the effort, but not by the same angle";
+    }
+    match (found.verdict(), found.motor_verdict()) {
+        (verdict, None) => of_one(verdict),
+        (Verdict::Agrees, Some(Verdict::Agrees)) => {
+            "both encoders count in the sense of the effort, as they should"
+        }
+        (Verdict::Reversed, Some(Verdict::Reversed)) => {
+            "both encoders count AGAINST the effort: a closed loop would run away"
+        }
+        (Verdict::Reversed, Some(Verdict::Agrees)) => {
+            "the load's encoder counts AGAINST the effort: a closed loop would run away"
+        }
+        (Verdict::Agrees, Some(Verdict::Reversed)) => {
+            "the motor's encoder counts AGAINST the effort: a closed loop would run away"
+        }
+        (
+            Verdict::Still | Verdict::Noise,
+            Some(Verdict::Agrees | Verdict::Reversed | Verdict::RunsOn),
+        ) => "the motor turned, but the load's encoder does not follow it",
+        (Verdict::Agrees | Verdict::Reversed, Some(_)) => {
+            "the load moved, but the motor's encoder does not follow it"
+        }
+        (verdict, Some(_)) => of_one(verdict),
+    }
+}
+
+/// Returns the verdict on one encoder as half a sentence.
+const fn of_one(verdict: Verdict) -> &'static str {
     match verdict {
         Verdict::Agrees => "the encoder counts in the sense of the effort, as it should",
         Verdict::Reversed => "the encoder counts AGAINST the effort: a closed loop would run away",
@@ -20,15 +55,99 @@ pub const fn headline(verdict: Verdict) -> &'static str {
 }
 
 /// Returns the direction that a reversed encoder must be set to.
-const fn other(parameters: &Parameters) -> &'static str {
-    match parameters.controller.encoder.direction {
+const fn other(direction: Direction) -> &'static str {
+    match direction {
         Direction::Forward => "reverse",
         Direction::Reverse => "forward",
     }
 }
 
+/// Returns the keys of a machine's file that set the directions of the encoders that a jog has
+/// found reversed, with their values. `encoder` is that of the motor if there are two.
+fn reversed(found: &JogFindings, parameters: &Parameters) -> Vec<(&'static str, &'static str)> {
+    let position = other(parameters.controller.encoder.direction);
+    let is_reversed = |verdict| verdict == Verdict::Reversed;
+    match found.motor_verdict() {
+        None if is_reversed(found.verdict()) => vec![("encoder.direction", position)],
+        None => vec![],
+        Some(of_motor) => {
+            let motor = other(parameters.controller.motor.direction);
+            let keys = [
+                (is_reversed(of_motor), "encoder.direction", motor),
+                (is_reversed(found.verdict()), "load_encoder.direction", position),
+            ];
+            keys.into_iter().filter(|key| key.0).map(|(_, key, set)| (key, set)).collect()
+        }
+    }
+}
+
+/// Returns what is wrong with the ratio of two encoders, if the jog shows that: both sides agree,
+/// and the twist between them is larger than the gear allows.
+fn wrong_ratio(found: &JogFindings, parameters: &Parameters) -> Option<String> {
+    let (motor, count) = (parameters.controller.motor, parameters.controller.encoder.resolution);
+    if !found.agrees() || motor.twist == 0.0 {
+        return None;
+    }
+    found.ways.iter().find_map(|way| {
+        let [load_deg, motor_deg] =
+            [way.moved as f32 * count, way.motor_moved? as f32 * motor.count];
+        let twist_deg = (motor_deg - load_deg).abs();
+        (twist_deg > motor.twist).then(|| {
+            format!(
+                "the motor's encoder shows {motor_deg:+.3} deg of the joint and the load's \
+                 {load_deg:+.3} deg: more apart than the {:.3} deg that the gear allows",
+                motor.twist
+            )
+        })
+    })
+}
+
+/// Returns the next steps after a jog of a joint with two encoders that differ, one per line; none
+/// if the verdict is that on the load alone.
+fn advice_on_two(found: &JogFindings, parameters: &Parameters) -> Option<Vec<String>> {
+    let of_motor = found.motor_verdict()?;
+    let lines: &[&str] = match (found.verdict(), of_motor) {
+        (Verdict::Agrees | Verdict::Reversed, Verdict::Agrees | Verdict::Reversed) => {
+            let keys = reversed(found, parameters);
+            if keys.is_empty() {
+                let why = wrong_ratio(found, parameters)?;
+                return Some(vec![
+                    why + ".",
+                    "Check `gear.ratio`, `encoder.lines` and `load_encoder.counts_per_turn`, and"
+                        .into(),
+                    "the slack and stiffness of the gear, send them, and jog again.".into(),
+                ]);
+            }
+            let mut lines = vec!["do not arm it like this. In the machine's file, set".to_owned()];
+            lines.extend(keys.iter().map(|(key, value)| format!("    {key} = \"{value}\"")));
+            lines.extend([
+                "send it with `params push FILE.toml`, and jog again.".into(),
+                "(If both are reversed, swapping the motor's two wires does the same.)".into(),
+            ]);
+            return Some(lines);
+        }
+        (
+            Verdict::Still | Verdict::Noise,
+            Verdict::Agrees | Verdict::Reversed | Verdict::RunsOn,
+        ) => &[
+            "do not arm it like this. Check supply and wires of the load's encoder (PB6 and",
+            "PB7), what couples it to the joint, and the gear: turn the load by hand, and the",
+            "position in `status` must follow. Then jog again.",
+        ],
+        (Verdict::Agrees | Verdict::Reversed, _) => &[
+            "do not arm it like this. Check supply and wires of the motor's encoder (PA0 and",
+            "PA1), and what couples it to the motor. Then jog again.",
+        ],
+        _ => return None,
+    };
+    Some(lines.iter().map(|line| (*line).to_owned()).collect())
+}
+
 /// Returns the next steps, one per line.
 fn advice(verdict: Verdict, found: &JogFindings, parameters: &Parameters) -> Vec<String> {
+    if let Some(lines) = advice_on_two(found, parameters) {
+        return lines;
+    }
     let bound = found.ways.iter().map(|way| way.effort).fold(0.0, f32::max);
     let lines: &[&str] = match verdict {
         Verdict::Agrees => &[
@@ -39,7 +158,7 @@ fn advice(verdict: Verdict, found: &JogFindings, parameters: &Parameters) -> Vec
         Verdict::Reversed => {
             return vec![
                 "do not arm it like this. In the machine's file, in [encoder], set".into(),
-                format!("    direction = \"{}\"", other(parameters)),
+                format!("    direction = \"{}\"", other(parameters.controller.encoder.direction)),
                 "send it with `params push FILE.toml`, and jog again. The direction of the".into(),
                 "first motion is positive. (To make it negative, swap the motor's two wires".into(),
                 "instead, with the power off.)".into(),
@@ -77,11 +196,11 @@ fn advice(verdict: Verdict, found: &JogFindings, parameters: &Parameters) -> Vec
 pub fn words(found: &JogFindings, parameters: &Parameters) -> String {
     let verdict = found.verdict();
     let [first, second] = &found.ways;
-    let resolution = parameters.controller.encoder.resolution;
+    let counts = [parameters.controller.encoder.resolution, parameters.controller.motor.count];
     let mut lines = vec![
-        format!("jog        {}", headline(verdict)),
-        format!("effort +   {}", way(first, resolution)),
-        format!("effort -   {}", way(second, resolution)),
+        format!("jog        {}", headline(found, parameters)),
+        format!("effort +   {}", way(first, counts)),
+        format!("effort -   {}", way(second, counts)),
     ];
     lines.extend(
         advice(verdict, found, parameters).into_iter().map(|line| format!("           {line}")),
@@ -89,8 +208,9 @@ pub fn words(found: &JogFindings, parameters: &Parameters) -> String {
     lines.join("\n") + "\n"
 }
 
-fn way(way: &Way, resolution: f32) -> String {
-    let deg = f64::from(way.moved) * f64::from(resolution);
+/// Returns one way as text, with the angles of a count of both encoders, deg.
+fn way(way: &Way, counts: [f32; 2]) -> String {
+    let deg = f64::from(way.moved) * f64::from(counts[0]);
     let why = match way.ended {
         JogEnd::Not => return "not tried".into(),
         _ if way.effort == 0.0 => {
@@ -105,7 +225,12 @@ fn way(way: &Way, resolution: f32) -> String {
         JogEnd::Speed => "speed limit reached",
         JogEnd::Time => "time limit reached",
     };
-    format!("up to {:.3} V: {:+} counts ({deg:+.4} deg), {why}", way.effort, way.moved)
+    let mut motor = String::new();
+    if let Some(moved) = way.motor_moved {
+        let deg = f64::from(moved) * f64::from(counts[1]);
+        motor = format!("\n           motor {moved:+} counts ({deg:+.4} deg)");
+    }
+    format!("up to {:.3} V: {:+} counts ({deg:+.4} deg), {why}{motor}", way.effort, way.moved)
 }
 
 const fn words_of(ended: JogEnd) -> &'static str {
@@ -119,8 +244,7 @@ const fn words_of(ended: JogEnd) -> &'static str {
 
 /// Returns the JSON object for scripts.
 pub fn json(found: &JogFindings, parameters: &Parameters, warning: Option<&str>) -> Value {
-    let verdict = found.verdict();
-    let name = match verdict {
+    let name = |verdict| match verdict {
         Verdict::Agrees => "agrees",
         Verdict::Reversed => "reversed",
         Verdict::Pulled => "pulled",
@@ -143,15 +267,19 @@ pub fn json(found: &JogFindings, parameters: &Parameters, warning: Option<&str>)
             "moved_counts": way.moved,
             "moved_deg": f64::from(way.moved) * f64::from(resolution),
             "counted": way.counted,
+            "motor_moved_counts": way.motor_moved,
             "ended_by": ended,
         })
     });
-    let set =
-        (verdict == Verdict::Reversed).then(|| json!({ "encoder.direction": other(parameters) }));
+    let keys = reversed(found, parameters);
+    let set: Option<Map<String, Value>> = (!keys.is_empty())
+        .then(|| keys.into_iter().map(|(key, value)| (key.to_owned(), value.into())).collect());
     json!({
         "schema": 1,
         "warning": warning,
-        "verdict": name,
+        "verdict": name(found.verdict()),
+        "motor_verdict": found.motor_verdict().map(name),
+        "wrong_ratio": wrong_ratio(found, parameters),
         "set": set,
         "positive": ways.clone().next(),
         "negative": ways.clone().nth(1),

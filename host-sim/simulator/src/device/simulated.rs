@@ -9,7 +9,7 @@ use std::collections::VecDeque;
 
 use stiction::link::DeviceKind;
 use stiction::parameters::store::Store;
-use stiction::servo::{Boot, Input, Output};
+use stiction::servo::{Boot, EncoderReading, Input, Output};
 use stiction::{Device, Parameters};
 
 use crate::experiment::RunPlan;
@@ -34,13 +34,47 @@ const REMEMBERED: usize = 600_000;
 /// Largest change that counts as rounding, deg.
 const SAME_DEG: f64 = 1e-9;
 
+/// Counter of an encoder whose wires can fail.
+#[derive(Clone, Copy, Debug)]
+struct WiredCounter {
+    /// Counter reading.
+    counter: u32,
+    /// Counter reading with intact wires.
+    sound: u32,
+    /// Whether the resistors of the input pull down since the last tick.
+    pulled_down: bool,
+}
+
+impl WiredCounter {
+    const fn at(counter: u32) -> Self {
+        Self { counter, sound: counter, pulled_down: false }
+    }
+
+    /// Returns the reading, given the one with intact wires.
+    fn read(&mut self, sound: u32, wires: Wires, pulls_down: bool) -> EncoderReading {
+        let edges = sound.wrapping_sub(std::mem::replace(&mut self.sound, sound));
+        let pulls = u32::from(std::mem::replace(&mut self.pulled_down, pulls_down) != pulls_down);
+        let flicker = (edges & 1) ^ pulls;
+        self.counter = match wires {
+            Wires::Sound => self.counter.wrapping_add(edges),
+            // Line A follows its resistor before line B does.
+            Wires::Cut => self.counter.wrapping_add(2 * pulls),
+            Wires::OneCut => self.counter ^ flicker,
+            Wires::Swapped => self.counter.wrapping_sub(edges),
+        };
+        EncoderReading { counter: self.counter, lines: wires.lines(sound, !pulls_down) }
+    }
+}
+
 /// A simulated device with its joint and injected faults.
 #[derive(Debug)]
 pub struct SimulatedDevice {
     /// Firmware core.
     pub device: Device<SimulatedFlash>,
-    /// State of the encoder's wires.
+    /// State of the encoder's wires: of two encoders, that of the motor's.
     pub wires: Wires,
+    /// State of the wires of the load's encoder, if there are two.
+    pub load_wires: Wires,
     /// Reading of the supply converter.
     pub supply: u16,
     /// Friction in addition to that of the machine, V: a hand on the joint, a hard stop.
@@ -50,12 +84,9 @@ pub struct SimulatedDevice {
     /// External load on the joint, V: a spring, a bumper.
     pub load_v: f64,
     plant: Plant<RunJoint>,
-    /// Counter reading.
-    counter: u32,
-    /// Counter reading with intact wires.
-    sound: u32,
-    /// Whether the resistors of the encoder's input pull down since the last tick.
-    pulled_down: bool,
+    encoder: WiredCounter,
+    /// Counter of the load's encoder, if there are two.
+    load_encoder: Option<WiredCounter>,
     /// Load's angle minus that of the encoder's side, deg, with the tick of its last change.
     load_ahead: VecDeque<(u32, f64)>,
 }
@@ -89,39 +120,35 @@ impl SimulatedDevice {
     /// Returns an error that names the invalid value.
     pub fn with(plan: &RunPlan, store: Store<SimulatedFlash>, boot: Boot) -> Result<Self, Error> {
         let plant = plan.plant()?;
-        let counter = plant.counter();
+        let Input { counter, load, .. } = plant.counters().input(SUPPLY);
+        let has_two = plant.counters().motor.is_some();
         Ok(Self {
             device: Device::start(store, boot, STM32F405),
             wires: Wires::Sound,
+            load_wires: Wires::Sound,
             supply: SUPPLY,
             brake_v: 0.0,
             is_unpowered: false,
             load_v: 0.0,
             plant,
-            counter,
-            sound: counter,
-            pulled_down: false,
+            encoder: WiredCounter::at(counter),
+            load_encoder: has_two.then(|| WiredCounter::at(load.counter)),
             load_ahead: VecDeque::new(),
         })
     }
 
     /// Runs one tick: reads the encoder, runs the core, and moves the joint until the next tick.
     pub fn tick(&mut self) -> Output {
-        let sound = self.plant.counter();
+        let sound = self.plant.counters().input(self.supply);
         let ahead_deg = self.plant.solver.at_load() - self.plant.solver.at_encoder();
-        let edges = sound.wrapping_sub(std::mem::replace(&mut self.sound, sound));
-        let pulls_down = self.device.servo().pulls_down();
-        let pulls = u32::from(std::mem::replace(&mut self.pulled_down, pulls_down) != pulls_down);
-        let flicker = (edges & 1) ^ pulls;
-        self.counter = match self.wires {
-            Wires::Sound => self.counter.wrapping_add(edges),
-            // Line A follows its resistor before line B does.
-            Wires::Cut => self.counter.wrapping_add(2 * pulls),
-            Wires::OneCut => self.counter ^ flicker,
-            Wires::Swapped => self.counter.wrapping_sub(edges),
-        };
-        let lines = self.wires.lines(sound, !pulls_down);
-        let output = self.device.tick(Input { counter: self.counter, supply: self.supply, lines });
+        let servo = self.device.servo();
+        let EncoderReading { counter, lines } =
+            self.encoder.read(sound.counter, self.wires, servo.pulls_down());
+        let pulls_down = servo.pulls_load_down();
+        let load = self.load_encoder.as_mut().map_or_else(EncoderReading::default, |load| {
+            load.read(sound.load.counter, self.load_wires, pulls_down)
+        });
+        let output = self.device.tick(Input { counter, supply: self.supply, lines, load });
         self.remember(output.clock, ahead_deg);
         self.plant.brake_v = self.brake_v;
         self.plant.is_unpowered = self.is_unpowered;
@@ -162,9 +189,17 @@ impl SimulatedDevice {
         after.checked_sub(1).and_then(|last| self.load_ahead.get(last)).map(|(_, deg)| *deg)
     }
 
-    /// Adds a jump of the counter: noise on the encoder's wires.
+    /// Adds a jump of the counter: noise on the wires of the encoder, of two on those of the
+    /// motor's.
     pub const fn jump(&mut self, counts: i32) {
-        self.counter = self.counter.wrapping_add(counts as u32);
+        self.encoder.counter = self.encoder.counter.wrapping_add(counts as u32);
+    }
+
+    /// Adds a jump of the counter of the load's encoder, if there are two.
+    pub const fn jump_load(&mut self, counts: i32) {
+        if let Some(load) = &mut self.load_encoder {
+            load.counter = load.counter.wrapping_add(counts as u32);
+        }
     }
 
     /// Returns the true position of the joint, deg.

@@ -1,9 +1,11 @@
 //! Text for users: refusals, faults, status and ramp results of a device.
 
 use stiction::Fault;
+use stiction::control::motor_encoder::MotorEncoder;
 use stiction::link::{FaultReport, RequestRefusal, StateCode, Status, WireErrors};
 use stiction::parameters::names::{NamedError, ValuePath};
 use stiction::servo::FrictionLevels;
+use stiction::units::value::Table as _;
 
 /// Returns why a request was refused, and what to do.
 pub fn refused(refused: &RequestRefusal) -> String {
@@ -117,6 +119,14 @@ pub fn refused(refused: &RequestRefusal) -> String {
         RequestRefusal::Value { key, found, allowed } => {
             NamedError(stiction::InvalidValue { key: *key, found: *found, allowed: *allowed })
                 .to_string()
+        }
+        RequestRefusal::UnknownValue(key)
+            if MotorEncoder::ABOUT.iter().any(|about| about.key == *key) =>
+        {
+            "its firmware reads one encoder, and the file has a `[load_encoder]`; flash the image \
+             for two encoders (`cargo xtask flash --two-encoders`), or set `loop.position` to \
+             \"motor\""
+                .into()
         }
         RequestRefusal::UnknownValue(key) => {
             format!(

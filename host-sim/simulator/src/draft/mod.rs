@@ -10,6 +10,7 @@
 //! joint. [`written`](written()) checks that the file runs.
 
 pub mod answers;
+mod both_encoders;
 pub mod questions;
 pub mod range;
 pub mod spread;
@@ -21,6 +22,7 @@ pub mod typical;
 mod written;
 
 pub use answers::{Answer, Answers};
+pub use both_encoders::both_encoders;
 pub use questions::{QUESTIONS, Question};
 pub use text::{DraftStyle, Sources, text, text_with};
 pub use typical::{TYPICAL, Typical};

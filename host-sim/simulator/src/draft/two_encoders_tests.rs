@@ -5,27 +5,14 @@ use stiction::control::laws::Gains;
 use stiction::control::motor_encoder::MotorEncoder;
 use toml::Value;
 
-use super::{Question, Typical, text};
+use super::{Question, Typical, both_encoders};
 use crate::experiment::{Experiment, RunPlan, for_a_device};
 use crate::run::run;
 use files::document::Document;
 
-/// Returns the file of the harmonic joint with a soft gear of 0.3 deg of slack.
-fn first_file() -> String {
-    let mut answers = Typical::find("harmonic").unwrap().answers().unwrap();
-    for (key, value) in [
-        ("gear.backlash_deg", Value::Float(0.3)),
-        ("gear.stiffness_nm_per_rad", Value::Float(1000.0)),
-        ("load_encoder.counts_per_turn", Value::Integer(16384)),
-    ] {
-        answers.put(key, value, "");
-    }
-    text("two", &answers, None).unwrap()
-}
-
 /// Returns that file with keys set.
 fn document(set: &[&str]) -> Document {
-    let mut document = Document::parse("two", &first_file()).unwrap();
+    let mut document = Document::parse("two", &both_encoders().unwrap()).unwrap();
     document.set(&set.iter().map(|text| (*text).to_owned()).collect::<Vec<_>>()).unwrap();
     document
 }
@@ -91,7 +78,7 @@ fn key_of_the_law_for_other_encoders_is_refused_and_a_default_is_not() {
 fn spread_of_the_gear_widens_the_twist_that_is_tolerated() {
     let nominal = plan(&[]).controller_config().unwrap().motor;
     let spread = "\n[spread]\n\"gear.stiffness_nm_per_rad\" = [500.0, 2000.0]\n";
-    let document = Document::parse("two", &(first_file() + spread)).unwrap();
+    let document = Document::parse("two", &(both_encoders().unwrap() + spread)).unwrap();
     let plan = Experiment::plan(&document, &["robust".into()], &[]).unwrap().runs.remove(0);
     let spread = plan.controller_config().unwrap().motor;
     // 9.8 N m behind 500 instead of 1000 N m/rad, twice.

@@ -1,6 +1,6 @@
 //! Builds the models of a run, and the whole loop, from the tables of a machine's file.
 
-use stiction::control::encoder::Encoder;
+use stiction::control::encoder::{CounterBits, Encoder};
 use stiction::units::value::Table;
 
 use super::plan::{MAX_SAMPLES, RunPlan};
@@ -51,8 +51,8 @@ impl RunPlan {
         })
     }
 
-    /// Builds the model of the encoder that closes the position loop. An encoder on the load, in
-    /// addition to the motor's, counts from the joint's zero, in the direction of the joint.
+    /// Builds the model of the encoder that closes the position loop. Beside the motor's encoder,
+    /// the one on the load counts from the joint's zero.
     ///
     /// # Errors
     /// Returns an error with the key, the value found and the allowed values.
@@ -74,7 +74,12 @@ impl RunPlan {
     /// # Errors
     /// Returns an error with the key, the value found and the allowed values.
     pub fn motor_encoder(&self) -> Result<Option<EncoderModel>, Error> {
-        self.machine.load_encoder_in_loop().map(|_| self.written_encoder()).transpose()
+        if self.machine.load_encoder_in_loop().is_none() {
+            return Ok(None);
+        }
+        // The timer that counts it beside another encoder has 32 bits.
+        let counter_bits = CounterBits::ThirtyTwo;
+        Ok(Some(EncoderModel { counter_bits, ..self.written_encoder()? }))
     }
 
     /// Builds the model of the encoder of `[encoder]`.

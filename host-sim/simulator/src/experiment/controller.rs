@@ -2,8 +2,9 @@
 
 use heapless::Vec as FixedVec;
 use stiction::control::drive::DriveConfig;
-use stiction::control::encoder::{CounterBits, Direction, Encoder};
+use stiction::control::encoder::{CounterBits, Encoder};
 use stiction::control::laws::{Gains, MAX_TERMS, RobustDualGains, RobustGains};
+use stiction::control::motor_encoder::MotorEncoder;
 use stiction::control::pd::PdGains;
 use stiction::control::velocity::MAX_WINDOW;
 use stiction::units::value::{About, Absent, Table, Values as _};
@@ -68,7 +69,7 @@ impl RunPlan {
         }
         let config = ControllerConfig {
             encoder: self.position_encoder(),
-            motor: self.joint_bounds()?.motor_config(),
+            motor: self.motor_encoder_config()?,
             drive: machine.drive.core(DriveConfig::EXAMPLE),
             pd,
             compensator: laws,
@@ -77,15 +78,27 @@ impl RunPlan {
         Ok(machine.sampling.core(config))
     }
 
-    /// Returns the encoder that closes the position loop. An encoder on the load, in addition to
-    /// the motor's, counts in the direction of the joint, with 32 bits.
+    /// Returns the encoder that closes the position loop. Beside the motor's encoder, the one on
+    /// the load has a counter of 32 bits.
     pub(super) fn position_encoder(&self) -> Encoder {
         let encoder = self.machine.encoder.core(Encoder::EXAMPLE);
         self.machine.load_encoder_in_loop().map_or(encoder, |load| Encoder {
             resolution: load.count_deg() as f32,
             counter_bits: CounterBits::ThirtyTwo,
-            direction: Direction::Forward,
-            ..encoder
+            direction: load.direction.into(),
+            output: load.output.into(),
+        })
+    }
+
+    /// Returns the motor's encoder of a joint that has another one on its load.
+    fn motor_encoder_config(&self) -> Result<MotorEncoder, Error> {
+        let written = self.machine.encoder.core(Encoder::EXAMPLE);
+        let of_gear = self.joint_bounds()?.motor_config();
+        Ok(match of_gear.count() {
+            Some(_) => {
+                MotorEncoder { direction: written.direction, output: written.output, ..of_gear }
+            }
+            None => of_gear,
         })
     }
 

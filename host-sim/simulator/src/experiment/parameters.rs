@@ -23,9 +23,8 @@ pub fn parameters(plan: &RunPlan) -> Result<Parameters, Error> {
 /// Returns the parameters of a device for this run, as [`parameters()`] does.
 ///
 /// # Errors
-/// As [`parameters()`]; also if a law is in no device's image, or the loop has two encoders.
+/// As [`parameters()`]; also if a law is in no device's image.
 pub fn for_a_device(plan: &RunPlan) -> Result<Parameters, Error> {
-    plan.has_one_encoder()?;
     check_laws(plan)?;
     parameters(plan)
 }

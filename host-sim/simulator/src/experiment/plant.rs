@@ -21,12 +21,12 @@ impl RunPlan {
         if let Some(truth) = &self.truth {
             return truth.plant();
         }
-        self.has_one_encoder()?;
         let (axis, encoder) = (self.axis()?, self.encoder()?);
         let sample_time_s = self.machine.sampling.sample_time_s();
         let solver = self.joint()?;
         let scale = [self.machine.drive.lsb_v(), sample_time_s];
-        Ok(Plant::new(solver, axis, encoder, scale, self.delay()))
+        let plant = Plant::new(solver, axis, encoder, scale, self.delay());
+        Ok(plant.with_motor_encoder(self.motor_encoder()?))
     }
 
     /// Returns the joint of this run, at rest: the axis of the file, the joint of its data sheet,
@@ -126,20 +126,9 @@ impl RunPlan {
         Ok(axis)
     }
 
-    /// Refuses a loop with two encoders: a device reads one.
-    ///
-    /// # Errors
-    /// Returns an error with the key that chooses the motor's encoder.
-    pub fn has_one_encoder(&self) -> Result<(), Error> {
-        if self.machine.load_encoder_in_loop().is_none() {
-            return Ok(());
-        }
-        Err(Error::Input(format!(
-            "{}: a device reads one encoder so far; `stiction run`, `benchmark`, `ensemble`, \
-             `tune` and `report` simulate a `[load_encoder]`. To run the device with the motor's \
-             encoder alone, set `loop.position` to \"motor\"",
-            self.origin.of("load_encoder")
-        )))
+    /// Returns whether the loop has an encoder on the motor and one on the load.
+    pub fn has_two_encoders(&self) -> bool {
+        self.machine.load_encoder_in_loop().is_some()
     }
 
     /// Refuses a drive or an encoder noise that only a run simulates.

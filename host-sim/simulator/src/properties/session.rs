@@ -97,7 +97,8 @@ impl CheckedDevice {
         self.counter = self.counter.wrapping_add_signed(travel);
         let before = self.state();
         let Some(device) = &mut self.device else { return };
-        let output = device.tick(Input { counter: self.counter, supply, lines: 0 });
+        let output =
+            device.tick(Input { counter: self.counter, supply, lines: 0, ..Input::default() });
         let Some(drive) =
             device.parameters().and_then(|p| Drive::new(&p.controller.drive, &STM32F405).ok())
         else {

@@ -211,6 +211,7 @@ impl JointBounds {
             count: motor.count as f32,
             twist: twist as f32,
             swing: swing as f32,
+            ..motor_encoder::MotorEncoder::NONE
         }
     }
 

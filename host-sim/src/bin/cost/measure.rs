@@ -6,6 +6,9 @@
 //! No instruction of the control interrupt reads the PWM's counter or depends on its top. To check
 //! that, each controller's 2.5 deg step runs again with the PWM of the file, and must cost the same
 //! in every tick. This also checks that runs are repeatable.
+//!
+//! The image for two encoders runs the [example](draft::both_encoders) of such a joint: its steps,
+//! its trajectory and a profiled move, under every controller of its file.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -16,6 +19,7 @@ use emulator::firmware::stack::StackBound;
 use emulator::probe::{Points, Probe, TickCost};
 use emulator::{FirmwareImage, counted, yardstick};
 use files::Error;
+use simulator::draft;
 use simulator::experiment::{
     Document, Experiment, RunPlan, every_controller, find, with_every_law,
 };
@@ -29,15 +33,21 @@ const AGAIN: (&str, &str, &str) = ("step-response", "step-2.5", "run.duration_s=
 /// The step that is also run as a profiled move, and its time. Within that time the move waits for
 /// the soft start of 2 s, accelerates, slows down, lands and rests.
 const PROFILED: (&str, &str, &str) = ("step-response", "step-5.0", "run.duration_s=5");
+/// The step of a joint with two encoders that is run again, and as a profiled move.
+const STEP_OF_TWO: &str = "step-5.0";
+/// Time of each of its runs: the soft start, and two seconds of the motion.
+const SECONDS_OF_TWO: &str = "run.duration_s=4";
 /// Controller whose runs provide the set points and positions for the yardsticks.
 const FEEDS: &str = "srnf";
 
 /// Measured costs of the firmware and the yardsticks.
 #[derive(Debug)]
 pub struct CostMeasurement {
+    /// Number of encoders that the image reads.
+    pub encoders: u8,
     /// Every tick of each controller's runs, in the benchmark's order.
     pub laws: Vec<(String, Vec<TickCost>)>,
-    /// Every call of each yardstick.
+    /// Every call of each yardstick; none beside the image for two encoders.
     pub yardsticks: Vec<(&'static str, Vec<u32>)>,
     /// Sizes of the image's sections.
     pub size: Size,
@@ -49,8 +59,8 @@ pub struct CostMeasurement {
     pub stack: u32,
 }
 
-/// Measures both images.
-pub fn measure(image: &Path, yardstick: &Path) -> Result<CostMeasurement, Error> {
+/// Measures an image, and the yardsticks if there are any.
+pub fn measure(image: &Path, yardstick: Option<&Path>) -> Result<CostMeasurement, Error> {
     let image = Arc::new(FirmwareImage::open(image)?);
     let code = Code::read(&image.path, &image.elf)?;
     let points = Arc::new(Points::of(&code)?);
@@ -58,9 +68,9 @@ pub fn measure(image: &Path, yardstick: &Path) -> Result<CostMeasurement, Error>
         Error::Emulator(format!("{}: its sections cannot be read", image.path.display()))
     })?;
 
-    let fast = every_motion(&[&counted::EVERYTHING_ON[..], &[FAST]].concat())?;
-    let again = one_motion(AGAIN, &[])?;
-    let profiled = one_motion(PROFILED, &[FAST])?;
+    let encoders = image.note.encoders;
+    let Motions { fast, again, profiled } =
+        if encoders > 1 { Motions::of_two_encoders()? } else { Motions::of_one_encoder()? };
 
     let mut laws: Vec<(String, Vec<TickCost>)> = Vec::new();
     let probes = counted::count_all(&image, &points, &fast)?;
@@ -80,21 +90,53 @@ pub fn measure(image: &Path, yardstick: &Path) -> Result<CostMeasurement, Error>
         }
     }
 
-    let elf = std::fs::read(yardstick).map_err(|source| Error::File {
-        action: "read",
-        path: yardstick.into(),
-        source,
-    })?;
-    let counts = yardstick::count(yardstick, &elf, &feed()?)?;
-    let names = yardstick::STEPS.map(|(name, _)| name);
     Ok(CostMeasurement {
+        encoders,
         laws,
-        yardsticks: names.into_iter().zip(counts).collect(),
+        yardsticks: yardstick.map_or_else(|| Ok(Vec::new()), yardsticks)?,
         size,
         painted,
         bound: StackBound::of(&code)?,
         stack: stack_room(&code),
     })
+}
+
+/// Counts every call of each yardstick.
+fn yardsticks(path: &Path) -> Result<Vec<(&'static str, Vec<u32>)>, Error> {
+    let read = |source| Error::File { action: "read", path: path.into(), source };
+    let elf = std::fs::read(path).map_err(read)?;
+    let counts = yardstick::count(path, &elf, &feed()?)?;
+    Ok(yardstick::STEPS.map(|(name, _)| name).into_iter().zip(counts).collect())
+}
+
+/// Motions whose ticks are counted.
+struct Motions {
+    /// Steps and trajectories.
+    fast: Vec<RunPlan>,
+    /// Some of them, to be counted a second time.
+    again: Vec<RunPlan>,
+    /// Steps that become profiled moves.
+    profiled: Vec<RunPlan>,
+}
+
+impl Motions {
+    fn of_one_encoder() -> Result<Self, Error> {
+        Ok(Self {
+            fast: every_motion(&[&counted::EVERYTHING_ON[..], &[FAST]].concat())?,
+            again: one_motion(AGAIN, &[])?,
+            profiled: one_motion(PROFILED, &[FAST])?,
+        })
+    }
+
+    fn of_two_encoders() -> Result<Self, Error> {
+        let mut document = Document::parse("both-encoders", &draft::both_encoders()?)?;
+        let set = [&counted::EVERYTHING_ON[..], &[FAST, SECONDS_OF_TWO]].concat();
+        document.set(&set.iter().map(|text| (*text).to_owned()).collect::<Vec<_>>())?;
+        let fast = Experiment::plan(&document, &[], &[])?.runs;
+        let step = |plan: &&RunPlan| plan.label.ends_with(STEP_OF_TWO);
+        let steps: Vec<RunPlan> = fast.iter().filter(step).cloned().collect();
+        Ok(Self { again: steps.clone(), profiled: steps, fast })
+    }
 }
 
 /// Returns the room for the stack, bytes: from the start of the stack to the end of its room.

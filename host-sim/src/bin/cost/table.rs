@@ -2,8 +2,8 @@
 
 use emulator::board::CLOCK_HZ;
 use emulator::firmware::budgets::{
-    CONTROLLER_STATE_BYTES, CORE_INSTRUCTIONS, FLASH_BYTES, INTERRUPT_INSTRUCTIONS,
-    LAW_STATE_BYTES, RAM_BYTES, of_law,
+    CONTROLLER_STATE_BYTES, FLASH_BYTES, LAW_STATE_BYTES, LAW_STATE_BYTES_OF_TWO, LawBudget,
+    RAM_BYTES,
 };
 use emulator::probe::{PassageCost, TickCost};
 use files::Error;
@@ -26,8 +26,11 @@ fn state_of_face(name: &str) -> Option<usize> {
     }
 }
 
-/// Returns the size of a law's state, bytes; 0 for PD.
-fn state_of(name: &str) -> usize {
+/// Returns the size of a law's state in an image for this number of encoders, bytes; 0 for PD.
+fn state_of(name: &str, encoders: u8) -> usize {
+    if name == "robust" && encoders > 1 {
+        return size_of::<RobustDualState>();
+    }
     Gains::EXAMPLES.iter().find(|law| law.name() == name).map_or(0, Gains::state_bytes)
 }
 
@@ -45,22 +48,21 @@ pub fn table(measured: &CostMeasurement, compiler: &str) -> String {
     ));
     for (name, ticks) in &measured.laws {
         let [core, interrupt] = columns(ticks).map(|counts| three(&counts));
-        line(format!("{name:12} {core} {interrupt} {:>5}", state_of(name)));
+        line(format!("{name:12} {core} {interrupt} {:>5}", state_of(name, measured.encoders)));
     }
     for (name, counts) in &measured.yardsticks {
         let state = state_of_face(name).map(|bytes| bytes.to_string()).unwrap_or_default();
         line(format!("{name:12} {} {:>23} {state:>5}", three(counts), ""));
     }
     let CostMeasurement { size, painted, bound, stack, .. } = measured;
-    line(format!(
-        "{:12} {:>7} {:>7} {:>7} {:>7} {:>7} {:>7} {:>5}",
-        "budget", "", "", CORE_INSTRUCTIONS, "", "", INTERRUPT_INSTRUCTIONS, LAW_STATE_BYTES
-    ));
-    let (core, interrupt, state) = of_law("robust");
-    line(format!(
-        "{:12} {:>7} {:>7} {:>7} {:>7} {:>7} {:>7} {:>5}",
-        "of robust", "", "", core, "", "", interrupt, state
-    ));
+    for (head, law) in [("budget", ""), ("of robust", "robust")] {
+        let LawBudget { core, interrupt, state } = LawBudget::of(law, measured.encoders);
+        let core = core.map(|core| core.to_string()).unwrap_or_default();
+        line(format!(
+            "{head:12} {:>7} {:>7} {core:>7} {:>7} {:>7} {interrupt:>7} {state:>5}",
+            "", "", "", ""
+        ));
+    }
     line(String::new());
     cycles(&measured.laws).into_iter().for_each(&mut line);
     line(String::new());
@@ -74,20 +76,28 @@ pub fn table(measured: &CostMeasurement, compiler: &str) -> String {
     ));
     line(format!("stack seen   {painted:>7} {stack:>7}"));
     line(format!("stack bound  {:>7} {stack:>7}", bound.total()));
-    let (controller, law) = (controller_state(), size_of::<LawState>());
+    let (controller, law) = (controller_state(measured.encoders), size_of::<LawState>());
+    let budget = controller_budget(measured.encoders);
     line(format!(
-        "state        {controller:>7} {CONTROLLER_STATE_BYTES:>7}  of a controller; a law's place \
-         in it {law}"
+        "state        {controller:>7} {budget:>7}  of a controller; a law's place in it {law}"
     ));
     text
 }
 
-/// Returns the size of a controller's state in an image, bytes: that of the host without the law
-/// for two encoders, and without the position of the motor.
-const fn controller_state() -> usize {
-    let of_two_encoders =
-        size_of::<RobustDualState>() - size_of::<RobustState>() + 2 * size_of::<i32>();
-    size_of::<ControllerState>() - of_two_encoders
+/// What two encoders add to the state of a controller, bytes: the difference of both laws that
+/// stand alone, the position of the motor, and whether it is known.
+const OF_TWO_ENCODERS: usize =
+    size_of::<RobustDualState>() - size_of::<RobustState>() + 2 * size_of::<i32>();
+
+/// Returns the size of a controller's state in an image, bytes. The host has that of two encoders.
+const fn controller_state(encoders: u8) -> usize {
+    size_of::<ControllerState>() - if encoders > 1 { 0 } else { OF_TWO_ENCODERS }
+}
+
+/// Returns the limit of a controller's state, bytes: with two encoders, the larger law has its own.
+const fn controller_budget(encoders: u8) -> usize {
+    CONTROLLER_STATE_BYTES
+        + if encoders > 1 { LAW_STATE_BYTES_OF_TWO - size_of::<RobustState>() + 8 } else { 0 }
 }
 
 /// Returns an error that names each cost over its budget.
@@ -101,15 +111,19 @@ pub fn within_budgets(measured: &CostMeasurement) -> Result<(), Error> {
     for (name, ticks) in &measured.laws {
         let [core, interrupt] =
             columns(ticks).map(|counts| counts.into_iter().max().unwrap_or(0).into());
-        let (core_most, interrupt_most, state_most) = of_law(name);
-        check(format!("{name}: instructions of the core's tick"), core, core_most.into());
-        check(format!("{name}: instructions of the interrupt"), interrupt, interrupt_most.into());
-        check(format!("{name}: bytes of state"), state_of(name) as u64, state_most as u64);
+        let budget = LawBudget::of(name, measured.encoders);
+        if let Some(most) = budget.core {
+            check(format!("{name}: instructions of the core's tick"), core, most.into());
+        }
+        let most = budget.interrupt.into();
+        check(format!("{name}: instructions of the interrupt"), interrupt, most);
+        let state = state_of(name, measured.encoders);
+        check(format!("{name}: bytes of state"), state as u64, budget.state as u64);
     }
     check(
         "bytes of state of a controller".into(),
-        controller_state() as u64,
-        CONTROLLER_STATE_BYTES as u64,
+        controller_state(measured.encoders) as u64,
+        controller_budget(measured.encoders) as u64,
     );
     check("bytes of a law's place".into(), size_of::<LawState>() as u64, LAW_STATE_BYTES as u64);
     check("bytes of flash".into(), measured.size.flash, FLASH_BYTES);

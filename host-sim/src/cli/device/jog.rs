@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use stiction::Parameters;
 use stiction::link::StateCode;
-use stiction::motion::jog::{JogFindings, JogRequest, Verdict};
+use stiction::motion::jog::{JogFindings, JogRequest};
 
 use files::error::Error;
 use files::typed_number;
@@ -86,8 +86,9 @@ impl JogArguments {
 
 /// Returns an error unless the encoder's sense agrees, so that a script stops.
 pub fn agrees(jogged: &JogResult) -> Result<(), Error> {
-    match jogged.found.verdict() {
-        Verdict::Agrees => Ok(()),
-        verdict => Err(Error::Device(format!("jog: {}", jogged::headline(verdict)))),
+    let JogResult { parameters, found } = jogged;
+    if jogged::is_right(found, parameters) {
+        return Ok(());
     }
+    Err(Error::Device(format!("jog: {}", jogged::headline(found, parameters))))
 }

@@ -14,7 +14,7 @@ use super::rig::{Amplified, armed, failure};
 use dynamics::joint::GearedArm;
 use files::error::Error;
 use simulator::rules::{ControllerGains, JointBounds};
-use simulator::target::Target as _;
+use simulator::target::{Counters, Target as _};
 
 /// Two servos and their arm.
 #[derive(Debug)]
@@ -42,8 +42,9 @@ impl ArmRig {
         let at = |joint: usize| case.encoder.count_at(arm.turn(joint).position);
         let scale = [case.scale.effort, case.scale.angle];
         let armed_at = [at(0), at(1)];
-        let (first, lead_in) = armed(case, &case.bounds, gains, armed_at[0])?;
-        let (other, _) = armed(case, &second.bounds, gains_of_second, armed_at[1])?;
+        let at_rest = |counts: i64| Counters::one(counts as u32);
+        let (first, lead_in) = armed(case, &case.bounds, gains, at_rest(armed_at[0]))?;
+        let (other, _) = armed(case, &second.bounds, gains_of_second, at_rest(armed_at[1]))?;
         let joints = [
             Amplified::new(first, &case.bounds, case.delay, scale),
             Amplified::new(other, &second.bounds, second.delay, scale),
@@ -99,7 +100,7 @@ impl ArmRig {
             dynamics::joint::JointEncoder { count, side: dynamics::joint::DiscSide::Motor };
         let mut samples = [CaseSample::default(); 2];
         for ((joint, turn), sample) in self.joints.iter_mut().zip(turns).zip(&mut samples) {
-            let tick = joint.servo.tick(encoder.count_at(turn.position) as u32);
+            let tick = joint.servo.tick(Counters::one(encoder.count_at(turn.position) as u32));
             *sample =
                 joint.sample(&tick.unwrap_or_default(), [turn; 2], [count, self.sample_time_s]);
         }

@@ -157,7 +157,12 @@ impl<'a> Hostile<'a> {
         self.disc = disc;
         self.servo.heard();
         let supply = STM32F405.supply_top / 2;
-        let output = self.servo.tick(Input { counter: self.counter as u32, supply, lines: 0 });
+        let output = self.servo.tick(Input {
+            counter: self.counter as u32,
+            supply,
+            lines: 0,
+            ..Input::default()
+        });
         self.judge(&output, before, name);
         let code = self.delay.put(if output.enable { output.tick.code } else { 0 });
         let per_code = self.case.bounds.sampled.lsb * self.case.scale.effort;

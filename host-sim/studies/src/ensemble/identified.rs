@@ -81,7 +81,7 @@ pub fn identify(case: &Case, asked: &IdentificationRequest) -> Result<Identified
         servo.heard();
         let noise = noise.as_mut().map_or(0, CountNoise::next);
         let counter = case.encoder.read(&joint).wrapping_add(noise) as u32;
-        let output = servo.tick(Input { counter, supply, lines: 0 });
+        let output = servo.tick(Input { counter, supply, lines: 0, ..Input::default() });
         let code = if output.enable { delay.put(output.tick.code) } else { delay.put(0) };
         joint.hold(f64::from(code) * per_code, case.bounds.sampled.sample_time);
     };

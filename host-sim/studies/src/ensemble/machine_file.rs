@@ -310,8 +310,7 @@ fn drive_with<S: AxisSolver>(
     let closed_loop = joint.closed_loop()?;
     let h = closed_loop.sample_time_s;
     let mut plant = closed_loop.plant(solver);
-    let (counter, counts) = (plant.counter(), plant.counts());
-    let mut servo = WatchedServo::new(parameters(nominal)?, counter, counts)?;
+    let mut servo = WatchedServo::new(parameters(nominal)?, plant.counters(), plant.counts())?;
     let count = closed_loop.encoder.resolution;
     let mut seen: Vec<CaseSample> = Vec::new();
     let on_moment = |moment: &LoopSample| {

@@ -22,7 +22,7 @@ use dynamics::joint::{AnyJoint, CountNoise, DiscSide, Joint, JointEncoder, Turn}
 use files::error::Error;
 use simulator::plant::{Delay, DelayLine};
 use simulator::rules::{ControllerGains, JointBounds};
-use simulator::target::{Target, WatchedServo};
+use simulator::target::{Counters, Target, WatchedServo};
 
 /// Torque of a brake that holds any joint, in multiples of the effort limit.
 const BRAKE: f64 = 10.0;
@@ -64,12 +64,13 @@ pub(super) struct Amplified {
     published: [f32; MAX_LAW_SIGNALS],
 }
 
-/// Arms a servo at a position (counts). Returns the servo and the length of its soft start, ticks.
+/// Arms a servo whose encoders have these counters at rest. Returns the servo and the length of its
+/// soft start, ticks.
 pub(super) fn armed(
     case: &Case,
     bounds: &JointBounds,
     gains: &ControllerGains,
-    counts: i64,
+    at_rest: Counters,
 ) -> Result<(WatchedServo, u32), Error> {
     let parameters = parameters(bounds, gains);
     let law = gains.laws.iter().map(Gains::name).collect::<Vec<_>>().join(" + ");
@@ -83,7 +84,7 @@ pub(super) fn armed(
         ))
     })?;
     let lead_in = parameters.ticks_at_least(parameters.device.soft_start);
-    Ok((WatchedServo::new(parameters, counts as u32, counts as i32)?, lead_in))
+    Ok((WatchedServo::new(parameters, at_rest, at_rest.position as i32)?, lead_in))
 }
 
 impl Amplified {
@@ -136,7 +137,9 @@ impl Rig {
         let disc = (case.condition == Condition::Eccentric)
             .then(|| EccentricDisc::new(case.scale.angle, case.phase));
         let armed_at = read(&case.encoder, disc.as_ref(), &joint);
-        let (servo, lead_in) = armed(case, &case.bounds, gains, armed_at)?;
+        let motor = case.motor_encoder.as_ref().map(|motor| motor.read(&joint) as u32);
+        let at_rest = Counters { position: armed_at as u32, motor };
+        let (servo, lead_in) = armed(case, &case.bounds, gains, at_rest)?;
         if case.is_braked {
             joint.set_brake(BRAKE * case.bounds.sampled.largest_effort * case.scale.effort);
         }
@@ -229,18 +232,18 @@ impl Rig {
         #[cfg(test)]
         let reading =
             self.failed.as_mut().map_or(reading, |failed| failed.read(DiscSide::Load, reading));
-        let counter = reading.wrapping_add(noise) as u32;
-        if let Some(motor) = &self.motor_encoder {
-            let of_motor = motor.read(&self.joint);
+        let position = reading.wrapping_add(noise) as u32;
+        let mut motor = None;
+        if let Some(encoder) = &self.motor_encoder {
+            let of_motor = encoder.read(&self.joint);
             #[cfg(test)]
             let of_motor = self
                 .failed
                 .as_mut()
                 .map_or(of_motor, |failed| failed.read(DiscSide::Motor, of_motor));
-            let counts = of_motor.wrapping_add(motor_noise);
-            self.amplified.servo.see_motor(counts as i32);
+            motor = Some(of_motor.wrapping_add(motor_noise) as u32);
         }
-        let tick = self.amplified.servo.tick(counter).unwrap_or_default();
+        let tick = self.amplified.servo.tick(Counters { position, motor }).unwrap_or_default();
         let load = self.joint.load();
         let mut turn = match self.encoder.side {
             DiscSide::Motor => self.joint.motor(),

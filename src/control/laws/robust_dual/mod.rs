@@ -88,8 +88,6 @@ pub struct RobustDualState {
     supervisor: supervisor::SupervisorState,
     /// Positions of the origins of motor and load, counts.
     origins: [i32; 2],
-    /// Whether a tick has set the origins.
-    begun: bool,
 }
 
 impl RobustDualState {
@@ -97,7 +95,7 @@ impl RobustDualState {
     ///
     /// [`RobustState::forget`]: super::robust::RobustState::forget
     pub const fn forget(&mut self) {
-        self.begun = false;
+        self.supervisor.has_begun = false;
     }
 
     /// Returns the state of the supervisor.
@@ -111,7 +109,7 @@ impl RobustDual {
     #[cold]
     fn begin(&self, state: &mut RobustDualState, counts: [i32; 2]) {
         self.supervisor.start(&mut state.supervisor);
-        (state.origins, state.begun) = (counts, true);
+        (state.origins, state.supervisor.has_begun) = (counts, true);
     }
 
     /// Moves the origins to where both sides are.
@@ -134,7 +132,6 @@ impl Law for RobustDual {
     type State = RobustDualState;
 
     const REPLACES_PD: bool = true;
-    const ON_THE_DEVICE: bool = false;
     const SIGNALS: &'static [LawSignal] = &[
         // 0 MOVE, 1 STUCK, 2 PULSE, 3 COAST, 4 HOLD, 5 GIVE_UP, 6 BUMP, after the tick.
         LawSignal { name: "robust_mode", unit: "" },
@@ -160,7 +157,7 @@ impl Law for RobustDual {
     /// Returns the effort of a tick, V.
     fn update(&self, state: &mut RobustDualState, input: &LawInput) -> f32 {
         let counts = [input.motor_counts, input.counts];
-        if !state.begun {
+        if !state.supervisor.has_begun {
             self.begin(state, counts);
         }
         let from_origins = |state: &RobustDualState| {
@@ -202,7 +199,7 @@ impl Law for RobustDual {
     }
 
     fn has_given_up(state: &RobustDualState) -> bool {
-        state.begun && matches!(state.mode(), Mode::GiveUp)
+        state.supervisor.has_begun && matches!(state.mode(), Mode::GiveUp)
     }
 
     fn begin_motion(state: &mut RobustDualState) {

@@ -117,10 +117,9 @@ fn loop_with_one_encoder_refuses_the_law() {
     assert!(Controller::new(&with(AROUND.motor), &HARDWARE).is_ok());
 }
 
-/// The goal was 384 bytes.
 #[test]
-fn state_has_388_bytes_at_most() {
-    assert!(size_of::<RobustDualState>() <= 388, "{}", size_of::<RobustDualState>());
+fn state_has_384_bytes_at_most() {
+    assert!(size_of::<RobustDualState>() <= 384, "{}", size_of::<RobustDualState>());
 }
 
 extern crate std;

@@ -85,6 +85,8 @@ pub(super) struct SupervisorState {
     inside: bool,
     /// Whether the load has left its rest in this motion.
     has_left: bool,
+    /// Whether a tick has set the origins of the law's positions.
+    pub has_begun: bool,
 }
 
 /// Inputs of one tick; positions are in deg from the origins.

@@ -1,0 +1,160 @@
+//! The image for two encoders: bit for bit what the host does with joints that have one on the
+//! motor and one on the load; failed wires; a jog; and images that do not fit.
+
+use emulator::wire::EmulatedWire;
+use experiments::both_encoders::{STIFF, both_encoders};
+use experiments::flash_image::{emulation_of_two, firmware_for_two};
+use files::encoder::Wires;
+use simulator::device::client::Client;
+use simulator::device::simulated::SimulatedDevice;
+use simulator::device::wire::{SimulatedWire, Wire};
+use simulator::experiment::RunPlan;
+use stiction::Fault;
+use stiction::link::StateCode;
+use stiction::motion::jog::Verdict;
+
+use crate::bit_for_bit::assert_same_in;
+use crate::common::{emulation, firmware};
+use crate::first_run::jogged;
+
+/// A tenth of the usual frequency costs the emulator less time.
+const SLOW_PWM: &str = "drive.pwm_hz=2000";
+
+/// One step of 5 deg, a second long.
+const STEP: [&str; 4] =
+    ["reference.steps_deg=[5.0]", "reference.trajectories=[]", "run.duration_s=1.5", SLOW_PWM];
+
+fn step(laws: &[&str], set: &[&str]) -> Vec<RunPlan> {
+    both_encoders(laws, &[&STEP, set].concat())
+}
+
+/// One joint of each kind: with slack and soft, stiff, a load that drives it, with noise of a count
+/// on both sides, with a load that starts wound up, and counters that run the other way.
+#[test]
+fn joints_with_both_encoders_move_as_on_the_host() {
+    let emulation = emulation_of_two();
+    for set in [
+        &[][..],
+        &STIFF,
+        &["load.constant_nm=10.0"],
+        &["encoder.noise_counts=1", "load_encoder.noise_counts=1"],
+        &["encoder.direction=reverse", "load_encoder.direction=reverse"],
+        &["load_encoder.counts_per_turn=1000000", "encoder.lines=25"],
+    ] {
+        assert_same_in(&emulation, &step(&["robust"], set));
+    }
+    // The other laws close the loop at the load, with the velocity of the motor.
+    assert_same_in(&emulation, &step(&["srnf", "pd"], &[]));
+    // With one encoder, the same image reads the first one alone.
+    assert_same_in(&emulation, &step(&["robust"], &["loop.position=motor"]));
+}
+
+/// A joint that goes on for longer than the 16 bits of the load's counter.
+#[test]
+fn counter_of_the_load_goes_on_beyond_its_sixteen_bits() {
+    let far = ["load_encoder.counts_per_turn=4000000", "run.duration_s=3"];
+    let plans =
+        both_encoders(&["robust"], &[&STEP[..], &far, &["reference.steps_deg=[20.0]"]].concat());
+    let host = &simulator::run::run_all(&plans).unwrap()[0];
+    let simulator::run::RunTrace::Loop(samples) = &host.trace else { panic!("a ramp") };
+    let counts = samples.iter().map(|sample| sample.tick.counts).max().unwrap();
+    assert!(counts > 3 * 65536, "{counts}");
+    assert_same_in(&emulation_of_two(), &plans);
+}
+
+#[test]
+fn image_for_one_encoder_refuses_a_joint_with_two() {
+    let plans = step(&["robust"], &[]);
+    let why = emulation().run_all(&plans).unwrap_err().to_string();
+    assert!(why.contains("reads one encoder") && why.contains("stiction-two-encoders"), "{why}");
+    let why = EmulatedWire::with(&firmware(), &plans[0]).unwrap_err().to_string();
+    assert!(why.contains("reads one encoder"), "{why}");
+    // Over the link as well: the board there has the image for one encoder.
+    let one = &step(&["robust"], &["loop.position=motor"])[0];
+    let mut client = Client::connect(EmulatedWire::with(&firmware(), one).unwrap()).unwrap();
+    let two = simulator::device::parameters(&plans[0]).unwrap();
+    let why = client.set_parameters(&two).unwrap_err().to_string();
+    assert!(why.contains("--two-encoders"), "{why}");
+}
+
+/// Runs a move of 20 deg with silent wires from 5 deg on, a client alive. Returns the fault with its
+/// tick after the move began.
+fn fails_on_the_way<W: Wire>(
+    client: &mut Client<W>,
+    mut ticks: impl FnMut(&mut Client<W>, bool) -> f64,
+) -> (u8, f32) {
+    client.arm().unwrap();
+    client.move_to(20.0).unwrap();
+    let mut is_failed = false;
+    for _ in 0..300 {
+        let deg = ticks(client, is_failed);
+        is_failed |= deg > 5.0;
+        let status = client.status().unwrap();
+        if status.state != StateCode::Armed {
+            return (status.fault.code, status.fault.value);
+        }
+    }
+    panic!("no fault");
+}
+
+#[test]
+fn failed_encoder_of_either_side_is_the_same_fault_as_on_a_simulated_device() {
+    for wires in [[Wires::Cut, Wires::Sound], [Wires::Sound, Wires::Cut]] {
+        for law in ["robust", "srnf"] {
+            let plan = &step(&[law], &[])[0];
+            let mut simulated = SimulatedDevice::new(plan).unwrap();
+            simulated.ticks(200);
+            let mut client = Client::connect(SimulatedWire::new(simulated)).unwrap();
+            let here = fails_on_the_way(&mut client, |client, is_failed| {
+                let device = &mut client.wire().simulated;
+                if is_failed {
+                    [device.wires, device.load_wires] = wires;
+                }
+                device.ticks(10);
+                device.position_deg()
+            });
+            let wire = EmulatedWire::with(&firmware_for_two(), plan).unwrap();
+            let mut client = Client::connect(wire).unwrap();
+            client.set_reference(0.0).ok();
+            let there = fails_on_the_way(&mut client, |client, is_failed| {
+                let board = &mut client.wire().board;
+                if is_failed {
+                    let act = board.act(move |halted| {
+                        halted.rewire(wires[0]);
+                        halted.rewire_load(wires[1]);
+                    });
+                    act.unwrap();
+                }
+                board.samples(10).unwrap();
+                board.act(|halted| halted.plant().position_deg()).unwrap()
+            });
+            let name = |code: u8| Fault::from_code(code).map(Fault::describe);
+            assert_eq!(name(there.0), name(here.0), "{law}, {wires:?}");
+            println!("{law}, {wires:?}: {:?} by {} and {}", name(here.0), here.1, there.1);
+        }
+    }
+}
+
+#[test]
+fn a_jog_finds_the_same_of_both_encoders_as_on_a_simulated_device() {
+    for wires in [
+        [Wires::Sound, Wires::Sound],
+        [Wires::Swapped, Wires::Sound],
+        [Wires::Sound, Wires::Swapped],
+    ] {
+        let plan = &step(&["robust"], &[])[0];
+        let mut simulated = SimulatedDevice::new(plan).unwrap();
+        simulated.ticks(200);
+        [simulated.wires, simulated.load_wires] = wires;
+        let here = jogged(&mut Client::connect(SimulatedWire::new(simulated)).unwrap()).unwrap();
+        let mut wire = EmulatedWire::with(&firmware_for_two(), plan).unwrap();
+        let act = wire.board.act(move |halted| {
+            halted.rewire(wires[0]);
+            halted.rewire_load(wires[1]);
+        });
+        act.unwrap();
+        let there = jogged(&mut Client::connect(wire).unwrap()).unwrap();
+        assert_eq!(there, here, "{wires:?}");
+        assert_ne!(there.motor_verdict(), Some(Verdict::Still));
+    }
+}
