@@ -25,7 +25,7 @@ use crate::units::value::{Table, table};
 table! {
     /// The encoder of the motor; none by default.
     #[derive(Clone, Copy, Debug, PartialEq)]
-    pub struct MotorEncoder (motor) "motor_encoder" if (motor.count > 0.0) {
+    pub struct MotorEncoder (motor) "motor_encoder" if (motor.count().is_some()) {
         /// Angle of a count of the motor's encoder, deg of the joint; zero: the joint has one
         /// encoder.
         count: f32 = 0x0C01 "resolution_deg", Between(0.0, HUGE), Needed(0.0);

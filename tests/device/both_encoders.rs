@@ -107,7 +107,8 @@ fn fails_on_the_way(law: &str, [motor, load]: [Wires; 2]) -> Failed {
             (State::Faulted(fault), deg, speed) => Some((fault, deg, speed)),
             _ => None,
         })
-        .unwrap_or_else(|| panic!("{law}: {motor:?} {load:?} is no fault"));
+        .ok_or(format!("{law}: {motor:?} {load:?} is no fault"))
+        .unwrap();
     let rests_deg = (0..5000).map(|_| tick([motor, load]).1).last().unwrap();
     Failed { fault, until_off: [off_deg - begin, speed], coasted: rests_deg - off_deg }
 }
@@ -208,5 +209,25 @@ fn the_flash_keeps_both_encoders() {
         let mut room = [0; stiction::parameters::ROOM];
         let record = written.encode(7, &mut room).unwrap();
         assert_eq!(Parameters::decode(record), Ok((written, 7)));
+    }
+}
+
+/// Each encoder has a test of its own: 1 and 2 are the motor's lines, 4 and 8 those of the load.
+#[test]
+fn an_open_line_of_either_encoder_is_found_at_rest() {
+    let set = ["encoder.output=push-pull", "load_encoder.output=push-pull"];
+    for (wires, open) in [
+        ([Wires::Cut, Wires::Sound], 3.0),
+        ([Wires::OneCut, Wires::Sound], 1.0),
+        ([Wires::Sound, Wires::Cut], 12.0),
+        ([Wires::Sound, Wires::OneCut], 4.0),
+    ] {
+        let mut device = device(&set);
+        assert_eq!(device.device.servo().latched(), None);
+        [device.wires, device.load_wires] = wires;
+        // A test begins after each second of rest.
+        device.ticks(1500);
+        let latched = device.device.servo().latched().unwrap();
+        assert_eq!((latched.fault, latched.value), (Fault::EncoderOpen, open), "{wires:?}");
     }
 }
