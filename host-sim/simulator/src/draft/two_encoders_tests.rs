@@ -92,12 +92,14 @@ fn spread_of_the_gear_widens_the_twist_that_is_tolerated() {
 }
 
 #[test]
-fn device_refuses_a_loop_with_two_encoders_and_takes_the_motor_s() {
-    let message = for_a_device(&plan(&[])).unwrap_err().to_string();
-    assert!(message.contains("a device reads one encoder"), "{message}");
-    assert_eq!(plan(&[]).plant().unwrap_err().to_string(), message);
-    let motor = plan(&["loop.position=motor"]);
-    assert!(for_a_device(&motor).is_ok() && motor.plant().is_ok());
+fn device_gets_both_encoders_or_the_motor_s_alone() {
+    for (position, has_both) in [("load", true), ("motor", false)] {
+        let plan = plan(&[&format!("loop.position={position}")]);
+        let controller = for_a_device(&plan).unwrap().controller;
+        assert_eq!(controller.motor.count().is_some(), has_both);
+        let counters = plan.plant().unwrap().counters();
+        assert_eq!(counters.motor.is_some(), has_both, "{counters:?}");
+    }
 }
 
 #[test]
