@@ -9,6 +9,8 @@ use stiction::servo::EncoderReading;
 use stiction::servo::{Input, Output, State};
 use stiction::{Fault, Servo};
 
+#[cfg(feature = "two-encoders")]
+use super::absolute_encoder::AbsoluteEncoder;
 use super::bridge::{self, TimerBridge};
 #[cfg(feature = "two-encoders")]
 use super::encoder::LoadQuadrature;
@@ -33,6 +35,12 @@ pub struct ControlTask {
     /// The counter of the edges of the load's encoder.
     #[cfg(feature = "two-encoders")]
     pub load_encoder: LoadQuadrature,
+    /// The absolute encoder on the load, if that is what the joint has.
+    #[cfg(feature = "two-encoders")]
+    pub absolute_encoder: AbsoluteEncoder,
+    /// Reading of the motor's counter where the ticks were stopped.
+    #[cfg(feature = "two-encoders")]
+    pub paused_at: u32,
     /// The bridge: PWM, direction and enable.
     pub bridge: TimerBridge,
     /// The converter of the supply voltage.
@@ -50,6 +58,11 @@ impl ControlTask {
     #[inline]
     pub fn enter(&mut self) {
         let in_time = self.deadline.enter(self.stopwatch.now());
+        // As early as can be: the frame with the angle takes its time.
+        #[cfg(feature = "two-encoders")]
+        if self.servo.has_absolute_load() {
+            self.absolute_encoder.sample();
+        }
         self.timer.acknowledge();
         if !in_time {
             self.servo.fault(Fault::Overrun);
@@ -71,15 +84,23 @@ impl ControlTask {
     /// Runs one tick of the servo, from the encoder to the bridge.
     #[inline]
     pub fn tick(&mut self) -> Output {
+        let supply = self.supply.read();
+        #[cfg(feature = "two-encoders")]
+        let is_absolute = self.servo.has_absolute_load();
         let (counter, lines) = (self.encoder.counter(), self.encoder.lines());
         #[cfg(feature = "two-encoders")]
-        let load = EncoderReading {
-            counter: self.load_encoder.counter(),
-            lines: self.load_encoder.lines(),
+        let load = if is_absolute {
+            self.absolute_encoder.read()
+        } else {
+            EncoderReading {
+                counter: self.load_encoder.counter(),
+                lines: self.load_encoder.lines(),
+                is_missing: false,
+            }
         };
         let input = Input {
             counter,
-            supply: self.supply.read(),
+            supply,
             lines,
             #[cfg(feature = "two-encoders")]
             load,
@@ -87,7 +108,11 @@ impl ControlTask {
         let output = self.servo.tick(input);
         self.encoder.pull(self.servo.pulls_down());
         #[cfg(feature = "two-encoders")]
-        self.load_encoder.pull(self.servo.pulls_load_down());
+        if is_absolute {
+            self.absolute_encoder.request();
+        } else {
+            self.load_encoder.pull(self.servo.pulls_load_down());
+        }
         if output.enable {
             self.bridge.drive(output.duty());
         } else if output.wakes {
@@ -139,6 +164,18 @@ impl ControlTask {
     pub fn pause(&mut self) {
         self.bridge.rest();
         self.timer.stop();
+        #[cfg(feature = "two-encoders")]
+        {
+            self.paused_at = self.encoder.counter();
+        }
+    }
+
+    /// Ends the reference if the load may have moved by more than its counter of 16 bits holds
+    /// since the [pause](Self::pause).
+    #[cfg(feature = "two-encoders")]
+    pub fn check_pause(&mut self) {
+        let travel = self.encoder.counter().wrapping_sub(self.paused_at) as i32;
+        self.servo.check_pause(travel);
     }
 
     /// Restarts the ticks. The next one comes a whole sample time from now, and is never late.

@@ -80,6 +80,8 @@ impl<C: Mutex<T = ControlTask>, W: Mutex<T = Independent>> BoardMachine<'_, C, W
             self.control_task.lock(ControlTask::pause);
             let done = act(self.store);
             self.control_task.lock(|parts| {
+                #[cfg(feature = "two-encoders")]
+                parts.check_pause();
                 parts.resume();
                 // What was seen of joint and supply is seconds old.
                 parts.servo.unsettle();

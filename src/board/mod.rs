@@ -4,6 +4,8 @@
 //! parts through the traits of [`traits`], since embedded-hal has none for an encoder, a bridge or
 //! a watchdog.
 
+#[cfg(feature = "two-encoders")]
+pub mod absolute_encoder;
 pub mod bridge;
 pub mod clock;
 pub mod control_task;

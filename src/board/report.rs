@@ -185,21 +185,26 @@ fn report_levels(levels: &FrictionLevels) {
 
 fn report_jog(found: &JogFindings) {
     let [first, second] = &found.ways;
-    let verdict = match found.verdict() {
+    let verdict = in_words(found.verdict());
+    info!(
+        "jog: {=i32} counts by {=f32} V, {=i32} counts by -{=f32} V: {=str}",
+        first.moved, first.effort, second.moved, second.effort, verdict
+    );
+    #[cfg(feature = "two-encoders")]
+    if let (Some(there), Some(verdict)) = (first.motor_moved, found.motor_verdict()) {
+        let back = second.motor_moved.unwrap_or(0);
+        info!("jog: of the motor {=i32} and {=i32} counts: {=str}", there, back, in_words(verdict));
+    }
+}
+
+fn in_words(verdict: Verdict) -> &'static str {
+    match verdict {
         Verdict::Agrees => "the encoder counts in the sense of the effort",
         Verdict::Reversed => "the encoder counts AGAINST the effort",
         Verdict::Pulled => "a load moves the joint",
         Verdict::RunsOn => "the joint went on without effort",
         Verdict::Still => "nothing moved",
         Verdict::Noise => "the encoder counts to and fro",
-    };
-    info!(
-        "jog: {=i32} counts by {=f32} V, {=i32} counts by -{=f32} V: {=str}",
-        first.moved, first.effort, second.moved, second.effort, verdict
-    );
-    #[cfg(feature = "two-encoders")]
-    if let (Some(there), Some(back)) = (first.motor_moved, second.motor_moved) {
-        info!("jog: of the motor {=i32} and {=i32} counts", there, back);
     }
 }
 

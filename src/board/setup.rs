@@ -13,6 +13,8 @@ use stm32f4xx_hal::pac;
 use stm32f4xx_hal::prelude::*;
 
 use super::HARDWARE;
+#[cfg(feature = "two-encoders")]
+use super::absolute_encoder::AbsoluteEncoder;
 use super::bridge::{self, Pins, TimerBridge};
 use super::control_task::ControlTask;
 use super::crystal::Crystal;
@@ -140,6 +142,13 @@ pub fn start(
         b.pb7.into_alternate().internal_resistor(Pull::Up),
         &mut rcc,
     );
+    #[cfg(feature = "two-encoders")]
+    let absolute_encoder = AbsoluteEncoder::start(
+        device.SPI3,
+        c.pc8.into_push_pull_output_in_state(PinState::High),
+        (c.pc10.into_alternate(), c.pc11.into_alternate(), c.pc12.into_alternate()),
+        &mut rcc,
+    );
     let supply = Supply::start(device.ADC1, c.pc0.into_analog(), &mut rcc);
     let timer_clock = rcc.clocks.timclk1().raw();
     let period = Period::new(settings.sample_time(), timer_clock);
@@ -158,6 +167,10 @@ pub fn start(
         encoder,
         #[cfg(feature = "two-encoders")]
         load_encoder,
+        #[cfg(feature = "two-encoders")]
+        absolute_encoder,
+        #[cfg(feature = "two-encoders")]
+        paused_at: 0,
         bridge,
         supply,
         timer,

@@ -5,13 +5,15 @@
 //! counts. The one on the motor measures the velocity and what the effort moves: the monitors of
 //! wiring, stall and speed use it.
 //!
-//! The motor's encoder can be configured with the feature `two-encoders`, which the simulator turns
-//! on, and which one of the two images has. A user configures both encoders in a machine's file:
+//! The motor's encoder can be configured with the feature `two-encoders`, which the simulator and
+//! the image for two encoders have. A user configures both encoders in a machine's file:
 //! `[encoder]` is the motor's there, and `[load_encoder]` the load's. The values here are those of
 //! a device, which a host derives from the file. A joint with one encoder has none of them.
 
 #[cfg(feature = "two-encoders")]
 use crate::control::encoder::{CounterBits, Direction, Encoder, EncoderOutput};
+#[cfg(feature = "two-encoders")]
+use crate::load_encoder::{AbsoluteEncoder, as5047p};
 #[cfg(not(feature = "two-encoders"))]
 use crate::units::error::Allowed;
 #[cfg(feature = "two-encoders")]
@@ -19,11 +21,22 @@ use crate::units::error::HUGE;
 #[cfg(not(feature = "two-encoders"))]
 use crate::units::value::{About, Absent, InvalidBits, Key, Table, Values};
 #[cfg(feature = "two-encoders")]
-use crate::units::value::{Table, table};
+use crate::units::value::{Table, choice, table};
+
+#[cfg(feature = "two-encoders")]
+choice! {
+    /// What the encoder on the load is.
+    pub enum LoadEncoderKind {
+        /// It has two lines whose edges a timer counts.
+        Incremental = 0 "incremental",
+        /// It is a chip on SPI that reports the angle within a turn of the joint: 2^14 counts.
+        As5047p = 1 "as5047p",
+    }
+}
 
 #[cfg(feature = "two-encoders")]
 table! {
-    /// The encoder of the motor; none by default.
+    /// The encoder of the motor, and the kind of the one on the load; none by default.
     #[derive(Clone, Copy, Debug, PartialEq)]
     pub struct MotorEncoder (motor) "motor_encoder" if (motor.count().is_some()) {
         /// Angle of a count of the motor's encoder, deg of the joint; zero: the joint has one
@@ -31,14 +44,18 @@ table! {
         count: f32 = 0x0C01 "resolution_deg", Between(0.0, HUGE), Needed(0.0);
         /// Which way the counter runs when the motor turns the joint the positive way.
         direction: Direction = 0x0C02 "direction", Any, Default(Direction::Forward);
-        /// What drives the lines of the motor's encoder: only with `push-pull` are open ones found
-        /// at rest.
+        /// Output stage of the motor's encoder. The test for open lines at rest needs `push-pull`.
         output: EncoderOutput = 0x0C03 "output", Any, Default(EncoderOutput::Unknown);
         /// Largest twist at which a healthy gear rests, deg of the joint. Off: the twist is not
         /// monitored.
         twist: f32 = 0x0C04 "twist_deg", OrOff(0.0, HUGE), Default(0.0);
         /// Largest twist of a healthy gear while its sides move opposite ways, deg of the joint.
         swing: f32 = 0x0C05 "swing_deg", Between(motor.twist, HUGE), Default(0.0);
+        /// What the encoder on the load is.
+        load_kind: LoadEncoderKind = 0x0C06 "load_kind", Any,
+            Default(LoadEncoderKind::Incremental);
+        /// Reading of an absolute encoder on the load where the joint's position is zero, counts.
+        load_zero: u32 = 0x0C07 "load_zero_counts", Between(0.0, 16383.0), Default(0);
     }
 }
 
@@ -60,6 +77,17 @@ impl MotorEncoder {
             return Some(self.count);
         }
         None
+    }
+
+    /// Returns the absolute encoder on the load that counts in this direction, if it is one.
+    #[cfg(feature = "two-encoders")]
+    pub const fn absolute(&self, direction: Direction) -> Option<AbsoluteEncoder> {
+        match self.load_kind {
+            LoadEncoderKind::As5047p if self.count > 0.0 => {
+                AbsoluteEncoder::new(as5047p::BITS, direction, self.load_zero)
+            }
+            _ => None,
+        }
     }
 
     /// Returns the encoder that turns readings of the motor's counter into travel. The counter has

@@ -8,8 +8,8 @@
 //! the joint is: [`AbsoluteEncoder::locate`] returns the position at power-on if the joint's range
 //! is less than a turn of the encoder, and why not otherwise.
 //!
-//! This module is for a firmware of your own. No image of this project reads an absolute encoder,
-//! and nothing here has run with a real chip.
+//! The image for two encoders reads such a chip, and so may a firmware of your own. Nothing here
+//! has run with a real chip.
 
 pub mod absolute;
 pub mod as5047p;

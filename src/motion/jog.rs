@@ -17,8 +17,8 @@
 //! of [`crate::safety::open_loop`] ends the jog. So does a motor with its own encoder that goes
 //! farther than the bound of the travel, and the largest twist of the gear, away from where it
 //! began: then the load's encoder may be dead. So do a stop, a silent link and a fault. The
-//! monitors that assume the direction (reversal, following error), or the ratio of two encoders, are
-//! off in a jog. All others are on.
+//! monitors that assume the direction (reversal, following error), or the ratio of two encoders,
+//! are off in a jog. All others are on.
 //!
 //! Guarantees: with an encoder that counts, the joint goes no farther from its start than
 //! `travel + v^2 / (2 a) + v h`. Here `v` is the speed at the bound: `speed + sqrt(16 q A)`, since

@@ -77,8 +77,7 @@ pub fn tables() -> impl Iterator<Item = &'static [About]> {
         JogBounds::ABOUT,
     ];
     let laws = tables.into_iter().chain(Gains::ABOUT.iter().copied());
-    // What a machine's file has in other words: the encoder of the motor beside one on the load, and
-    // the law for both.
+    // A machine's file has other keys for these.
     #[cfg(feature = "two-encoders")]
     let laws = laws.chain([MotorEncoder::ABOUT, RobustDualGains::ABOUT]);
     laws

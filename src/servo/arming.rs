@@ -96,6 +96,10 @@ impl Servo {
             State::Stopped => {}
         }
         let origin = self.known_origin();
+        #[cfg(feature = "two-encoders")]
+        if self.follower.missing > 0 {
+            return Err(Refusal::Moving);
+        }
         let (Some(control_loop), Follower { encoder: Some(_), seen, supply, .. }) =
             (&mut self.control_loop, self.follower)
         else {

@@ -1,6 +1,8 @@
 //! The control loop of a joint: controller, course and monitors, prepared once from the parameters,
 //! with their states.
 
+#[cfg(feature = "two-encoders")]
+use super::absolute_load::AbsoluteLoad;
 use super::stopping::Brakes;
 use super::wake_up::DriverTimes;
 use super::{Refusal, control};
@@ -38,6 +40,9 @@ pub struct ControlLoop {
     /// The test of the load's encoder, if there are two; `open_line` is then that of the motor's.
     #[cfg(feature = "two-encoders")]
     pub(super) load_line: Option<OpenLineTest>,
+    /// The load's encoder, if it is an absolute one.
+    #[cfg(feature = "two-encoders")]
+    pub(super) absolute: Option<AbsoluteLoad>,
     pub(super) watch: MonitorState,
     /// Ticks from the first one until the servo arms automatically; none without autostart.
     pub(super) autostart: Option<u32>,
@@ -96,6 +101,8 @@ impl ControlLoop {
                 .motor
                 .count()
                 .map(|_| OpenLineTest::new(config.encoder.output, config.sample_time)),
+            #[cfg(feature = "two-encoders")]
+            absolute: AbsoluteLoad::of(config),
             watch: MonitorState::default(),
             autostart: device.autostart.then(|| parameters.in_ticks(device.autostart_delay)),
             reference: device.reference,
@@ -257,6 +264,15 @@ impl ControlLoop {
             Course::Profile(_) => self.home.is_some() && self.homing_ends(tick),
             course => self.state.is_over(course),
         }
+    }
+
+    /// Returns whether the angle of an absolute encoder is to give the position of the joint: only
+    /// a joint with a range needs it.
+    pub(super) fn has_angle(&self) -> bool {
+        #[cfg(feature = "two-encoders")]
+        return self.absolute.is_some() && self.monitors.has_range();
+        #[cfg(not(feature = "two-encoders"))]
+        false
     }
 
     /// Returns whether the course has ended. A ramp, a jog and a homing end; a reference does not.

@@ -22,6 +22,9 @@ pub(super) struct Follower {
     /// Position of the motor, if it has its own encoder.
     #[cfg(feature = "two-encoders")]
     motor: Option<MotorFollower>,
+    /// Ticks in a row without a valid answer of the load's encoder.
+    #[cfg(feature = "two-encoders")]
+    pub missing: u32,
 }
 
 /// Position and standstill of a motor with its own encoder.
@@ -49,12 +52,20 @@ impl Follower {
         #[cfg(feature = "two-encoders")]
         let (counter, motor) = match controller.motor_encoder() {
             Some(encoder) => {
+                // Both sides begin at the position of the joint with one encoder: the monitors of
+                // the effort must not take the change of the counter for travel.
                 let first = MotorFollower {
-                    encoder: EncoderState::start(counter, 0),
+                    encoder: EncoderState::start(counter, self.seen.position),
                     standstill: Standstill::default(),
                 };
                 let of_motor = self.motor.get_or_insert(first);
-                (input.load.counter, Some(of_motor.update(encoder, counter)))
+                let of_motor = of_motor.update(encoder, counter);
+                if input.load.is_missing {
+                    self.keep(of_motor, input.supply);
+                    return;
+                }
+                self.missing = 0;
+                (input.load.counter, Some(of_motor))
             }
             None => (counter, None),
         };
@@ -71,6 +82,16 @@ impl Follower {
         self.supply = input.supply;
     }
 
+    /// Keeps the position of the load in a tick without its encoder.
+    // Out of line: no tick of a sound encoder comes here.
+    #[cfg(feature = "two-encoders")]
+    #[cold]
+    #[inline(never)]
+    fn keep(&mut self, of_motor: SeenMotor, supply: u16) {
+        self.missing = self.missing.saturating_add(1);
+        (self.seen.travel, self.seen.motor, self.supply) = (0, Some(of_motor), supply);
+    }
+
     /// Restarts the count of ticks at standstill.
     pub fn unsettle(&mut self) {
         self.standstill = Standstill::default();
@@ -83,13 +104,16 @@ impl Follower {
     }
 
     /// Forgets the readings of the counters if another encoder measures the position from now on,
-    /// or another one the motor: the difference of two counters is no travel. `before` is the
-    /// motor's encoder of the old parameters.
+    /// or another one the motor, and returns whether that is so: the difference of two counters is
+    /// no travel. `before` is the motor's encoder of the old parameters.
     #[cfg(feature = "two-encoders")]
-    pub fn change(&mut self, before: Option<&Encoder>, after: &Controller) {
-        if before.is_some() != after.motor_encoder().is_some() {
+    pub fn change(&mut self, before: Option<&Encoder>, after: &Controller) -> bool {
+        let changes = before.is_some() != after.motor_encoder().is_some();
+        if changes {
+            self.seen.position = self.seen.driven().position;
             self.encoder = None;
-            (self.motor, self.seen.motor) = (None, None);
+            (self.motor, self.seen.motor, self.missing) = (None, None, 0);
         }
+        changes
     }
 }

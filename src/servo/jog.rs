@@ -6,8 +6,8 @@ use crate::motion::jog::{Jog, JogFindings};
 
 impl Servo {
     /// Arms the servo for a link: at the next tick a jog begins. The monitors that require a known
-    /// direction of the encoder, or ratio of two, are off until the servo is armed anew. From now on, the silence of
-    /// that link is a fault.
+    /// direction of the encoder, or ratio of two, are off until the servo is armed anew. From now
+    /// on, the silence of that link is a fault.
     ///
     /// # Errors
     /// Returns the reason for the refusal; an armed servo refuses a jog.

@@ -40,6 +40,8 @@
 //! level. A [jog](crate::motion::jog) and a [homing](crate::motion::home) also accept only a stop
 //! and end automatically.
 
+#[cfg(feature = "two-encoders")]
+mod absolute_load;
 mod arming;
 mod boot;
 mod control_loop;
@@ -199,11 +201,18 @@ impl Servo {
         if let Some(before) = &self.control_loop {
             // A warm motor stays warm. Otherwise, new parameters would bypass the thermal model.
             after.watch = after.monitors.taken_over(&before.watch, &before.monitors);
-            if after.controller.encoder() != before.controller.encoder() {
+            #[cfg(feature = "two-encoders")]
+            let measures_another =
+                self.follower.change(before.controller.motor_encoder(), &after.controller);
+            #[cfg(not(feature = "two-encoders"))]
+            let measures_another = false;
+            // A proof is that of a counter, which measures another side from now on.
+            if measures_another && self.encoder_proof.is_due() {
+                self.encoder_proof = EncoderProofs::IN_DOUBT;
+            }
+            if measures_another || after.controller.encoder() != before.controller.encoder() {
                 self.referenced = Referenced::No;
             }
-            #[cfg(feature = "two-encoders")]
-            self.follower.change(before.controller.motor_encoder(), &after.controller);
         }
         // Not `take`, which would put a third kilobyte on the stack.
         core::mem::swap(&mut self.control_loop, control_loop);
@@ -279,6 +288,10 @@ impl Servo {
             }
         }
         self.advance();
+        #[cfg(feature = "two-encoders")]
+        if self.has_absolute_load() {
+            self.check_absolute_load();
+        }
         if open_lines > 0 {
             self.latch_open(open_lines);
         }

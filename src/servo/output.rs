@@ -24,10 +24,14 @@ pub struct Input {
 #[cfg(feature = "two-encoders")]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct EncoderReading {
-    /// The reading of the counter.
+    /// The reading of the counter. That of an absolute encoder has the angle in its low bits, and
+    /// counts on from there.
     pub counter: u32,
-    /// Present levels of the lines (bit 0: A, bit 1: B), as in [`Input::lines`].
+    /// Present levels of the lines (bit 0: A, bit 1: B), as in [`Input::lines`]. Zero for an
+    /// encoder on a bus.
     pub lines: u8,
+    /// Whether the encoder gave no valid answer in this tick; `counter` is then not read.
+    pub is_missing: bool,
 }
 
 /// Output of one tick of the servo, for the board. A host reads its first field, the tick, from the

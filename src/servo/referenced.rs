@@ -4,7 +4,7 @@
 //!   reset ------> not referenced -- a command, with the joint at rest --> referenced
 //!                   ^   ^       +-- a homing that has found its stop ------>  |
 //!                   |   |                                                     |
-//!                   |   +-- stall, jump, reversal, or another `[encoder]` ----+
+//!                   |   +-- stall, jump, reversal, or another encoder --------+
 //!                   +------ a homing that begins -----------------------------+
 //! ```
 //!
@@ -16,7 +16,8 @@
 //!
 //! With [`PositionReference::PowerOn`] the joint counts as referenced from each reset on. Only a
 //! changed encoder or a homing without a stop ends this. The range is then only as accurate as the
-//! position of the joint at the reset.
+//! position of the joint at the reset. It has no effect on a joint with a range and an absolute
+//! encoder on its load, whose angle is the reference (`servo/absolute_load.rs`).
 //!
 //! Does badly: no sensor confirms the command. If a load turns the joint faster than the counter
 //! can follow while the output is off, the lost counts are not detected.
@@ -87,9 +88,24 @@ impl Servo {
         }
     }
 
+    /// Ends the reference after a time without ticks in which a counter of 16 bits on the load may
+    /// have lost a turn of its own. `motor_counts` is the motor's travel meanwhile. A board with
+    /// such a counter calls this before the ticks go on.
+    #[cfg(feature = "two-encoders")]
+    pub fn check_pause(&mut self, motor_counts: i32) {
+        let Some(control_loop) = &self.control_loop else { return };
+        let Some(motor) = control_loop.controller.motor_encoder() else { return };
+        let load = control_loop.controller.encoder().resolution;
+        // A quarter of the counter's range: the load may be ahead of the motor by slack and twist.
+        let most = 16_384.0 * load;
+        if (motor_counts as f32).abs() * motor.resolution > most {
+            self.referenced = Referenced::No;
+        }
+    }
+
     fn is_referenced_at_reset(&self) -> bool {
-        self.control_loop
-            .as_ref()
-            .is_some_and(|control_loop| control_loop.reference == PositionReference::PowerOn)
+        self.control_loop.as_ref().is_some_and(|control_loop| {
+            control_loop.reference == PositionReference::PowerOn && !control_loop.has_angle()
+        })
     }
 }

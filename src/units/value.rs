@@ -245,8 +245,8 @@ pub(crate) const fn equal(a: &[u8], b: &[u8]) -> bool {
 /// ```
 ///
 /// `bounds` is an [`Allowed`], in which `this` is the struct. `Needed` may also be
-/// `Default` or `Derived`: see [`Absent`]. After the table's name can stand `if (present)`: without
-/// that condition, the values are not there, until one of them is set.
+/// `Default` or `Derived`: see [`Absent`]. After the table's name can stand `if (present)`. If that
+/// condition is false, the table has no values. [`Values::set`] still accepts them.
 macro_rules! table {
     (
         $(#[$meta:meta])*

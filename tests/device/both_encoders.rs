@@ -51,8 +51,8 @@ fn a_jog_finds_which_of_two_encoders_is_reversed_or_dead() {
     }
 }
 
-/// The file has half of the load's counts, so the load seems to go twice as far as the motor. A
-/// gear with slack hides that in a short jog.
+/// The file has a quarter of the load's counts, so the load seems to go four times as far as the
+/// motor. A gear with slack hides that in a short jog.
 #[test]
 fn a_jog_finds_a_wrong_number_of_counts_behind_a_stiff_gear() {
     let of = |set: &[&str], counts: &str| {
@@ -115,8 +115,9 @@ fn fails_on_the_way(law: &str, [motor, load]: [Wires; 2]) -> Failed {
 
 /// The largest twist of a healthy gear in motion bounds the difference of both encoders since the
 /// arming, when it was no more than that of a gear at rest; and so the travel from the failure on,
-/// since the other side stands still or goes the other way. After that the friction brakes the joint: 4.1 N m on 0.437 kg m^2,
-/// by energy; the twist of the gear adds to that what it had at the most.
+/// since the other side stands still or goes the other way. After that the friction brakes the
+/// joint: 4.1 N m on 0.437 kg m^2, by energy; the twist of the gear adds to that what it had at the
+/// most.
 #[test]
 fn a_failed_encoder_of_either_side_turns_the_motor_off_on_the_way() {
     let motor = parameters(&both_encoders(&["pd"], &[])[0]).unwrap().controller.motor;
@@ -197,6 +198,43 @@ fn parameters_with_another_encoder_move_no_position() {
         }
         assert_eq!((servo.position(), servo.is_at_rest()), (0, true));
         assert_eq!(servo.state(), State::Stopped);
+    }
+    // The position is that of another encoder: it is no longer known to be the true one.
+    assert!(!servo.is_referenced());
+}
+
+/// A proof belongs to a counter. With other parameters, the same counter measures another side.
+#[test]
+fn parameters_with_another_encoder_prove_none() {
+    let two = parameters(&both_encoders(&["robust"], &[])[0]).unwrap();
+    let one = parameters(&both_encoders(&["robust"], &["loop.position=motor"])[0]).unwrap();
+    let hardware = files::hardware::STM32F405;
+    for sequence in [[&two, &one, &one], [&one, &two, &two], [&two, &one, &two]] {
+        let mut servo = Servo::new(Ok(sequence[0]), Boot::at_zero(), &hardware);
+        let mut input = Input { supply: 2048, ..Input::default() };
+        let ticks = |servo: &mut Servo, input: &Input| {
+            for _ in 0..200 {
+                servo.tick(*input);
+            }
+        };
+        ticks(&mut servo, &input);
+        servo.fault(Fault::Stall);
+        servo.clear().unwrap();
+        ticks(&mut servo, &input);
+        // A hand at the load: the motor's encoder, the first counter, is dead.
+        input.load.counter = 100;
+        ticks(&mut servo, &input);
+        for parameters in &sequence[1..] {
+            let mut place = None;
+            stiction::servo::ControlLoop::prepare(&mut place, parameters, &hardware).unwrap();
+            servo.install(&mut place).unwrap();
+            ticks(&mut servo, &input);
+        }
+        assert_eq!(servo.arm_for_link(None), Err(Refusal::EncoderInDoubt));
+        // After the change, the load alone is not enough either.
+        input.load.counter = 200;
+        ticks(&mut servo, &input);
+        assert_eq!(servo.arm_for_link(None), Err(Refusal::EncoderInDoubt));
     }
 }
 

@@ -16,6 +16,7 @@ macro_rules! reliability {
     (@ $key:ident) => { $key };
 }
 
+mod absolute_encoder;
 mod autostart;
 mod both_encoders;
 mod bumper;

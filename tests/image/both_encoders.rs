@@ -1,6 +1,7 @@
 //! The image for two encoders: bit for bit what the host does with joints that have one on the
 //! motor and one on the load; failed wires; a jog; and images that do not fit.
 
+use emulator::as5047p::As5047p;
 use emulator::wire::EmulatedWire;
 use experiments::both_encoders::{STIFF, both_encoders};
 use experiments::flash_image::{emulation_of_two, firmware_for_two};
@@ -40,6 +41,7 @@ fn joints_with_both_encoders_move_as_on_the_host() {
         &["encoder.noise_counts=1", "load_encoder.noise_counts=1"],
         &["encoder.direction=reverse", "load_encoder.direction=reverse"],
         &["load_encoder.counts_per_turn=1000000", "encoder.lines=25"],
+        &["load_encoder.kind=as5047p", "load_encoder.zero_counts=16383"],
     ] {
         assert_same_in(&emulation, &step(&["robust"], set));
     }
@@ -77,8 +79,8 @@ fn image_for_one_encoder_refuses_a_joint_with_two() {
     assert!(why.contains("--two-encoders"), "{why}");
 }
 
-/// Runs a move of 20 deg with silent wires from 5 deg on, a client alive. Returns the fault with its
-/// tick after the move began.
+/// Runs a move of 20 deg with silent wires from 5 deg on, a client alive. Returns the fault and
+/// its value.
 fn fails_on_the_way<W: Wire>(
     client: &mut Client<W>,
     mut ticks: impl FnMut(&mut Client<W>, bool) -> f64,
@@ -115,7 +117,6 @@ fn failed_encoder_of_either_side_is_the_same_fault_as_on_a_simulated_device() {
             });
             let wire = EmulatedWire::with(&firmware_for_two(), plan).unwrap();
             let mut client = Client::connect(wire).unwrap();
-            client.set_reference(0.0).ok();
             let there = fails_on_the_way(&mut client, |client, is_failed| {
                 let board = &mut client.wire().board;
                 if is_failed {
@@ -130,7 +131,58 @@ fn failed_encoder_of_either_side_is_the_same_fault_as_on_a_simulated_device() {
             });
             let name = |code: u8| Fault::from_code(code).map(Fault::describe);
             assert_eq!(name(there.0), name(here.0), "{law}, {wires:?}");
-            println!("{law}, {wires:?}: {:?} by {} and {}", name(here.0), here.1, there.1);
+            // Both begin the failure up to a tick apart.
+            let ratio = there.1 / here.1;
+            assert!((0.8..1.25).contains(&ratio), "{law}, {wires:?}: {} {}", here.1, there.1);
+        }
+    }
+}
+
+/// The chip on SPI3 answers frame by frame: its angle is in the tick in which it was sampled. One
+/// that is cut off its bus, or whose magnet is too far, is a fault.
+#[test]
+fn absolute_encoder_gives_the_reference_and_its_silence_is_a_fault() {
+    let set = [
+        "load_encoder.kind=as5047p",
+        "load_encoder.zero_counts=16000",
+        "limits.position_min_deg=-90",
+        "limits.position_max_deg=90",
+    ];
+    let plan = &step(&["robust"], &set)[0];
+    for is_weak in [false, true] {
+        let mut wire = EmulatedWire::with(&firmware_for_two(), plan).unwrap();
+        let act = wire.board.act(|halted| {
+            halted.push(30.0, 0.0);
+        });
+        act.unwrap();
+        wire.board.samples(200).unwrap();
+        let mut client = Client::connect(wire).unwrap();
+        let status = client.status().unwrap();
+        assert!(status.is_referenced);
+        assert_eq!(status.position, (30.0 * 16384.0 / 360.0_f64).round() as i32);
+        client.arm().unwrap();
+        let board = &mut client.wire().board;
+        board.samples(20).unwrap();
+        assert!(board.samples(1).unwrap().bridge.is_on());
+        let act = board.act(move |halted| {
+            if is_weak {
+                // Field too low: bit 11.
+                As5047p::diagnose(halted.board(), 0x0980);
+            } else {
+                halted.rewire_load(Wires::Cut);
+            }
+        });
+        act.unwrap();
+        let ticks = (1..20).find(|_| !board.samples(1).unwrap().bridge.is_on()).unwrap();
+        let fault = Fault::from_code(client.status().unwrap().fault.code);
+        if is_weak {
+            // Five ticks, and up to two more: a diagnosis is that of the tick before.
+            assert!((5..=7).contains(&ticks), "{ticks} ticks");
+            assert_eq!(fault, Some(Fault::EncoderSilent));
+        } else {
+            // The bus breaks between the frames of a tick. The frame of the angle is zero then,
+            // which is a valid one: a jump of 30 deg and the zero's angle.
+            assert_eq!((ticks, fault), (1, Some(Fault::EncoderJump)));
         }
     }
 }

@@ -18,10 +18,9 @@ const STATIC: &str = "-C target-feature=+crt-static -C strip=symbols";
 
 /// Beside the images.
 const OF_THE_IMAGES: &str = "\
-The images are for the STM32F405 of docs/reference/wiring.md. None has run on real hardware. The
-image for one encoder was run on an emulated STM32F427, a superset, bit for bit like the core on a
-computer. Read docs/tutorial/first-board.md and docs/explanation/safety.md before you connect a
-motor.
+The images are for the STM32F405 of docs/reference/wiring.md. None has run on real hardware. Both
+were run on an emulated STM32F427, a superset, bit for bit like the core on a computer. Read
+docs/tutorial/first-board.md and docs/explanation/safety.md before you connect a motor.
 
 stiction-firmware      a joint with one encoder
 stiction-two-encoders  a joint with an encoder on the motor and one on the load

@@ -19,6 +19,7 @@ use rigless::soc::stm32f427::peripherals::gpio::{Gpio, Pin};
 use rigless::store;
 use rigless::time::VirtualNanos;
 
+use super::as5047p::As5047p;
 use super::uart::{USART1, Uart};
 use files::error::Error;
 
@@ -137,6 +138,7 @@ impl EmulatedBoard {
         }
         let FittedParts { crystal, crystal_hz, brown_out, noisy_bytes, .. } = fitted;
         let mut board = Self { mcu, crystal, crystal_hz, breaks: false, noisy_bytes };
+        As5047p::fit(&mut board);
         if brown_out {
             let factory = board.option_bytes();
             board.set_option_bytes(factory & !BOR_LEV);

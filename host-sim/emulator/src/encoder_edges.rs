@@ -13,6 +13,7 @@ use rigless::soc::stm32f427::peripherals::gpio::Pin;
 use rigless::soc::stm32f427::peripherals::tim::Channel;
 use rigless::time::VirtualNanos;
 
+use super::as5047p::As5047p;
 use super::board::{EmulatedBoard, GpioPort};
 use files::encoder::Wires;
 use simulator::plant::Discs;
@@ -38,7 +39,25 @@ const LOAD: EncoderInput = EncoderInput { port: GpioPort::B, first_pin: 6, timer
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Encoders {
     first: EncoderEdges,
-    load: Option<EncoderEdges>,
+    load: Option<LoadDisc>,
+}
+
+/// The encoder on the load.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum LoadDisc {
+    /// Two lines.
+    Edges(EncoderEdges),
+    /// The chip on SPI, whose magnet is at a count.
+    Chip(i64),
+}
+
+impl LoadDisc {
+    const fn counts(&self) -> i64 {
+        match self {
+            Self::Edges(edges) => edges.counts,
+            Self::Chip(counts) => *counts,
+        }
+    }
 }
 
 impl Encoders {
@@ -46,27 +65,44 @@ impl Encoders {
     pub fn of(discs: &Discs) -> Self {
         Self {
             first: EncoderEdges::at_zero(FIRST),
-            load: discs.load.map(|_| EncoderEdges::at_zero(LOAD)),
+            load: discs.load.map(|counts| {
+                if discs.is_absolute {
+                    LoadDisc::Chip(counts)
+                } else {
+                    LoadDisc::Edges(EncoderEdges::at_zero(LOAD))
+                }
+            }),
         }
     }
 
     /// Returns the shown positions of the discs.
     pub fn shown(&self) -> Discs {
-        Discs { first: self.first.counts, load: self.load.map(|load| load.counts) }
+        let is_absolute = matches!(self.load, Some(LoadDisc::Chip(_)));
+        Discs { first: self.first.counts, load: self.load.map(|load| load.counts()), is_absolute }
     }
 
     /// Returns the number of edges to `target` of the disc that has the longest way.
     pub fn distance(&self, target: &Discs) -> u64 {
-        let load = self.load.zip(target.load).map_or(0, |(load, at)| load.counts.abs_diff(at));
+        let load = self.load.zip(target.load).map_or(0, |(load, at)| match load {
+            LoadDisc::Edges(edges) => edges.counts.abs_diff(at),
+            // A magnet turns at once.
+            LoadDisc::Chip(counts) => u64::from(counts != at),
+        });
         self.first.counts.abs_diff(target.first).max(load)
     }
 
-    /// Moves each disc by one count towards `target`, and drives the edges on the wires. A disc that
-    /// is there stays.
+    /// Moves each disc by one count towards `target`, and drives the edges on the wires. A disc
+    /// that is there stays.
     pub fn step_towards(&mut self, target: &Discs, board: &mut EmulatedBoard, at: VirtualNanos) {
         self.first.step_towards(target.first, board, at);
         if let (Some(load), Some(disc)) = (&mut self.load, target.load) {
-            load.step_towards(disc, board, at);
+            match load {
+                LoadDisc::Edges(edges) => edges.step_towards(disc, board, at),
+                LoadDisc::Chip(counts) => {
+                    *counts = disc;
+                    As5047p::turn(board, disc);
+                }
+            }
         }
     }
 
@@ -75,10 +111,13 @@ impl Encoders {
         self.first.rewire(wires, board, at);
     }
 
-    /// Cuts, swaps or restores the wires of the load's encoder, if there are two.
+    /// Cuts, swaps or restores the wires of the load's encoder, if there are two. A chip on a bus
+    /// has one that is cut or not.
     pub fn rewire_load(&mut self, wires: Wires, board: &mut EmulatedBoard, at: VirtualNanos) {
-        if let Some(load) = &mut self.load {
-            load.rewire(wires, board, at);
+        match &mut self.load {
+            Some(LoadDisc::Edges(edges)) => edges.rewire(wires, board, at),
+            Some(LoadDisc::Chip(_)) => As5047p::silence(board, wires != Wires::Sound),
+            None => {}
         }
     }
 
@@ -87,8 +126,10 @@ impl Encoders {
     /// firmware has set.
     pub fn show(&self, board: &mut EmulatedBoard, at: VirtualNanos) {
         self.first.show(board, at);
-        if let Some(load) = &self.load {
-            load.show(board, at);
+        match &self.load {
+            Some(LoadDisc::Edges(edges)) => edges.show(board, at),
+            Some(LoadDisc::Chip(counts)) => As5047p::turn(board, *counts),
+            None => {}
         }
     }
 
@@ -98,7 +139,9 @@ impl Encoders {
         if !self.first.is_connected(board) {
             return Some("PA0 and PA1, where the encoder is, are not connected to TIM2");
         }
-        if self.load.is_some_and(|load| !load.is_connected(board)) {
+        if let Some(LoadDisc::Edges(load)) = self.load
+            && !load.is_connected(board)
+        {
             return Some("PB6 and PB7, where the load's encoder is, are not connected to TIM4");
         }
         None

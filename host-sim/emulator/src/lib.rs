@@ -21,6 +21,7 @@
 //! cycle), the contents of the flash after a write, analog effects of any kind, and the pins'
 //! electrical side.
 
+pub mod as5047p;
 pub mod board;
 pub mod board_under_test;
 pub mod bridge;

@@ -67,8 +67,8 @@ impl<P: PlantInterface> Lockstep<P> {
 
     /// Returns the positions of the discs, the first one with noise.
     fn discs(&self) -> Discs {
-        let Discs { first, load } = self.plant.discs();
-        Discs { first: first + self.noise, load }
+        let discs = self.plant.discs();
+        Discs { first: discs.first + self.noise, ..discs }
     }
 
     /// Plans the edges from the shown positions of the discs to their present ones, up to 0.9 of

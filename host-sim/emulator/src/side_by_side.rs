@@ -227,7 +227,7 @@ impl SideBySide<'_> {
     /// the next sample.
     fn turned_to(&mut self, Counters { position, motor }: Counters) -> Result<Seen, Stopped> {
         let ClosedLoop { encoder, motor_encoder, .. } = self.beside.closed_loop;
-        let Discs { first, load } = &mut self.discs;
+        let Discs { first, load, .. } = &mut self.discs;
         if let (Some(load), Some(motor)) = (load, motor) {
             *load += edges(position, *load, encoder.counter_bits);
             let bits = motor_encoder.map_or(CounterBits::ThirtyTwo, |motor| motor.counter_bits);
@@ -334,7 +334,11 @@ pub(super) fn in_lockstep<S: AxisSolver>(
     let around = recording.closed_loop.clone();
     let mut plant = around.plant(solver);
     let (explain, discs) = (Explanation::of(&setup), plant.discs());
-    let at_zero = Discs { first: 0, load: discs.load.map(|_| 0) };
+    let at_zero = Discs {
+        first: 0,
+        load: discs.load.map(|load| if discs.is_absolute { load } else { 0 }),
+        is_absolute: discs.is_absolute,
+    };
     let coupling = Lockstep::new(FreeDiscs(at_zero), nanoseconds(around.sample_time_s));
     let mut board = BoardUnderTest::power_on(setup, coupling)?;
     let counts = plant.counts();

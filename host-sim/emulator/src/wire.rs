@@ -47,8 +47,9 @@ pub struct EmulatedWire {
 
 impl EmulatedWire {
     /// Powers a board with the image at `path`, or else with the one that `cargo xtask firmware`
-    /// builds for the encoders of the plan, and with the parameters of the plan in its flash, without automatic start. When it
-    /// returns, the joint has been at rest for long enough to be armed.
+    /// builds for the encoders of the plan, and with the parameters of the plan in its flash,
+    /// without automatic start. When it returns, the joint has been at rest for long enough to be
+    /// armed.
     ///
     /// # Errors
     /// Returns why the file is not a valid image, or names an invalid value of the plan.

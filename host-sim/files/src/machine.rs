@@ -58,7 +58,7 @@ pub struct MachineFile {
     pub supply: Option<SupplyTable>,
     /// The encoder of the joint.
     pub encoder: ParameterTable<Encoder, Disc>,
-    /// The load's encoder, if `[encoder]` is on the motor (data sheet, simulator only).
+    /// The load's encoder, if `[encoder]` is on the motor (data sheet).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub load_encoder: Option<LoadEncoder>,
     /// The drive that moves it.
@@ -256,7 +256,7 @@ impl Extras for LoopExtras {
     fn schema(generator: &mut SchemaGenerator) -> Vec<(Schema, &'static str)> {
         let text = "The controllers to run, in this order; a device runs the first.";
         let position = "Side of the gear whose encoder closes the position loop, of a joint with \
-            a `[load_encoder]`; the velocity is the motor's. Left out: `load` (simulator only).";
+            a `[load_encoder]`; the velocity is the motor's. Left out: `load`.";
         vec![
             (generator.subschema_for::<Names>(), text),
             (generator.subschema_for::<Option<EncoderPlace>>(), position),

@@ -24,6 +24,8 @@ pub struct ClosedLoop {
     pub encoder: EncoderModel,
     /// Encoder of the motor, if `encoder` is a second one on the load.
     pub motor_encoder: Option<EncoderModel>,
+    /// Reading of the load's encoder where the joint is at zero, if it is an absolute one.
+    pub absolute_zero: Option<u32>,
     /// Voltage of one drive code, V.
     pub lsb_v: f64,
     /// Time between samples, s.
@@ -73,6 +75,7 @@ impl ClosedLoop {
         let scale = [self.lsb_v, self.sample_time_s];
         Plant::new(solver, self.axis.clone(), self.encoder, scale, self.delay)
             .with_motor_encoder(self.motor_encoder)
+            .with_absolute_zero(self.absolute_zero)
     }
 
     /// Runs the bare loop from rest for `samples` samples after the first, and passes every sample

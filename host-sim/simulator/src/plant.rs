@@ -68,8 +68,11 @@ pub struct Discs {
     /// Disc whose counter is [`Input::counter`](stiction::servo::Input::counter): of two, that of
     /// the motor.
     pub first: i64,
-    /// Disc of the load, if there are two.
+    /// Disc of the load, if there are two. That of an absolute encoder has the angle in its low
+    /// bits.
     pub load: Option<i64>,
+    /// Whether the load's encoder is an absolute one on a bus.
+    pub is_absolute: bool,
 }
 
 /// A joint that moves sample by sample. The solver `S` computes its motion between two samples.
@@ -87,6 +90,8 @@ pub struct Plant<S> {
     encoder: EncoderModel,
     /// Encoder of the motor, if `encoder` is a second one on the load.
     motor_encoder: Option<EncoderModel>,
+    /// Reading of an absolute encoder on the load where the joint is at zero.
+    absolute_zero: Option<u32>,
     lsb_v: f64,
     sample_time_s: f64,
     delay: DelayLine,
@@ -121,6 +126,7 @@ impl<S: AxisSolver> Plant<S> {
             axis,
             encoder,
             motor_encoder: None,
+            absolute_zero: None,
             lsb_v,
             sample_time_s,
             delay,
@@ -135,6 +141,12 @@ impl<S: AxisSolver> Plant<S> {
         Self { motor_encoder, ..self }
     }
 
+    /// Sets the reading of the load's encoder where the joint is at zero, if it is an absolute one.
+    #[must_use]
+    pub fn with_absolute_zero(self, absolute_zero: Option<u32>) -> Self {
+        Self { absolute_zero, ..self }
+    }
+
     /// Returns the position of the motor in counts of its own encoder; `None` with one encoder.
     #[inline]
     pub fn motor_counts(&self) -> Option<i32> {
@@ -146,7 +158,11 @@ impl<S: AxisSolver> Plant<S> {
     /// wires.
     #[inline]
     pub fn counter(&self) -> u32 {
-        self.encoder.counter(self.solver.measured())
+        let counter = self.encoder.counter(self.solver.measured());
+        match self.absolute_zero {
+            Some(zero) => counter.wrapping_add(zero),
+            None => counter,
+        }
     }
 
     /// Returns the readings of the counters of all encoders, with intact wires.
@@ -163,12 +179,16 @@ impl<S: AxisSolver> Plant<S> {
 
     /// Returns the positions of the discs of a joint in the state of `solver`.
     fn discs_of(&self, solver: &S) -> Discs {
-        let position = disc_at(&self.encoder, solver.measured());
+        let zero = i64::from(self.absolute_zero.unwrap_or(0));
+        let position = disc_at(&self.encoder, solver.measured()) + zero;
+        let is_absolute = self.absolute_zero.is_some();
         match &self.motor_encoder {
-            Some(motor) => {
-                Discs { first: disc_at(motor, solver.measured_at_motor()), load: Some(position) }
-            }
-            None => Discs { first: position, load: None },
+            Some(motor) => Discs {
+                first: disc_at(motor, solver.measured_at_motor()),
+                load: Some(position),
+                is_absolute,
+            },
+            None => Discs { first: position, load: None, is_absolute },
         }
     }
 

@@ -40,7 +40,12 @@ impl Counters {
             Some(motor) => (motor, position),
             None => (position, 0),
         };
-        Input { counter, supply, lines: 0, load: EncoderReading { counter: load, lines: 0 } }
+        Input {
+            counter,
+            supply,
+            lines: 0,
+            load: EncoderReading { counter: load, lines: 0, is_missing: false },
+        }
     }
 }
 

@@ -223,7 +223,12 @@ fn compared(in_use: &Parameters, machine: Option<&str>, text: &str) -> Result<Va
         }
         _ => Document::parse("the file", text)?,
     };
-    let law = in_use.controller.compensator.first().map_or(PD, Gains::name);
+    let law = match in_use.controller.compensator.first() {
+        // A file has one name for both laws.
+        Some(Gains::RobustDual(_)) => "robust",
+        Some(law) => law.name(),
+        None => PD,
+    };
     let has_it = document.get(&format!("controller.{law}")).is_some();
     let wanted: Vec<String> = has_it.then(|| law.to_owned()).into_iter().collect();
     let first = Experiment::plan(&document, &wanted, &[])?.into_first();

@@ -238,6 +238,13 @@ impl Monitors {
         zero.map_or(PositionLimits::NONE, |zero| self.position.with_zero(zero))
     }
 
+    /// Returns the ends of the range of positions, counts from the zero of the joint. Without a
+    /// range these are the ends of all numbers.
+    #[cfg(feature = "two-encoders")]
+    pub const fn range_counts(&self) -> [i32; 2] {
+        self.position.ends()
+    }
+
     /// Returns whether there is a range of positions.
     pub fn has_range(&self) -> bool {
         self.position != PositionLimits::NONE
@@ -455,8 +462,8 @@ impl MonitorState {
         self.reversal.suppose();
     }
 
-    /// Turns the monitors off that suppose the direction of an encoder, or the ratio of two: a jog
-    /// finds both.
+    /// Turns the monitors off that rely on the direction of an encoder or on the ratio of two: a
+    /// jog finds both.
     pub const fn suppose_wiring(&mut self) {
         self.suppose_direction();
         #[cfg(feature = "two-encoders")]

@@ -44,6 +44,12 @@ impl PositionLimits {
         Self { lowest, highest, zero }
     }
 
+    /// Returns the lowest and the highest position of the range, counts.
+    #[cfg(feature = "two-encoders")]
+    pub const fn ends(&self) -> [i32; 2] {
+        [self.lowest, self.highest]
+    }
+
     /// Returns a position (counts since power-on) in counts from the zero of the range.
     pub const fn counted(&self, position: i32) -> i32 {
         position.wrapping_sub(self.zero)

@@ -18,8 +18,9 @@ const FROM_THE_BOARD: [Fault; 5] =
     [Fault::Overrun, Fault::BreakInput, Fault::ClockLost, Fault::Panic, Fault::Watchdog];
 
 /// The other faults, and why they are in no row.
-const ELSEWHERE: [(Fault, &str); 12] = [
+const ELSEWHERE: [(Fault, &str); 13] = [
     (Fault::EncodersDisagree, "it takes two encoders: both_encoders.rs beside this folder"),
+    (Fault::EncoderSilent, "it takes an absolute encoder: tests/device/absolute_encoder.rs"),
     (Fault::EncoderOpen, "at rest only: tests/device/open_line.rs"),
     (Fault::Oscillation, "it takes gains of its own (tests/device/oscillation.rs)"),
     (Fault::NonFinite, "only extreme parameters lead there (src/servo/tests.rs)"),

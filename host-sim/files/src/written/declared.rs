@@ -3,6 +3,7 @@
 use stiction::control::drive::DriveConfig;
 use stiction::control::encoder::Encoder;
 use stiction::control::laws::{Gains, RobustDualGains};
+use stiction::control::motor_encoder::MotorEncoder;
 use stiction::control::pd::PdGains;
 use stiction::motion::jog::JogBounds;
 use stiction::parameters::DeviceConfig;
@@ -58,7 +59,16 @@ macro_rules! declared {
     };
 }
 
-declared!(ControllerConfig, Encoder, DriveConfig, DeviceConfig, Limits, ProfileLimits, JogBounds);
+declared!(
+    ControllerConfig,
+    Encoder,
+    MotorEncoder,
+    DriveConfig,
+    DeviceConfig,
+    Limits,
+    ProfileLimits,
+    JogBounds
+);
 
 /// Returns the name of a law, with a mark if it runs on the host only.
 pub(crate) fn shown(law: &Gains) -> String {

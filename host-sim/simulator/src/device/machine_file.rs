@@ -8,6 +8,7 @@
 
 use std::collections::BTreeMap;
 
+use stiction::control::motor_encoder::MotorEncoder;
 use stiction::control::pd::PdGains;
 use stiction::units::position::Position;
 use stiction::units::value::Table as _;
@@ -42,6 +43,7 @@ pub fn read(name: &str, text: &str) -> Result<Parameters, Error> {
 /// # Errors
 /// Returns an error if no machine's file can hold these parameters.
 pub fn render(parameters: &Parameters, joint: &JointTable, whose: &str) -> Result<String, Error> {
+    has_one_encoder(parameters)?;
     let machine = MachineFile { joint: joint.clone(), ..of(parameters) };
     let body = toml::to_string(&machine).map_err(|error| Error::Input(error.to_string()))?;
     let text = format!(
@@ -59,7 +61,25 @@ pub fn render(parameters: &Parameters, joint: &JointTable, whose: &str) -> Resul
     )))
 }
 
-/// Returns the tables of a device's parameters as TOML.
+/// Refuses the parameters of a joint with two encoders: what its gear tolerates follows from a data
+/// sheet, which a device does not store.
+///
+/// # Errors
+/// Returns an error that says what to do instead.
+pub fn has_one_encoder(parameters: &Parameters) -> Result<(), Error> {
+    if parameters.controller.motor.count().is_none() {
+        return Ok(());
+    }
+    Err(Error::Device(
+        "this device has an encoder on the motor and one on the load; a file cannot be made from \
+         its parameters, since they do not hold its gear. Edit the file that they came from, and \
+         push it; or name a file that does not end in .toml, to write the binary record"
+            .into(),
+    ))
+}
+
+/// Returns the tables of a device's parameters as TOML. With two encoders, `[encoder]` is that of
+/// the load and `[motor_encoder]` that of the motor.
 ///
 /// # Errors
 /// Returns an error if a number cannot be written.
@@ -110,6 +130,13 @@ fn known(parameters: &Parameters) -> Result<Table, Error> {
     if let Some(Value::Table(encoder)) = table.get_mut("encoder") {
         encoder.remove("rounding");
         encoder.remove("phase");
+    }
+    // `[encoder]` is that of the load here, as the device has it.
+    let motor = &parameters.controller.motor;
+    if motor.count().is_some() {
+        let values = ParameterTable::<MotorEncoder>::out(motor);
+        let values = Value::try_from(values).map_err(|error| Error::Input(error.to_string()))?;
+        table.insert("motor_encoder".into(), values);
     }
     Ok(table)
 }

@@ -62,7 +62,8 @@ impl WiredCounter {
             Wires::OneCut => self.counter ^ flicker,
             Wires::Swapped => self.counter.wrapping_sub(edges),
         };
-        EncoderReading { counter: self.counter, lines: wires.lines(sound, !pulls_down) }
+        let lines = wires.lines(sound, !pulls_down);
+        EncoderReading { counter: self.counter, lines, is_missing: false }
     }
 }
 
@@ -142,12 +143,17 @@ impl SimulatedDevice {
         let sound = self.plant.counters().input(self.supply);
         let ahead_deg = self.plant.solver.at_load() - self.plant.solver.at_encoder();
         let servo = self.device.servo();
-        let EncoderReading { counter, lines } =
+        let EncoderReading { counter, lines, .. } =
             self.encoder.read(sound.counter, self.wires, servo.pulls_down());
         let pulls_down = servo.pulls_load_down();
-        let load = self.load_encoder.as_mut().map_or_else(EncoderReading::default, |load| {
-            load.read(sound.load.counter, self.load_wires, pulls_down)
-        });
+        let load = match &mut self.load_encoder {
+            // A chip on a bus gives no answer, or one that is rejected.
+            Some(_) if self.plant.discs().is_absolute && self.load_wires != Wires::Sound => {
+                EncoderReading { is_missing: true, ..EncoderReading::default() }
+            }
+            Some(load) => load.read(sound.load.counter, self.load_wires, pulls_down),
+            None => EncoderReading::default(),
+        };
         let output = self.device.tick(Input { counter, supply: self.supply, lines, load });
         self.remember(output.clock, ahead_deg);
         self.plant.brake_v = self.brake_v;

@@ -52,7 +52,7 @@ impl RunPlan {
     }
 
     /// Builds the model of the encoder that closes the position loop. Beside the motor's encoder,
-    /// the one on the load counts from the joint's zero.
+    /// the one on the load has the same place of its zero between two counts.
     ///
     /// # Errors
     /// Returns an error with the key, the value found and the allowed values.
@@ -61,7 +61,6 @@ impl RunPlan {
         let core = self.position_encoder();
         Ok(self.machine.load_encoder_in_loop().map_or(encoder, |load| EncoderModel {
             resolution: load.count_deg(),
-            phase: 0.0,
             counter_bits: core.counter_bits,
             direction: core.direction,
             ..encoder
@@ -113,6 +112,7 @@ impl RunPlan {
             controller,
             encoder: self.encoder()?,
             motor_encoder: self.motor_encoder()?,
+            absolute_zero: self.absolute_zero(),
             lsb_v: machine.drive.lsb_v(),
             sample_time_s: machine.sampling.sample_time_s(),
             delay: self.delay(),

@@ -96,7 +96,14 @@ impl RunPlan {
         let of_gear = self.joint_bounds()?.motor_config();
         Ok(match of_gear.count() {
             Some(_) => {
-                MotorEncoder { direction: written.direction, output: written.output, ..of_gear }
+                let load = self.machine.load_encoder_in_loop();
+                MotorEncoder {
+                    direction: written.direction,
+                    output: written.output,
+                    load_kind: load.map(|load| load.kind).unwrap_or_default().into(),
+                    load_zero: load.map_or(0, |load| load.zero_counts),
+                    ..of_gear
+                }
             }
             None => of_gear,
         })

@@ -4,6 +4,7 @@
 use super::plan::RunPlan;
 use crate::plant::{Delay, Plant};
 use dynamics::joint::{RunJoint, Substitute};
+use files::data_sheet::tables::LoadEncoderKind;
 use files::data_sheet::{
     DataSheet, LoopSide, Mapping, Mount, SheetAxis, SheetFactors, SheetRefusal, SheetTables,
     UnseenSlack, WrittenDrive,
@@ -26,7 +27,8 @@ impl RunPlan {
         let solver = self.joint()?;
         let scale = [self.machine.drive.lsb_v(), sample_time_s];
         let plant = Plant::new(solver, axis, encoder, scale, self.delay());
-        Ok(plant.with_motor_encoder(self.motor_encoder()?))
+        let absolute_zero = self.absolute_zero();
+        Ok(plant.with_motor_encoder(self.motor_encoder()?).with_absolute_zero(absolute_zero))
     }
 
     /// Returns the joint of this run, at rest: the axis of the file, the joint of its data sheet,
@@ -124,6 +126,13 @@ impl RunPlan {
             return Err(self.refuse("run.solver", "\"rk4\"", allowed));
         }
         Ok(axis)
+    }
+
+    /// Returns the reading of the load's encoder where the joint is at zero, counts, if it is an
+    /// absolute one beside the motor's.
+    pub fn absolute_zero(&self) -> Option<u32> {
+        let load = self.machine.load_encoder_in_loop()?;
+        (load.kind == LoadEncoderKind::As5047p).then_some(load.zero_counts)
     }
 
     /// Returns whether the loop has an encoder on the motor and one on the load.

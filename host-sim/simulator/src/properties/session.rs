@@ -6,7 +6,7 @@ use stiction::device::Device;
 use stiction::link::{Deframer, NO_SESSION, Request, decode_request, encode};
 use stiction::parameters::store::Store;
 use stiction::safety::fault::LatchedFault;
-use stiction::servo::{Boot, Input, State};
+use stiction::servo::{Boot, EncoderReading, Input, State};
 use stiction::{Fault, Parameters};
 
 use crate::flash::{SECTOR, SimulatedFlash};
@@ -97,8 +97,9 @@ impl CheckedDevice {
         self.counter = self.counter.wrapping_add_signed(travel);
         let before = self.state();
         let Some(device) = &mut self.device else { return };
-        let output =
-            device.tick(Input { counter: self.counter, supply, lines: 0, ..Input::default() });
+        // A load that moves as its motor does, if the parameters have two encoders.
+        let load = EncoderReading { counter: self.counter, ..EncoderReading::default() };
+        let output = device.tick(Input { counter: self.counter, supply, lines: 0, load });
         let Some(drive) =
             device.parameters().and_then(|p| Drive::new(&p.controller.drive, &STM32F405).ok())
         else {

@@ -13,7 +13,7 @@ use stiction::control::laws::robust_dual::RobustDualState;
 use stiction::control::laws::{Gains, LawState};
 use stiction::positioner::{PdState, PositionerState, RunawayState};
 
-use crate::measure::CostMeasurement;
+use crate::measure::{CostMeasurement, ON_THE_BUS};
 
 /// Returns the size of the state of a yardstick on the `positioner` interface, bytes; `None` for
 /// another yardstick.
@@ -28,7 +28,7 @@ fn state_of_face(name: &str) -> Option<usize> {
 
 /// Returns the size of a law's state in an image for this number of encoders, bytes; 0 for PD.
 fn state_of(name: &str, encoders: u8) -> usize {
-    if name == "robust" && encoders > 1 {
+    if name.starts_with("robust") && encoders > 1 {
         return size_of::<RobustDualState>();
     }
     Gains::EXAMPLES.iter().find(|law| law.name() == name).map_or(0, Gains::state_bytes)
@@ -55,7 +55,12 @@ pub fn table(measured: &CostMeasurement, compiler: &str) -> String {
         line(format!("{name:12} {} {:>23} {state:>5}", three(counts), ""));
     }
     let CostMeasurement { size, painted, bound, stack, .. } = measured;
-    for (head, law) in [("budget", ""), ("of robust", "robust")] {
+    let with_bus = format!("robust{ON_THE_BUS}");
+    let mut heads = vec![("budget", ""), ("of robust", "robust")];
+    if measured.encoders > 1 {
+        heads.push(("on a bus", &with_bus));
+    }
+    for (head, law) in heads {
         let LawBudget { core, interrupt, state } = LawBudget::of(law, measured.encoders);
         let core = core.map(|core| core.to_string()).unwrap_or_default();
         line(format!(

@@ -20,7 +20,7 @@ use simulator::device::{machine_file, parameters, words};
 use simulator::experiment::{Document, Experiment, RunPlan};
 
 /// Keys in which device and file must agree; otherwise they are different machines.
-const OF_THE_MACHINE: [&str; 3] = ["encoder.", "drive.", "loop.sample_time_s"];
+const OF_THE_MACHINE: [&str; 4] = ["encoder.", "motor_encoder.", "drive.", "loop.sample_time_s"];
 
 /// Default number of moves.
 pub const MOVES: usize = 20;

@@ -41,8 +41,7 @@
 //! encoders; set points that move slowly, which it does not follow by attempts as `robust` does.
 //!
 //! The thresholds are those of a prototype. The law is compiled with the feature `two-encoders`,
-//! which the simulator turns on: no image reads a second encoder yet, and the law has not run on a
-//! real joint.
+//! which the simulator and the image for two encoders have. It has not run on a real joint.
 
 pub mod bump_memory;
 #[cfg(test)]

@@ -1,0 +1,96 @@
+//! The servo's part of an absolute encoder on the load: the reference from its angle, and the fault
+//! of one that does not answer.
+//!
+//! ```text
+//! valid answer, not referenced -> the one position of the range with that angle -> referenced
+//! no valid answer              -> the load's position stays; after 5 ticks a fault
+//! ```
+//!
+//! The position is known if the range of positions (`limits.position_min_deg`, `position_max_deg`)
+//! is less than a turn of the encoder. Without a range, or with a wider one, the number of turns is
+//! unknown, and the joint stays unreferenced; so it does outside of its range.
+//!
+//! An answer that is missing for less than that costs accuracy, not safety: the law sees a load
+//! that stands still for four ticks. After power-on the chip has a tenth of a second to become
+//! ready.
+
+use super::{Servo, State};
+use crate::control::controller::ControllerConfig;
+use crate::load_encoder::{AbsoluteEncoder, as5047p};
+use crate::safety::fault::{Fault, LatchedFault};
+use crate::servo::referenced::Referenced;
+
+/// Ticks in a row without a valid answer that are a fault.
+const MISSING: u32 = 5;
+
+/// Time after power-on within which no answer is expected, s: ten times the 10 ms that the chip
+/// needs at most.
+const READY_S: f32 = 0.1;
+
+/// An absolute encoder on the load, prepared for a loop.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct AbsoluteLoad {
+    encoder: AbsoluteEncoder,
+    /// Ticks within which the first valid answer has to come.
+    ready: u32,
+}
+
+impl AbsoluteLoad {
+    /// Prepares the encoder; `None` if the load's encoder is not an absolute one.
+    pub fn of(config: &ControllerConfig) -> Option<Self> {
+        let encoder = config.motor.absolute(config.encoder.direction)?;
+        Some(Self { encoder, ready: libm::ceilf(READY_S / config.sample_time) as u32 })
+    }
+}
+
+impl Servo {
+    /// Returns whether the load's encoder is the absolute one on the bus, of a joint with two.
+    pub const fn has_absolute_load(&self) -> bool {
+        match &self.control_loop {
+            Some(control_loop) => control_loop.absolute.is_some(),
+            None => false,
+        }
+    }
+
+    /// Checks the answers of an absolute encoder in a tick, and sets the reference from its angle
+    /// when the output is off.
+    // Only joints with such an encoder come here.
+    #[inline(never)]
+    pub(super) fn check_absolute_load(&mut self) {
+        let Some(control_loop) = &self.control_loop else { return };
+        let Some(AbsoluteLoad { encoder, ready }) = &control_loop.absolute else { return };
+        let missing = self.follower.missing;
+        let Some(state) = &self.follower.encoder else {
+            if missing == *ready {
+                self.latch_missing(missing);
+            }
+            return;
+        };
+        if missing > 0 {
+            if missing == MISSING {
+                self.latch_missing(missing);
+            }
+            return;
+        }
+        if self.referenced == Referenced::Set || self.state == State::Armed {
+            return;
+        }
+        let angle = state.counter() & ((1 << as5047p::BITS) - 1);
+        let [lowest, highest] = control_loop.monitors.range_counts();
+        if let Ok(position) = encoder.locate(angle, lowest, highest)
+            && !self.is_encoder_in_doubt()
+        {
+            self.origin = self.follower.seen.position.wrapping_sub(position);
+            self.referenced = Referenced::Set;
+        }
+    }
+
+    /// Latches the fault of an encoder that has not answered for a number of ticks. The load may
+    /// have moved by more than half a turn until it answers again.
+    #[cold]
+    fn latch_missing(&mut self, ticks: u32) {
+        let (fault, tick, value) = (Fault::EncoderSilent, self.clock, ticks as f32);
+        self.latch(LatchedFault { fault, tick, value });
+        self.referenced = Referenced::No;
+    }
+}
