@@ -23,7 +23,8 @@ use stm32f4xx_hal::rcc::{Enable, Rcc, Reset};
 /// Rounds of the wait for a frame. One takes five instructions at least; a frame takes 512 clocks.
 const ROUNDS: u32 = 300;
 
-/// Clocks for which chip select stays high: 350 ns, and a bit more.
+/// Clocks for which chip select stays high between two frames, and from its fall to the first clock
+/// of a frame: 350 ns each, and a bit more.
 const SELECT_CLOCKS: u32 = 64;
 
 /// Pins of the bus.
@@ -40,8 +41,7 @@ pub struct AbsoluteEncoder {
     frames: [u16; 2],
     /// Answer to the last diagnosis frame, which comes with the request.
     diagnosis: Option<u16>,
-    /// Whether the answers of this tick hold no angle: after a start, and after an error was
-    /// cleared.
+    /// Whether the answers of this tick hold no angle, after a start.
     discards: bool,
     /// Angle of the last valid answer, which counts on beyond a turn.
     counter: u32,
@@ -87,6 +87,8 @@ impl AbsoluteEncoder {
         self.select.set_high();
         self.diagnosis = self.received();
         cortex_m::asm::delay(SELECT_CLOCKS);
+        self.select.set_low();
+        cortex_m::asm::delay(SELECT_CLOCKS);
         self.send(self.frames[1]);
     }
 
@@ -102,8 +104,14 @@ impl AbsoluteEncoder {
         EncoderReading { counter: self.counter, lines: 0, is_missing }
     }
 
-    /// Requests the angle of the next tick. Called at the end of a tick, long after chip select has
-    /// risen.
+    /// Selects the chip for the request. Called long after chip select has risen, and as long
+    /// before the request.
+    #[inline]
+    pub fn select(&mut self) {
+        self.select.set_low();
+    }
+
+    /// Requests the angle of the next tick. Called at the end of a tick.
     #[inline]
     pub fn request(&mut self) {
         self.send(self.frames[0]);
@@ -136,10 +144,9 @@ impl AbsoluteEncoder {
         }
     }
 
-    /// Selects the chip, and sends a frame.
+    /// Sends a frame to the chip, which is selected.
     #[inline]
     fn send(&mut self, frame: u16) {
-        self.select.set_low();
         self.spi.dr().write(|w| w.dr().set(frame));
     }
 

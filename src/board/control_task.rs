@@ -109,7 +109,7 @@ impl ControlTask {
         self.encoder.pull(self.servo.pulls_down());
         #[cfg(feature = "two-encoders")]
         if is_absolute {
-            self.absolute_encoder.request();
+            self.absolute_encoder.select();
         } else {
             self.load_encoder.pull(self.servo.pulls_load_down());
         }
@@ -119,6 +119,10 @@ impl ControlTask {
             self.bridge.wake(output.duty());
         } else {
             self.bridge.off(output.duty());
+        }
+        #[cfg(feature = "two-encoders")]
+        if is_absolute {
+            self.absolute_encoder.request();
         }
         output
     }

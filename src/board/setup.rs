@@ -8,6 +8,8 @@ use stiction::parameters::store::Store;
 use stiction::safety::deadline::Deadline;
 use stiction::servo::Boot;
 use stiction::{Parameters, Servo};
+#[cfg(feature = "two-encoders")]
+use stm32f4xx_hal::gpio::Speed;
 use stm32f4xx_hal::gpio::{PinState, Pull};
 use stm32f4xx_hal::pac;
 use stm32f4xx_hal::prelude::*;
@@ -145,8 +147,14 @@ pub fn start(
     #[cfg(feature = "two-encoders")]
     let absolute_encoder = AbsoluteEncoder::start(
         device.SPI3,
-        c.pc8.into_push_pull_output_in_state(PinState::High),
-        (c.pc10.into_alternate(), c.pc11.into_alternate(), c.pc12.into_alternate()),
+        // The slowest setting has edges as long as half a clock of the bus.
+        c.pc8.into_push_pull_output_in_state(PinState::High).speed(Speed::Medium),
+        (
+            c.pc10.into_alternate().speed(Speed::Medium),
+            // An open line reads as ones, which no angle is.
+            c.pc11.into_alternate().internal_resistor(Pull::Up),
+            c.pc12.into_alternate().speed(Speed::Medium),
+        ),
         &mut rcc,
     );
     let supply = Supply::start(device.ADC1, c.pc0.into_analog(), &mut rcc);

@@ -12,8 +12,6 @@
 
 #[cfg(feature = "two-encoders")]
 use crate::control::encoder::{CounterBits, Direction, Encoder, EncoderOutput};
-#[cfg(feature = "two-encoders")]
-use crate::load_encoder::{AbsoluteEncoder, as5047p};
 #[cfg(not(feature = "two-encoders"))]
 use crate::units::error::Allowed;
 #[cfg(feature = "two-encoders")]
@@ -25,7 +23,7 @@ use crate::units::value::{Table, choice, table};
 
 #[cfg(feature = "two-encoders")]
 choice! {
-    /// What the encoder on the load is.
+    /// Kind of the encoder on the load.
     pub enum LoadEncoderKind {
         /// It has two lines whose edges a timer counts.
         Incremental = 0 "incremental",
@@ -51,11 +49,11 @@ table! {
         twist: f32 = 0x0C04 "twist_deg", OrOff(0.0, HUGE), Default(0.0);
         /// Largest twist of a healthy gear while its sides move opposite ways, deg of the joint.
         swing: f32 = 0x0C05 "swing_deg", Between(motor.twist, HUGE), Default(0.0);
-        /// What the encoder on the load is.
+        /// Kind of the encoder on the load.
         load_kind: LoadEncoderKind = 0x0C06 "load_kind", Any,
             Default(LoadEncoderKind::Incremental);
         /// Reading of an absolute encoder on the load where the joint's position is zero, counts.
-        load_zero: u32 = 0x0C07 "load_zero_counts", Between(0.0, 16383.0), Default(0);
+        load_zero: u32 = 0x0C07 "load_zero_counts", Between(0.0, 16383.0), Needed(0);
     }
 }
 
@@ -77,17 +75,6 @@ impl MotorEncoder {
             return Some(self.count);
         }
         None
-    }
-
-    /// Returns the absolute encoder on the load that counts in this direction, if it is one.
-    #[cfg(feature = "two-encoders")]
-    pub const fn absolute(&self, direction: Direction) -> Option<AbsoluteEncoder> {
-        match self.load_kind {
-            LoadEncoderKind::As5047p if self.count > 0.0 => {
-                AbsoluteEncoder::new(as5047p::BITS, direction, self.load_zero)
-            }
-            _ => None,
-        }
     }
 
     /// Returns the encoder that turns readings of the motor's counter into travel. The counter has

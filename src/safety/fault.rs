@@ -192,9 +192,9 @@ faults! {
         "twist of the gear" "deg",
         "5 ticks beyond the gear's twist, with one silent for 20 ms or both in opposite motion",
         Clear, [];
-    /// The absolute encoder on the load has given no valid answer.
+    /// The absolute encoder on the load has sent no valid answer.
     27 EncoderSilent "encoder does not answer", "27 Encoder does not answer",
-        "ticks without an answer" "", "5 ticks; 0.1 s after power-on", Clear, [];
+        "time without an answer" "ticks", "5 ticks; 0.1 s after power-on", Clear, [];
 }
 
 impl Fault {

@@ -3,25 +3,34 @@
 //!
 //! ```text
 //! valid answer, not referenced -> the one position of the range with that angle -> referenced
-//! no valid answer              -> the load's position stays; after 5 ticks a fault
+//! no valid answer              -> the load's position stays; after 5 ticks or 5 ms a fault
 //! ```
 //!
 //! The position is known if the range of positions (`limits.position_min_deg`, `position_max_deg`)
 //! is less than a turn of the encoder. Without a range, or with a wider one, the number of turns is
-//! unknown, and the joint stays unreferenced; so it does outside of its range.
+//! unknown, and the joint stays unreferenced; so it does outside of its range. A counted position
+//! outside of the range is located anew once the output is off.
 //!
-//! An answer that is missing for less than that costs accuracy, not safety: the law sees a load
-//! that stands still for four ticks. After power-on the chip has a tenth of a second to become
-//! ready.
+//! After power-on the chip has a tenth of a second to become ready.
+//!
+//! Does badly: the range is believed. A joint that can turn beyond it by the rest of a turn is
+//! located at a wrong place, so its hard stops must be less than a turn apart. While answers are
+//! missing, the law sees a load that stands still; the first answer then has the travel of all
+//! missed ticks, which the monitor of jumps takes for one tick's.
 
 use super::{Servo, State};
 use crate::control::controller::ControllerConfig;
+use crate::control::motor_encoder::{LoadEncoderKind, MotorEncoder};
 use crate::load_encoder::{AbsoluteEncoder, as5047p};
 use crate::safety::fault::{Fault, LatchedFault};
 use crate::servo::referenced::Referenced;
 
-/// Ticks in a row without a valid answer that are a fault.
-const MISSING: u32 = 5;
+/// Ticks in a row without a valid answer that are a fault: at most these, and at least the second
+/// number. Between them, it is the time below.
+const MISSING: [u32; 2] = [5, 2];
+
+/// Time without a valid answer that is a fault, s: five ticks of the usual millisecond.
+const MISSING_S: f32 = 0.005;
 
 /// Time after power-on within which no answer is expected, s: ten times the 10 ms that the chip
 /// needs at most.
@@ -30,7 +39,9 @@ const READY_S: f32 = 0.1;
 /// An absolute encoder on the load, prepared for a loop.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct AbsoluteLoad {
-    encoder: AbsoluteEncoder,
+    pub encoder: AbsoluteEncoder,
+    /// Ticks in a row without a valid answer that are a fault.
+    missing: u32,
     /// Ticks within which the first valid answer has to come.
     ready: u32,
 }
@@ -38,8 +49,13 @@ pub(super) struct AbsoluteLoad {
 impl AbsoluteLoad {
     /// Prepares the encoder; `None` if the load's encoder is not an absolute one.
     pub fn of(config: &ControllerConfig) -> Option<Self> {
-        let encoder = config.motor.absolute(config.encoder.direction)?;
-        Some(Self { encoder, ready: libm::ceilf(READY_S / config.sample_time) as u32 })
+        let MotorEncoder { load_kind, load_zero, .. } = config.motor;
+        config.motor.count().filter(|_| load_kind == LoadEncoderKind::As5047p)?;
+        let encoder = AbsoluteEncoder::new(as5047p::BITS, config.encoder.direction, load_zero)?;
+        let ticks = |s: f32| libm::ceilf(s / config.sample_time) as u32;
+        let [most, least] = MISSING;
+        let missing = ticks(MISSING_S).max(least).min(most);
+        Some(Self { encoder, missing, ready: ticks(READY_S) })
     }
 }
 
@@ -58,23 +74,33 @@ impl Servo {
     #[inline(never)]
     pub(super) fn check_absolute_load(&mut self) {
         let Some(control_loop) = &self.control_loop else { return };
-        let Some(AbsoluteLoad { encoder, ready }) = &control_loop.absolute else { return };
+        let Some(absolute) = &control_loop.absolute else { return };
         let missing = self.follower.missing;
         let Some(state) = &self.follower.encoder else {
-            if missing == *ready {
+            if missing == absolute.ready {
                 self.latch_missing(missing);
             }
             return;
         };
         if missing > 0 {
-            if missing == MISSING {
+            let most = absolute.missing;
+            if missing == most {
                 self.latch_missing(missing);
+            }
+            if missing >= most {
+                self.referenced = Referenced::No;
             }
             return;
         }
-        if self.referenced == Referenced::Set || self.state == State::Armed {
+        if self.state == State::Armed {
             return;
         }
+        let position = self.follower.seen.position;
+        let is_inside = !control_loop.monitors.range(Some(self.origin)).check(position);
+        if self.referenced == Referenced::Set && is_inside {
+            return;
+        }
+        let encoder = &absolute.encoder;
         let angle = state.counter() & ((1 << as5047p::BITS) - 1);
         let [lowest, highest] = control_loop.monitors.range_counts();
         if let Ok(position) = encoder.locate(angle, lowest, highest)
@@ -85,12 +111,11 @@ impl Servo {
         }
     }
 
-    /// Latches the fault of an encoder that has not answered for a number of ticks. The load may
-    /// have moved by more than half a turn until it answers again.
+    /// Latches the fault of an encoder that has not answered for a number of ticks. The reference
+    /// ends with it: the load may have moved by more than half a turn until it answers again.
     #[cold]
     fn latch_missing(&mut self, ticks: u32) {
         let (fault, tick, value) = (Fault::EncoderSilent, self.clock, ticks as f32);
         self.latch(LatchedFault { fault, tick, value });
-        self.referenced = Referenced::No;
     }
 }

@@ -98,7 +98,7 @@ impl Servo {
         let origin = self.known_origin();
         #[cfg(feature = "two-encoders")]
         if self.follower.missing > 0 {
-            return Err(Refusal::Moving);
+            return Err(Refusal::WouldTrip(Fault::EncoderSilent));
         }
         let (Some(control_loop), Follower { encoder: Some(_), seen, supply, .. }) =
             (&mut self.control_loop, self.follower)

@@ -13,6 +13,8 @@ use crate::control::hardware::Hardware;
 use crate::control::profile::Profile;
 use crate::control::reference::{Reference, Setpoint};
 use crate::control::signal::Tick;
+#[cfg(feature = "two-encoders")]
+use crate::load_encoder::AbsoluteEncoder;
 use crate::motion::home::HomeWatch;
 use crate::motion::{Course, CourseState};
 use crate::parameters::Parameters;
@@ -264,6 +266,12 @@ impl ControlLoop {
             Course::Profile(_) => self.home.is_some() && self.homing_ends(tick),
             course => self.state.is_over(course),
         }
+    }
+
+    /// Returns the absolute encoder on the load, with its zero.
+    #[cfg(feature = "two-encoders")]
+    pub(super) fn angle(&self) -> Option<AbsoluteEncoder> {
+        self.absolute.map(|absolute| absolute.encoder)
     }
 
     /// Returns whether the angle of an absolute encoder is to give the position of the joint: only

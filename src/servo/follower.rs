@@ -1,6 +1,8 @@
 //! The follower: it keeps the position and standstill of the joint, whether or not the loop is
 //! closed.
 
+#[cfg(feature = "two-encoders")]
+use super::ControlLoop;
 use super::Input;
 use crate::control::controller::Controller;
 #[cfg(feature = "two-encoders")]
@@ -103,14 +105,18 @@ impl Follower {
         }
     }
 
-    /// Forgets the readings of the counters if another encoder measures the position from now on,
-    /// or another one the motor, and returns whether that is so: the difference of two counters is
-    /// no travel. `before` is the motor's encoder of the old parameters.
+    /// Forgets the readings of the counters if another encoder measures the position with the new
+    /// parameters, or another one the motor, and returns whether that is so: the difference of two
+    /// counters is no travel.
     #[cfg(feature = "two-encoders")]
-    pub fn change(&mut self, before: Option<&Encoder>, after: &Controller) -> bool {
-        let changes = before.is_some() != after.motor_encoder().is_some();
+    pub fn change(&mut self, before: &ControlLoop, after: &ControlLoop) -> bool {
+        let has_two = |of: &ControlLoop| of.controller.motor_encoder().is_some();
+        let has_other_kind = before.absolute.is_some() != after.absolute.is_some();
+        let changes = has_two(before) != has_two(after) || has_other_kind;
         if changes {
-            self.seen.position = self.seen.driven().position;
+            if has_two(before) != has_two(after) {
+                self.seen.position = self.seen.driven().position;
+            }
             self.encoder = None;
             (self.motor, self.seen.motor, self.missing) = (None, None, 0);
         }

@@ -132,8 +132,13 @@ impl Servo {
         self.follower.seen.position.wrapping_sub(self.origin)
     }
 
-    /// Returns whether the joint is at rest.
+    /// Returns whether the joint is at rest. A load whose encoder does not answer is not known to
+    /// be.
     pub fn is_at_rest(&self) -> bool {
+        #[cfg(feature = "two-encoders")]
+        if self.follower.missing > 0 {
+            return false;
+        }
         self.control_loop
             .as_ref()
             .is_some_and(|control_loop| control_loop.monitors.is_at_rest(&self.follower.seen))
@@ -202,15 +207,16 @@ impl Servo {
             // A warm motor stays warm. Otherwise, new parameters would bypass the thermal model.
             after.watch = after.monitors.taken_over(&before.watch, &before.monitors);
             #[cfg(feature = "two-encoders")]
-            let measures_another =
-                self.follower.change(before.controller.motor_encoder(), &after.controller);
+            let (measures_another, has_other_angle) =
+                (self.follower.change(before, after), before.angle() != after.angle());
             #[cfg(not(feature = "two-encoders"))]
-            let measures_another = false;
+            let (measures_another, has_other_angle) = (false, false);
             // A proof is that of a counter, which measures another side from now on.
             if measures_another && self.encoder_proof.is_due() {
                 self.encoder_proof = EncoderProofs::IN_DOUBT;
             }
-            if measures_another || after.controller.encoder() != before.controller.encoder() {
+            let has_other_encoder = after.controller.encoder() != before.controller.encoder();
+            if measures_another || has_other_angle || has_other_encoder {
                 self.referenced = Referenced::No;
             }
         }

@@ -4,11 +4,12 @@
 //!   reset ------> not referenced -- a command, with the joint at rest --> referenced
 //!                   ^   ^       +-- a homing that has found its stop ------>  |
 //!                   |   |                                                     |
-//!                   |   +-- stall, jump, reversal, or another encoder --------+
+//!                   |   +-- stall, jump, reversal, silence, other encoder ----+
 //!                   +------ a homing that begins -----------------------------+
 //! ```
 //!
-//! An incremental encoder counts only travel. The position of the joint is known once a command has
+//! An absolute encoder on the load sets the reference by its angle (`servo/absolute_load.rs`). An
+//! incremental encoder counts only travel. The position of the joint is known once a command has
 //! set it ([`Servo::set_reference`]) or a [homing](crate::motion::home) has found a stop. The
 //! reference ends when counts may be lost or added, or when the encoder's configuration changes,
 //! such as its direction or unit. Until a joint with a range of positions is referenced, only jogs
@@ -88,16 +89,18 @@ impl Servo {
         }
     }
 
-    /// Ends the reference after a time without ticks in which a counter of 16 bits on the load may
-    /// have lost a turn of its own. `motor_counts` is the motor's travel meanwhile. A board with
-    /// such a counter calls this before the ticks go on.
+    /// Ends the reference after a time without ticks in which the reading of the load's encoder may
+    /// have passed half of its range: a counter of 16 bits, or a turn of an absolute encoder.
+    /// `motor_counts` is the motor's travel meanwhile. A board with such an encoder calls this
+    /// before the ticks go on.
     #[cfg(feature = "two-encoders")]
     pub fn check_pause(&mut self, motor_counts: i32) {
         let Some(control_loop) = &self.control_loop else { return };
         let Some(motor) = control_loop.controller.motor_encoder() else { return };
         let load = control_loop.controller.encoder().resolution;
-        // A quarter of the counter's range: the load may be ahead of the motor by slack and twist.
-        let most = 16_384.0 * load;
+        // A quarter of the range: the load may be ahead of the motor by slack and twist.
+        let quarter = if control_loop.absolute.is_some() { 4_096.0 } else { 16_384.0 };
+        let most = quarter * load;
         if (motor_counts as f32).abs() * motor.resolution > most {
             self.referenced = Referenced::No;
         }

@@ -4,8 +4,8 @@
 use experiments::both_encoders::both_encoders;
 use simulator::device::parameters;
 use simulator::device::simulated::{SimulatedDevice, Wires};
-use stiction::Fault;
-use stiction::servo::{Boot, Refusal, State};
+use stiction::servo::{Boot, Input, Refusal, State};
+use stiction::{Fault, Servo};
 
 /// An AS5047P on the joint, which reads 16 000 at the joint's zero.
 const CHIP: [&str; 2] = ["load_encoder.kind=as5047p", "load_encoder.zero_counts=16000"];
@@ -72,7 +72,10 @@ fn a_chip_that_does_not_answer_is_a_fault_and_the_angle_gives_the_position_again
     assert!(!device.device.servo().is_referenced());
     device.device.servo().clear().unwrap();
     device.ticks(200);
-    assert_eq!(device.device.servo().arm_for_link(None), Err(Refusal::Moving));
+    let refused = Err(Refusal::WouldTrip(Fault::EncoderSilent));
+    assert_eq!(device.device.servo().arm_for_link(None), refused);
+    // Nor is the position known that a command would set.
+    assert_eq!(device.device.servo().set_reference(0), Err(Refusal::Moving));
     device.push(-50.0, 0.0);
     device.ticks(10);
     device.load_wires = Wires::Sound;
@@ -99,4 +102,60 @@ fn a_chip_has_its_time_to_become_ready_and_may_miss_some_ticks() {
         device.ticks(4);
     }
     assert_eq!(device.device.servo().latched(), None);
+}
+
+/// The reference is that of an encoder and its zero.
+#[test]
+fn another_zero_or_kind_ends_the_reference_and_the_angle_gives_it_anew() {
+    let incremental = ["load_encoder.counts_per_turn=16384"];
+    let of =
+        |set: &[&str]| parameters(&both_encoders(&["robust"], &[set, &RANGE].concat())[0]).unwrap();
+    // Quarter of a turn further.
+    let moved = ["load_encoder.kind=as5047p", "load_encoder.zero_counts=11904"];
+    let hardware = files::hardware::STM32F405;
+    let mut servo = Servo::new(Ok(&of(&incremental)), Boot::at_zero(), &hardware);
+    let mut input = Input { supply: 2048, ..Input::default() };
+    let mut install = |servo: &mut Servo, set: &[&str], counter: u32| {
+        let mut place = None;
+        stiction::servo::ControlLoop::prepare(&mut place, &of(set), &hardware).unwrap();
+        servo.install(&mut place).unwrap();
+        input.load.counter = counter;
+        let is_referenced = servo.is_referenced();
+        (0..200).for_each(|_| {
+            servo.tick(input);
+        });
+        (is_referenced, servo.is_referenced(), servo.position())
+    };
+    // The counter of the chip has nothing to do with that of the timer, and proves nothing.
+    servo.tick(Input { supply: 2048, ..Input::default() });
+    servo.fault(Fault::EncodersDisagree);
+    servo.clear().unwrap();
+    assert_eq!(install(&mut servo, &CHIP, 16_000), (false, false, 0));
+    assert_eq!(servo.arm_for_link(None), Err(Refusal::EncoderInDoubt));
+    let mut servo = Servo::new(Ok(&of(&incremental)), Boot::at_zero(), &hardware);
+    assert_eq!(install(&mut servo, &CHIP, 16_000), (false, true, 0));
+    assert_eq!(install(&mut servo, &moved, 16_000), (false, true, 4096));
+    assert_eq!(install(&mut servo, &moved, 16_000), (true, true, 4096));
+}
+
+/// Half of the range of a reading that the load may pass unseen, by the motor's travel: a quarter of
+/// it, in counts of 0.0036 deg.
+#[test]
+fn a_pause_in_which_the_load_may_have_turned_too_far_ends_the_reference() {
+    let incremental = ["load_encoder.counts_per_turn=16384"];
+    for (set, most_deg) in [(&CHIP[..], 90.0), (&incremental, 360.0)] {
+        let wide = ["limits.position_min_deg=-720", "limits.position_max_deg=720"];
+        let set = [set, &wide].concat();
+        let parameters = parameters(&both_encoders(&["robust"], &set)[0]).unwrap();
+        for (share, stays) in [(0.99, true), (1.01, false)] {
+            for way in [1.0, -1.0] {
+                let hardware = files::hardware::STM32F405;
+                let mut servo = Servo::new(Ok(&parameters), Boot::at_zero(), &hardware);
+                servo.tick(Input { supply: 2048, ..Input::default() });
+                assert!(servo.is_referenced());
+                servo.check_pause((way * share * most_deg / 0.0036) as i32);
+                assert_eq!(servo.is_referenced(), stays, "{set:?}, {share}");
+            }
+        }
+    }
 }

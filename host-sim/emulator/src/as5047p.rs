@@ -1,18 +1,18 @@
 //! The chip AS5047P on the emulated board: SPI3, with its chip select on PC8.
 //!
-//! It answers each frame with the register that the frame before has asked for, and samples its
+//! It answers each frame with the register that the frame before has requested, and samples its
 //! angle where chip select rises. Frames with a wrong parity set its error flag, as the data sheet
-//! says. It has the registers that the firmware reads: angle, diagnosis and errors.
+//! says. It has the registers that the firmware reads: angle, diagnosis and errors. It does not
+//! check the times of chip select, and is ready at once.
 
 use rigless::chip::Timeline;
 use rigless::chip::spi::Peer;
 use rigless::device::Level;
+use rigless::soc::stm32f427::Stm32f427;
 use rigless::soc::stm32f427::peripherals::gpio::Pin;
 use rigless::soc::stm32f427::peripherals::spi::Select;
 use rigless::store;
 use stiction::load_encoder::as5047p::{ANGLECOM, DIAAGC, ERRFL};
-
-use super::board::EmulatedBoard;
 
 /// SPI3, by its place in the emulator's table.
 const SPI3: usize = 2;
@@ -35,43 +35,50 @@ pub struct As5047p {
     /// Content of the diagnosis register.
     diagnosis: u16,
     errors: u16,
-    /// Register that the last frame has asked for.
-    asked: u16,
+    /// Register that the last frame has requested.
+    requested: u16,
 }
 
-store!(As5047p { values: [angle, sampled, diagnosis, errors, asked], parts: [], built: [] });
+store!(As5047p { values: [angle, sampled, diagnosis, errors, requested], parts: [], built: [] });
 
 impl As5047p {
-    /// Hangs a sound chip on the bus of a board.
-    pub fn fit(board: &mut EmulatedBoard) {
-        let (Some(pin), Some(spi)) = (Pin::new(8), board.mcu.spi.get_mut(SPI3)) else { return };
-        let chip = Self { angle: 0, sampled: 0, diagnosis: SOUND, errors: 0, asked: 0 };
+    /// Attaches a sound chip to the bus.
+    pub fn fit(mcu: &mut Stm32f427) {
+        let (Some(pin), Some(spi)) = (Pin::new(8), mcu.spi.get_mut(SPI3)) else { return };
+        let chip = Self { angle: 0, sampled: 0, diagnosis: SOUND, errors: 0, requested: 0 };
         spi.attach_selected(chip, Select { port: "GPIOC", pin, active: Level::Low });
     }
 
-    /// Turns the magnet of the board's chip to a count; there may be none.
-    pub fn turn(board: &mut EmulatedBoard, counts: i64) {
-        if let Some(chip) = Self::of(board) {
+    /// Turns the magnet of the chip to a count; there may be none.
+    pub fn turn(mcu: &mut Stm32f427, counts: i64) {
+        if let Some(chip) = Self::of(mcu) {
             chip.angle = counts as u16 & DATA;
         }
     }
 
-    /// Sets the diagnosis register of the board's chip: a magnet that is too far, for example.
-    pub fn diagnose(board: &mut EmulatedBoard, diagnosis: u16) {
-        if let Some(chip) = Self::of(board) {
+    /// Sets the diagnosis register of the chip: a magnet that is too far, for example.
+    pub fn diagnose(mcu: &mut Stm32f427, diagnosis: u16) {
+        if let Some(chip) = Self::of(mcu) {
             chip.diagnosis = diagnosis;
         }
     }
 
+    /// Sets the chip's error, as a frame with a wrong parity does.
+    pub fn refuse(mcu: &mut Stm32f427) {
+        if let Some(chip) = Self::of(mcu) {
+            chip.errors |= PARITY_ERROR;
+        }
+    }
+
     /// Cuts the chip off its bus, or connects it again.
-    pub fn silence(board: &mut EmulatedBoard, is_silent: bool) {
-        if let Some(spi) = board.mcu.spi.get_mut(SPI3) {
+    pub fn silence(mcu: &mut Stm32f427, is_silent: bool) {
+        if let Some(spi) = mcu.spi.get_mut(SPI3) {
             let _ = spi.silence(0, is_silent);
         }
     }
 
-    fn of(board: &mut EmulatedBoard) -> Option<&mut Self> {
-        board.mcu.spi.get_mut(SPI3)?.chip_mut(0)
+    fn of(mcu: &mut Stm32f427) -> Option<&mut Self> {
+        mcu.spi.get_mut(SPI3)?.chip_mut(0)
     }
 
     /// Returns the content of a register; a read of the errors clears them.
@@ -88,11 +95,11 @@ impl As5047p {
 impl Peer for As5047p {
     fn transfer(&mut self, mosi: u32, _bits: u8, _context: &mut Timeline<'_, '_>) -> u32 {
         let error = if self.errors == 0 { 0 } else { ERROR };
-        let data = self.content(self.asked) & DATA | error;
+        let data = self.content(self.requested) & DATA | error;
         let answer = if data.count_ones().is_multiple_of(2) { data } else { data | 1 << 15 };
         let frame = mosi as u16;
         if frame.count_ones().is_multiple_of(2) {
-            self.asked = frame & DATA;
+            self.requested = frame & DATA;
         } else {
             self.errors |= PARITY_ERROR;
         }

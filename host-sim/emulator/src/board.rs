@@ -138,7 +138,7 @@ impl EmulatedBoard {
         }
         let FittedParts { crystal, crystal_hz, brown_out, noisy_bytes, .. } = fitted;
         let mut board = Self { mcu, crystal, crystal_hz, breaks: false, noisy_bytes };
-        As5047p::fit(&mut board);
+        As5047p::fit(&mut board.mcu);
         if brown_out {
             let factory = board.option_bytes();
             board.set_option_bytes(factory & !BOR_LEV);

@@ -100,7 +100,7 @@ impl Encoders {
                 LoadDisc::Edges(edges) => edges.step_towards(disc, board, at),
                 LoadDisc::Chip(counts) => {
                     *counts = disc;
-                    As5047p::turn(board, disc);
+                    As5047p::turn(&mut board.mcu, disc);
                 }
             }
         }
@@ -116,7 +116,7 @@ impl Encoders {
     pub fn rewire_load(&mut self, wires: Wires, board: &mut EmulatedBoard, at: VirtualNanos) {
         match &mut self.load {
             Some(LoadDisc::Edges(edges)) => edges.rewire(wires, board, at),
-            Some(LoadDisc::Chip(_)) => As5047p::silence(board, wires != Wires::Sound),
+            Some(LoadDisc::Chip(_)) => As5047p::silence(&mut board.mcu, wires != Wires::Sound),
             None => {}
         }
     }
@@ -128,7 +128,7 @@ impl Encoders {
         self.first.show(board, at);
         match &self.load {
             Some(LoadDisc::Edges(edges)) => edges.show(board, at),
-            Some(LoadDisc::Chip(counts)) => As5047p::turn(board, *counts),
+            Some(LoadDisc::Chip(counts)) => As5047p::turn(&mut board.mcu, *counts),
             None => {}
         }
     }

@@ -306,12 +306,19 @@ impl DataSheet {
             let allowed = "16384, since `load_encoder.kind` is \"as5047p\"";
             return Err(SheetRefusal::number("load_encoder.counts_per_turn", found, allowed));
         }
-        let largest = if is_absolute { AS5047P_COUNTS - 1 } else { 0 };
-        if load.zero_counts > largest {
-            let found = load.zero_counts.into();
-            let allowed = "a whole number from 0 to 16383, of an \"as5047p\" only";
-            return Err(SheetRefusal::number("load_encoder.zero_counts", found, allowed));
+        let key = "load_encoder.zero_counts";
+        match load.zero_counts {
+            None if is_absolute => Err(SheetRefusal::of(
+                key,
+                format!("`{key}` is missing: the reading of the chip where the joint is at zero"),
+            )),
+            Some(_) if !is_absolute => {
+                Err(SheetRefusal::of(key, format!("`{key}` belongs to `kind = \"as5047p\"`")))
+            }
+            Some(zero) if zero >= AS5047P_COUNTS => {
+                Err(SheetRefusal::number(key, zero.into(), "a whole number from 0 to 16383"))
+            }
+            _ => Ok(()),
         }
-        Ok(())
     }
 }

@@ -230,14 +230,15 @@ pub enum EncoderPlace {
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "LoadEncoder")]
 pub struct LoadEncoder {
-    /// What it is: `as5047p` is a chip on SPI that reports the angle within a turn.
+    /// Kind of the encoder: `as5047p` is a chip on SPI that reports the angle within a turn.
     #[serde(default, skip_serializing_if = "is_default")]
     pub kind: LoadEncoderKind,
     /// Counts in a turn of the joint; 16384 for an `as5047p`, whose magnet is on the joint.
     pub counts_per_turn: u32,
-    /// Reading of an `as5047p` where the joint's position is zero, counts from 0 to 16383.
-    #[serde(default, skip_serializing_if = "is_zero")]
-    pub zero_counts: u32,
+    /// Reading of an `as5047p` where the joint's position is zero, counts from 0 to 16383. Needed
+    /// for that kind, and for no other.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub zero_counts: Option<u32>,
     /// Noise of a reading, 0 or 1 counts.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub noise_counts: u32,

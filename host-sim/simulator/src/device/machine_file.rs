@@ -73,7 +73,7 @@ pub fn has_one_encoder(parameters: &Parameters) -> Result<(), Error> {
     Err(Error::Device(
         "this device has an encoder on the motor and one on the load; a file cannot be made from \
          its parameters, since they do not hold its gear. Edit the file that they came from, and \
-         push it; or name a file that does not end in .toml, to write the binary record"
+         push it"
             .into(),
     ))
 }

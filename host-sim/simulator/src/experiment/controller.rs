@@ -101,7 +101,7 @@ impl RunPlan {
                     direction: written.direction,
                     output: written.output,
                     load_kind: load.map(|load| load.kind).unwrap_or_default().into(),
-                    load_zero: load.map_or(0, |load| load.zero_counts),
+                    load_zero: load.and_then(|load| load.zero_counts).unwrap_or(0),
                     ..of_gear
                 }
             }

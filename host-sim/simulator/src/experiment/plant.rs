@@ -132,7 +132,7 @@ impl RunPlan {
     /// absolute one beside the motor's.
     pub fn absolute_zero(&self) -> Option<u32> {
         let load = self.machine.load_encoder_in_loop()?;
-        (load.kind == LoadEncoderKind::As5047p).then_some(load.zero_counts)
+        (load.kind == LoadEncoderKind::As5047p).then_some(load.zero_counts.unwrap_or(0))
     }
 
     /// Returns whether the loop has an encoder on the motor and one on the load.

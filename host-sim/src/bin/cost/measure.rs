@@ -36,7 +36,7 @@ const PROFILED: (&str, &str, &str) = ("step-response", "step-5.0", "run.duration
 /// The step of a joint with two encoders that is run again, and as a profiled move.
 const STEP_OF_TWO: &str = "step-5.0";
 /// The chip on the load, on a bus that a tick waits for; and the mark of its rows.
-const CHIP: &str = "load_encoder.kind=as5047p";
+const CHIP: [&str; 2] = ["load_encoder.kind=as5047p", "load_encoder.zero_counts=0"];
 pub const ON_THE_BUS: &str = "-bus";
 /// Time of each of its runs: the soft start, and two seconds of the motion.
 const SECONDS_OF_TWO: &str = "run.duration_s=4";
@@ -142,7 +142,7 @@ impl Motions {
         let set = [&counted::EVERYTHING_ON[..], &[FAST, SECONDS_OF_TWO]].concat();
         document.set(&set.iter().map(|text| (*text).to_owned()).collect::<Vec<_>>())?;
         let mut fast = Experiment::plan(&document, &[], &[])?.runs;
-        document.set(&[CHIP.to_owned()])?;
+        document.set(&CHIP.map(str::to_owned))?;
         fast.extend(Experiment::plan(&document, &["robust".to_owned()], &[])?.runs);
         let step = |plan: &&RunPlan| plan.label.ends_with(STEP_OF_TWO);
         let steps: Vec<RunPlan> = fast.iter().filter(step).cloned().collect();
