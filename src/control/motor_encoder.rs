@@ -1,7 +1,7 @@
 //! The encoder of the motor, on a joint with a second encoder on its load.
 //!
 //! With two encoders, the one on the load measures the position of the joint: it is the
-//! [`Encoder`](crate::control::encoder::Encoder) of the configuration, and all positions are in its
+//! [encoder](crate::control::encoder::Encoder) of the configuration, and all positions are in its
 //! counts. The one on the motor measures the velocity and what the effort moves: the monitors of
 //! wiring, stall and speed use it.
 //!
