@@ -19,7 +19,7 @@ use crate::units::error::HUGE;
 #[cfg(not(feature = "two-encoders"))]
 use crate::units::value::{About, Absent, InvalidBits, Key, Table, Values};
 #[cfg(feature = "two-encoders")]
-use crate::units::value::{Table, choice, table};
+use crate::units::value::{Key, Table, choice, key, table};
 
 #[cfg(feature = "two-encoders")]
 choice! {
@@ -56,6 +56,10 @@ table! {
         load_zero: u32 = 0x0C07 "load_zero_counts", Between(0.0, 16383.0), Needed(0);
     }
 }
+
+/// Key of the configured value `load_kind`.
+#[cfg(feature = "two-encoders")]
+pub(crate) const LOAD_KIND: Key = key(MotorEncoder::ABOUT, "load_kind");
 
 /// The encoder of the motor: there is none without the feature `two-encoders`.
 #[cfg(not(feature = "two-encoders"))]

@@ -31,6 +31,9 @@
 /// Bits of a turn.
 pub const BITS: u32 = 14;
 
+/// Angle of a count, deg.
+pub const RESOLUTION: f32 = 360.0 / (1_u32 << BITS) as f32;
+
 /// Angle with compensation of the chip's delay.
 pub const ANGLECOM: u16 = 0x3FFF;
 /// Diagnosis, and gain of the amplifier.

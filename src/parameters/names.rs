@@ -64,6 +64,7 @@ impl fmt::Display for NamedBounds {
             Allowed::DueTo(high, key) => {
                 write!(f, "a number above 0, up to {high}, because of `{}`", ValuePath(key))
             }
+            Allowed::SetBy(only, key) => write!(f, "{only}, because of `{}`", ValuePath(key)),
             allowed => write!(f, "{allowed}"),
         }
     }

@@ -92,6 +92,7 @@ pub(super) fn refused<T: Table>(error: InvalidValue) -> Refused {
             [low, high]
         }
         Allowed::UpTo(high, _) | Allowed::DueTo(high, _) => [0.0, high],
+        Allowed::SetBy(only, _) => [only, only],
         Allowed::Any | Allowed::LaterBy(_) | Allowed::AnotherLaw => [-RANGE[1], RANGE[1]],
     };
     Refused { field, found: error.found, low, high }

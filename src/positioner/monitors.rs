@@ -214,6 +214,8 @@ impl RunawayMonitors {
             standstill,
             #[cfg(feature = "two-encoders")]
             motor: None,
+            #[cfg(feature = "two-encoders")]
+            missed: 0,
         };
         (seen, velocity)
     }

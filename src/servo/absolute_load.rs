@@ -15,8 +15,8 @@
 //!
 //! Does badly: the range is believed. A joint that can turn beyond it by the rest of a turn is
 //! located at a wrong place, so its hard stops must be less than a turn apart. While answers are
-//! missing, the law sees a load that stands still; the first answer then has the travel of all
-//! missed ticks, which the monitor of jumps takes for one tick's.
+//! missing, the law sees a load that stands still. The first answer then has the travel of all
+//! missed ticks, for which the monitor of jumps allows.
 
 use super::{Servo, State};
 use crate::control::controller::ControllerConfig;

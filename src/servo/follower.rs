@@ -52,7 +52,7 @@ impl Follower {
     pub fn update(&mut self, controller: &Controller, input: Input) {
         let counter = input.counter;
         #[cfg(feature = "two-encoders")]
-        let (counter, motor) = match controller.motor_encoder() {
+        let (counter, motor, missed) = match controller.motor_encoder() {
             Some(encoder) => {
                 // Both sides begin at the position of the joint with one encoder: the monitors of
                 // the effort must not take the change of the counter for travel.
@@ -66,10 +66,10 @@ impl Follower {
                     self.keep(of_motor, input.supply);
                     return;
                 }
-                self.missing = 0;
-                (input.load.counter, Some(of_motor))
+                let missed = core::mem::take(&mut self.missing);
+                (input.load.counter, Some(of_motor), missed)
             }
-            None => (counter, None),
+            None => (counter, None, 0),
         };
         let state = self.encoder.get_or_insert(EncoderState::start(counter, self.seen.position));
         let travel = controller.encoder().update(state, counter);
@@ -80,11 +80,14 @@ impl Follower {
             standstill: self.standstill.update(position),
             #[cfg(feature = "two-encoders")]
             motor,
+            #[cfg(feature = "two-encoders")]
+            missed,
         };
         self.supply = input.supply;
     }
 
-    /// Keeps the position of the load in a tick without its encoder.
+    /// Keeps the position of the load in a tick without its encoder. The travel of the next answer
+    /// is then that of all ticks since the last one.
     // Out of line: no tick of a sound encoder comes here.
     #[cfg(feature = "two-encoders")]
     #[cold]

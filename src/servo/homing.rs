@@ -1,7 +1,9 @@
 //! The servo's part of a [homing](crate::motion::home): arming, and setting the reference.
 //!
 //! The joint loses its reference when a homing begins. It is referenced again once the homing has
-//! found its stop. A homing that ends otherwise leaves the joint unreferenced.
+//! found its stop. A homing that ends otherwise leaves the joint unreferenced. The exception is a
+//! joint whose range is less than a turn of an absolute encoder: once the output is off, its angle
+//! sets the reference again (`servo/absolute_load.rs`).
 
 use super::referenced::Referenced;
 use super::{ControlLoop, Refusal, Servo};

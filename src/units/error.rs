@@ -48,6 +48,8 @@ pub enum Allowed {
     UpTo(f32, Key),
     /// The positive numbers up to the first, which follows from another configured value.
     DueTo(f32, Key),
+    /// One number, which follows from another configured value.
+    SetBy(f32, Key),
 }
 
 impl Allowed {
@@ -59,6 +61,7 @@ impl Allowed {
             Self::Between(low, high) | Self::OrOff(low, high) => found >= low && found <= high,
             Self::Above(low, high) => found > low && found <= high,
             Self::UpTo(high, _) | Self::DueTo(high, _) => found > 0.0 && found <= high,
+            Self::SetBy(only, _) => found == only,
             Self::Any => true,
             Self::LaterBy(_) | Self::AnotherLaw => false,
         }
@@ -88,6 +91,7 @@ impl fmt::Display for Allowed {
             Self::DueTo(high, key) => {
                 write!(f, "a number above 0, up to {high}, because of value {:#06x}", key.0)
             }
+            Self::SetBy(only, key) => write!(f, "{only}, because of value {:#06x}", key.0),
         }
     }
 }

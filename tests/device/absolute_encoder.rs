@@ -2,8 +2,12 @@
 //! of a chip that does not answer.
 
 use experiments::both_encoders::both_encoders;
+use simulator::device::client::Client;
+use simulator::device::homed::HomeResult;
 use simulator::device::parameters;
 use simulator::device::simulated::{SimulatedDevice, Wires};
+use simulator::device::wire::SimulatedWire;
+use stiction::motion::home::{HomeEnd, HomeRequest};
 use stiction::servo::{Boot, Input, Refusal, State};
 use stiction::{Fault, Servo};
 
@@ -138,8 +142,8 @@ fn another_zero_or_kind_ends_the_reference_and_the_angle_gives_it_anew() {
     assert_eq!(install(&mut servo, &moved, 16_000), (true, true, 4096));
 }
 
-/// Half of the range of a reading that the load may pass unseen, by the motor's travel: a quarter of
-/// it, in counts of 0.0036 deg.
+/// Half of the range of a reading that the load may pass unseen, by the motor's travel: a quarter
+/// of it, in counts of 0.0036 deg.
 #[test]
 fn a_pause_in_which_the_load_may_have_turned_too_far_ends_the_reference() {
     let incremental = ["load_encoder.counts_per_turn=16384"];
@@ -158,4 +162,126 @@ fn a_pause_in_which_the_load_may_have_turned_too_far_ends_the_reference() {
             }
         }
     }
+}
+
+/// Four ticks without an answer, and an answer, over and over on the way of a move: each answer has
+/// the travel of five ticks. The limit is the fastest tick of the same move with all answers.
+#[test]
+fn an_answer_after_missing_ones_has_the_travel_of_all_their_ticks() {
+    let moved = |most_counts: Option<i32>, missing: u32| {
+        let most = most_counts.map_or(1.0, |counts| f64::from(counts) * 360.0 / 16384.0);
+        let jump = format!("limits.encoder_jump_deg={most}");
+        let mut simulated = powered_at(0.0, &[&RANGE[..], &[&jump]].concat());
+        simulated.ticks(200);
+        let mut client = Client::connect(SimulatedWire::new(simulated)).unwrap();
+        client.arm().unwrap();
+        client.move_to(60.0).unwrap();
+        let device = &mut client.wire().simulated;
+        let (mut fastest, mut last) = (0, 0);
+        for _ in 0..3000 {
+            device.device.servo().heard();
+            device.load_wires = Wires::Cut;
+            (0..missing).for_each(|_| {
+                device.tick();
+            });
+            device.load_wires = Wires::Sound;
+            device.tick();
+            let now = device.device.servo().position();
+            fastest = fastest.max((now - std::mem::replace(&mut last, now)).abs());
+        }
+        (device.device.servo().latched().map(|latched| latched.fault), fastest)
+    };
+    let (fault, fastest) = moved(None, 0);
+    assert_eq!(fault, None);
+    assert!(fastest >= 2, "{fastest} counts in the fastest tick");
+    assert_eq!(moved(Some(fastest), 0).0, None);
+    assert_eq!(moved(Some(fastest - 1), 0).0, Some(Fault::EncoderJump));
+    let (fault, of_five) = moved(Some(fastest), 4);
+    assert_eq!(fault, None);
+    assert!(of_five > fastest, "{of_five} counts in five ticks, {fastest} in the fastest");
+}
+
+/// The limit is a degree in a tick: 45 counts. A jump is one in spite of missing answers.
+#[test]
+fn a_jump_after_missing_answers_is_a_fault_beyond_the_limits_of_their_ticks() {
+    for (missing, counts, expected) in [
+        (0, 44, None),
+        (0, 47, Some(Fault::EncoderJump)),
+        (4, 215, None),
+        (4, 235, Some(Fault::EncoderJump)),
+    ] {
+        let mut device = powered_at(0.0, &[&RANGE[..], &["limits.encoder_jump_deg=1"]].concat());
+        device.ticks(200);
+        device.device.servo().arm_for_link(None).unwrap();
+        device.ticks(20);
+        device.load_wires = Wires::Cut;
+        (0..missing).for_each(|_| {
+            device.tick();
+        });
+        device.load_wires = Wires::Sound;
+        device.jump_load(counts);
+        device.tick();
+        let fault = device.device.servo().latched().map(|latched| latched.fault);
+        assert_eq!(fault, expected, "{counts} counts after {missing} ticks");
+    }
+}
+
+/// The unit of all positions would be another one than that of the chip's angles.
+#[test]
+fn a_resolution_that_is_not_the_chips_is_refused() {
+    let chip = parameters(&both_encoders(&["robust"], &CHIP)[0]).unwrap();
+    let mut place = None;
+    let mut refusal = |resolution: f32| {
+        let mut parameters = chip.clone();
+        parameters.controller.encoder.resolution = resolution;
+        let hardware = files::hardware::STM32F405;
+        stiction::servo::ControlLoop::prepare(&mut place, &parameters, &hardware)
+            .map_err(|error| stiction::parameters::names::NamedError(error).to_string())
+    };
+    assert_eq!(refusal(360.0 / 16384.0), Ok(()));
+    for resolution in [360.0 / 16383.0, 360.0 / 16385.0, 0.01, 1.0] {
+        assert_eq!(
+            refusal(resolution),
+            Err(format!(
+                "`encoder.resolution_deg` is {resolution}; must be 0.021972656, because of \
+                 `motor_encoder.load_kind`"
+            ))
+        );
+    }
+    // Another kind has any resolution.
+    let incremental = ["load_encoder.counts_per_turn=16384"];
+    let mut other = parameters(&both_encoders(&["robust"], &incremental)[0]).unwrap();
+    other.controller.encoder.resolution = 0.01;
+    let prepared = other.prepare(&files::hardware::STM32F405);
+    assert!(prepared.is_ok(), "{prepared:?}");
+}
+
+/// The angle is there again as soon as the motor is off.
+#[test]
+fn a_homing_that_finds_no_stop_leaves_the_reference_to_the_angle() {
+    let mut device = powered_at(10.0, &RANGE);
+    device.ticks(200);
+    let request = HomeRequest { travel: Some(5.0), ..HomeRequest::default() };
+    let home = device.device.parameters().unwrap().home(&request).unwrap();
+    device.device.servo().home(home).unwrap();
+    assert!(!device.device.servo().is_referenced());
+    let ended = (0..20_000).find(|_| {
+        device.device.servo().heard();
+        device.tick().state != State::Armed
+    });
+    assert!(ended.is_some());
+    let found = device.device.servo().homed().unwrap();
+    assert_eq!(found.ended, HomeEnd::Travel);
+    device.ticks(200);
+    assert!(device.device.servo().is_referenced());
+    let off_deg = counted_deg(&mut device) - device.position_deg();
+    for (is_referenced, words) in
+        [(true, "referenced by its encoder's angle"), (false, "the joint is not referenced")]
+    {
+        let result = HomeResult { found, resolution: 0.02, position_deg: 0.0, is_referenced };
+        assert!(result.words().contains(words), "{}", result.words());
+        assert!(!result.is_found());
+    }
+    // The load is behind the motor by no more than the twist at rest.
+    assert!(off_deg.abs() < 2.0, "{off_deg} deg");
 }

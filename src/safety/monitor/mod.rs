@@ -135,6 +135,10 @@ pub(crate) struct Seen {
     /// another one.
     #[cfg(feature = "two-encoders")]
     pub motor: Option<SeenMotor>,
+    /// Ticks before this one in which the load's encoder gave no valid answer: `travel` is also
+    /// theirs.
+    #[cfg(feature = "two-encoders")]
+    pub missed: u32,
 }
 
 /// Readings of the motor's encoder in a tick.
@@ -159,13 +163,22 @@ impl Seen {
         false
     }
 
+    /// Returns the number of ticks in which the joint has made its travel.
+    #[inline]
+    pub const fn ticks(&self) -> u32 {
+        #[cfg(feature = "two-encoders")]
+        return self.missed.saturating_add(1);
+        #[cfg(not(feature = "two-encoders"))]
+        1
+    }
+
     /// Returns the readings of the side on which the effort acts: those of the motor, if it has its
     /// own encoder.
     #[inline]
     pub const fn driven(&self) -> Self {
         #[cfg(feature = "two-encoders")]
         if let Some(SeenMotor { travel, position, standstill }) = self.motor {
-            return Self { travel, position, standstill, motor: None };
+            return Self { travel, position, standstill, motor: None, missed: 0 };
         }
         *self
     }
@@ -356,7 +369,7 @@ impl Monitors {
         let deg = |counts: i32| counts as f32 * self.units.count;
         let trip = |fault, value| Some(Trip { fault, value });
         let driven = &seen.driven();
-        if self.jump.check(seen.travel) {
+        if self.jump.check(seen.travel, seen.ticks()) {
             return trip(Fault::EncoderJump, deg(seen.travel));
         }
         if let Some(speed) =

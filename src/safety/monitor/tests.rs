@@ -19,7 +19,11 @@ fn a_jump_and_a_speed_trip_beyond_their_limits_in_both_directions() {
     let jump = EncoderJump::new(&limits, &UNITS);
     let speed = Overspeed::new(&limits, 5, 0.0, &UNITS);
     let speeds = |v: f32| speed.check(&mut OverspeedState::default(), v, 0).is_some();
-    assert_eq!([10, -10, 11, -11].map(|travel| jump.check(travel)), [false, false, true, true]);
+    assert_eq!([10, -10, 11, -11].map(|travel| jump.check(travel, 1)), [false, false, true, true]);
+    // The first answer after four missing ones has the travel of five ticks.
+    assert_eq!([50, -50, 51, -51].map(|travel| jump.check(travel, 5)), [false, false, true, true]);
+    let off = EncoderJump::new(&Limits::OFF, &UNITS);
+    assert!(![1, 5].into_iter().any(|ticks| off.check(i32::MIN, ticks)));
     assert_eq!([5.0, -5.0, 5.1, -5.1].map(speeds), [false, false, true, true]);
 }
 

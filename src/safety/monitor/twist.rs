@@ -141,7 +141,7 @@ mod tests {
     /// Counts of motor and load, and the ticks for which they have stood still.
     const fn seen([motor, load]: [i32; 2], [motor_still, load_still]: [u32; 2]) -> Seen {
         let motor = SeenMotor { travel: 0, position: motor, standstill: motor_still };
-        Seen { travel: 0, position: load, standstill: load_still, motor: Some(motor) }
+        Seen { travel: 0, position: load, standstill: load_still, motor: Some(motor), missed: 0 }
     }
 
     /// Returns the tick that trips and its twist, of ten ticks after arming at 7 and 7 counts.
@@ -170,7 +170,8 @@ mod tests {
             let at = |tick: i32| {
                 let [motor, load] = travels.map(|travel| travel * tick);
                 let of_motor = SeenMotor { travel: travels[0], position: motor, standstill: 0 };
-                Seen { travel: travels[1], position: load, standstill: 0, motor: Some(of_motor) }
+                let of_load = Seen { travel: travels[1], position: load, ..Seen::default() };
+                Seen { motor: Some(of_motor), ..of_load }
             };
             (0..20).find_map(|tick| Some((tick, monitor.check(&mut state, &at(tick), 0)?)))
         };

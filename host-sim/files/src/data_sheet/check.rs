@@ -2,7 +2,7 @@
 
 use super::refusal::SheetRefusal;
 use super::sheet::DataSheet;
-use super::tables::{DrivenBy, EncoderPlace, LoadEncoderKind};
+use super::tables::{DrivenBy, EncoderPlace, LoadEncoderKind, LoadEncoderOutput};
 use crate::error::shown;
 
 /// Range of a number.
@@ -305,6 +305,14 @@ impl DataSheet {
             let found = load.counts_per_turn.into();
             let allowed = "16384, since `load_encoder.kind` is \"as5047p\"";
             return Err(SheetRefusal::number("load_encoder.counts_per_turn", found, allowed));
+        }
+        if is_absolute && load.output != LoadEncoderOutput::Unknown {
+            return Err(SheetRefusal::of(
+                "load_encoder.output",
+                "`load_encoder.output` belongs to an incremental encoder, whose lines are tested \
+                 at rest. An \"as5047p\" reports its own faults: remove the line"
+                    .into(),
+            ));
         }
         let key = "load_encoder.zero_counts";
         match load.zero_counts {

@@ -245,7 +245,8 @@ pub struct LoadEncoder {
     /// Which way its counter runs when the joint moves the positive way.
     #[serde(default, skip_serializing_if = "is_default")]
     pub direction: LoadEncoderDirection,
-    /// Output stage of its lines. The test for open lines at rest needs `push-pull`.
+    /// Output stage of the lines of an incremental encoder. The test for open lines at rest needs
+    /// `push-pull`.
     #[serde(default, skip_serializing_if = "is_default")]
     pub output: LoadEncoderOutput,
 }

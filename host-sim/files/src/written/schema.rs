@@ -118,7 +118,8 @@ fn bounds(about: &About, allowed: Option<Allowed>) -> Bounds {
             | Allowed::LaterBy(_)
             | Allowed::AnotherLaw
             | Allowed::UpTo(..)
-            | Allowed::DueTo(..),
+            | Allowed::DueTo(..)
+            | Allowed::SetBy(..),
         )
         | None => {
             return Bounds::None;

@@ -39,7 +39,13 @@ impl HomeResult {
                 "the stop was found twice, and the joint is referenced"
             }
             HomeEnd::Stop => "the stop was found, but a fault has ended the reference since",
+            HomeEnd::Travel if self.is_referenced => {
+                "no stop within the travel; the joint is referenced by its encoder's angle"
+            }
             HomeEnd::Travel => "no stop within the travel; the joint is not referenced",
+            HomeEnd::Time | HomeEnd::Not if self.is_referenced => {
+                "no stop within the time; the joint is referenced by its encoder's angle"
+            }
             HomeEnd::Time | HomeEnd::Not => "no stop within the time; the joint is not referenced",
         }
     }

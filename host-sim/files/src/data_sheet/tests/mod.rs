@@ -39,6 +39,24 @@ fn off(found: f64, expected: f64) -> f64 {
     ((found - expected) / expected).abs()
 }
 
+/// A chip on a bus has no lines of a timer.
+#[test]
+fn an_output_of_lines_is_refused_for_an_encoder_that_has_none() {
+    let refusal = |lines: &str| {
+        let table = format!("{BRIDGE}\nload_encoder = {{ counts_per_turn = 16384, {lines} }}");
+        let tables: SheetTables = table.parse::<Table>().unwrap().try_into().unwrap();
+        tables.sheet().err().map(|refusal| refusal.to_string())
+    };
+    let chip = "kind = 'as5047p', zero_counts = 0";
+    assert_eq!(refusal(chip), None);
+    assert_eq!(refusal("output = 'push-pull'"), None);
+    for output in ["push-pull", "open-collector", "receiver"] {
+        let found = refusal(&format!("{chip}, output = '{output}'")).unwrap();
+        assert!(found.contains("`load_encoder.output` belongs to an incremental"), "{found}");
+        assert!(found.contains("remove the line"), "{found}");
+    }
+}
+
 #[test]
 fn the_joint_of_these_tests_is_driven_by_a_voltage() {
     assert_eq!(sheet(&[]).0.motor.driven_by, DrivenBy::Voltage);
