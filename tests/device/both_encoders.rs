@@ -51,6 +51,25 @@ fn a_jog_finds_which_of_two_encoders_is_reversed_or_dead() {
     }
 }
 
+/// So stiff a gear is wound up by less than the jog's travel: a difference of both encoders that is
+/// a fault in every other motion.
+#[test]
+fn a_jog_finds_a_dead_encoder_behind_a_stiff_gear_too() {
+    use Verdict::{Agrees, RunsOn, Still};
+    let motor = parameters(&both_encoders(&["robust"], &STIFF)[0]).unwrap().controller.motor;
+    for (wires, verdicts) in [
+        ([Wires::Sound, Wires::Sound], [Agrees, Agrees]),
+        ([Wires::Cut, Wires::Sound], [Agrees, Still]),
+        ([Wires::Sound, Wires::Cut], [Still, RunsOn]),
+    ] {
+        let (found, _) = jogged_with(wires, &STIFF);
+        assert_eq!([Some(found.verdict()), found.motor_verdict()], verdicts.map(Some), "{wires:?}");
+        let way = found.ways[0].motor_moved.unwrap_or(0) as f32 * motor.count;
+        let is_far = wires[1] == Wires::Cut;
+        assert_eq!(way > motor.swing, is_far, "{wires:?}: {way} deg of {}", motor.swing);
+    }
+}
+
 /// The file has a quarter of the load's counts, so the load seems to go four times as far as the
 /// motor. A gear with slack hides that in a short jog.
 #[test]

@@ -2,6 +2,8 @@
 //!
 //! Each text must match exactly once in its file. If a line changes, its fault changes with it.
 
+mod two_encoders;
+
 /// Suite of tests that runs with a fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum Suite {
@@ -54,9 +56,14 @@ const fn fault(
     Mutation { file, before, after, why, suite, tests }
 }
 
-/// Every fault.
+/// Returns every fault, in the order of the page.
+pub fn mutations() -> impl Iterator<Item = &'static Mutation> + Clone {
+    MUTATIONS.iter().chain(two_encoders::MUTATIONS)
+}
+
+/// The faults that have no room of their own.
 #[rustfmt::skip]
-pub const MUTATIONS: &[Mutation] = &[
+const MUTATIONS: &[Mutation] = &[
     fault("src/safety/monitor/encoder_jump.rs",
         ["> self.most",
          "> 2 * self.most"],
