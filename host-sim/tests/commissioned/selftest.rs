@@ -6,12 +6,13 @@ use simulator::device;
 use simulator::device::client::Client;
 use simulator::device::simulated::SimulatedDevice;
 use simulator::device::wire::SimulatedWire;
-use simulator::experiment::RunPlan;
+use simulator::experiment::{Document, RunPlan};
 use stiction::Parameters;
 use stiction::link::StateCode;
 use stiction::servo::Boot;
 use studies::selftest::{SelfTestCheck, SelfTestRequest, SelfTestResult, run};
 
+use experiments::both_encoders::both_encoders;
 use experiments::experiment;
 
 const FILE: &str = "step-response";
@@ -136,4 +137,59 @@ fn nothing_is_moved_on_another_machine_or_out_of_its_range() {
         differences.iter().any(|line| line.starts_with("limits.position_min_deg")),
         "{differences:?}"
     );
+}
+
+/// Returns the self-test of a joint with two encoders; a device that runs what the file says drives
+/// it, and `other` are keys of the joint that the file does not have.
+fn tested_with_two_encoders(set: &[&str], other: &[&str]) -> SelfTestResult {
+    let plan = |set: &[&str]| both_encoders(&["robust"], set).remove(0);
+    let (configured, joint) = (plan(set), plan(&[set, other].concat()));
+    let device =
+        SimulatedDevice::running(&joint, &parameters(&configured), Boot::default()).unwrap();
+    let mut client = Client::connect(SimulatedWire::new(device)).unwrap();
+    client.pass(std::time::Duration::from_millis(300)).unwrap();
+    let text = simulator::draft::both_encoders().unwrap();
+    let mut document = Document::parse("both-encoders", &text).unwrap();
+    document.set(&set.iter().map(|key| (*key).to_owned()).collect::<Vec<_>>()).unwrap();
+    let prepared = asked().plan_of(&mut client, document).unwrap().predict().unwrap();
+    let session = run(&mut client, &prepared.request.targets, |_| {}).unwrap();
+    prepared.judged(session)
+}
+
+/// The counts of the device are those of the load, behind 0.3 deg of slack.
+#[test]
+fn a_joint_with_two_encoders_is_tested_at_its_load() {
+    let chip = [
+        "load_encoder.kind=as5047p",
+        "load_encoder.zero_counts=16000",
+        "limits.position_min_deg=-90",
+        "limits.position_max_deg=90",
+    ];
+    for set in [&[][..], &chip] {
+        let tested = tested_with_two_encoders(set, &[]);
+        assert!(tested.passes(), "{set:?}: {:?} {:?}", tested.ended_by, tested.checks);
+        assert!(tested.differences.is_empty() && tested.unseen_slack.is_none(), "{tested:?}");
+        for one in &tested.moves {
+            let load = one.at_load.unwrap();
+            assert_eq!((one.settled_s, one.rest_counts), (load.settled_s, load.rest_counts));
+        }
+    }
+    // Seven fourths of the friction that the file has.
+    let stiff = ["friction.slip_nm=7.2", "friction.stick_nm=7.4"];
+    let tested = tested_with_two_encoders(&[], &stiff);
+    assert!(!tested.passes());
+    assert!(tested.ended_by.is_some() || failed(&tested).contains(&"sliding_v"), "{tested:?}");
+}
+
+/// A device with another motor's encoder is another machine.
+#[test]
+fn nothing_is_moved_with_another_encoder_on_the_motor() {
+    let plan = |set: &[&str]| both_encoders(&["robust"], set).remove(0);
+    let configured = parameters(&plan(&["encoder.lines=512"]));
+    let device = SimulatedDevice::running(&plan(&[]), &configured, Boot::default()).unwrap();
+    let mut client = Client::connect(SimulatedWire::new(device)).unwrap();
+    let text = simulator::draft::both_encoders().unwrap();
+    let document = Document::parse("both-encoders", &text).unwrap();
+    let why = asked().plan_of(&mut client, document).unwrap_err().to_string();
+    assert!(why.contains("another machine") && why.contains("motor_encoder."), "{why}");
 }
