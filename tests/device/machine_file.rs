@@ -1,11 +1,12 @@
 //! Parameters as a machine's file: a file that is pulled says what was pushed.
 
+use experiments::both_encoders::both_encoders;
 use files::hardware::STM32F405;
 use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::sample::subsequence;
 use simulator::device::machine_file::{changes, read, render};
-use simulator::experiment::{Document, builtins, position};
+use simulator::experiment::{Document, Experiment, builtins, position};
 use stiction::control::device_config::PositionReference;
 use stiction::control::drive::{DriveConfig, PwmMode};
 use stiction::control::encoder::{CounterBits, Direction};
@@ -282,4 +283,65 @@ proptest! {
         prop_assume!(machine.prepare(&STM32F405).is_ok() && moves(&machine.motion));
         prop_assert_eq!(again(&machine), Ok(machine));
     }
+}
+
+/// File -> parameters -> file -> parameters, and the file again.
+#[test]
+fn a_file_of_a_device_with_two_encoders_has_both() {
+    let chip = [
+        "load_encoder.kind=as5047p",
+        "load_encoder.zero_counts=5210",
+        "load_encoder.direction=reverse",
+    ];
+    let incremental = [
+        "load_encoder.counts_per_turn=40000",
+        "encoder.direction=reverse",
+        "encoder.output=push-pull",
+        "load_encoder.output=open-collector",
+    ];
+    for (laws, set) in [
+        (&["robust"][..], &[][..]),
+        (&["robust", "srnf", "pd"], &chip),
+        (&["robust", "both"], &incremental),
+        (&["robust"], &["loop.position=motor"]),
+    ] {
+        for plan in both_encoders(laws, set) {
+            let found = parameters(&plan);
+            let joint = &plan.machine.joint;
+            let text = render(&found, joint, "two.toml").unwrap();
+            let read_back = read("pulled.toml", &text).unwrap();
+            assert_eq!(read_back, found, "{set:?}: {text}");
+            assert_eq!(render(&read_back, joint, "two.toml").unwrap(), text);
+            let has_two = found.controller.motor.count().is_some();
+            assert_eq!(text.contains("[motor_encoder]"), has_two, "{text}");
+            assert_eq!(has_two, !set.contains(&"loop.position=motor"));
+        }
+    }
+}
+
+/// Its joint has both encoders on one rigid axis.
+#[test]
+fn a_file_of_a_device_with_two_encoders_can_be_edited_pushed_and_simulated() {
+    let plan = &both_encoders(&["robust"], &["reference.steps_deg=[5.0]"])[0];
+    let text = render(&parameters(plan), &plan.machine.joint, "two.toml").unwrap();
+    let edited = text.replacen("twist_deg = ", "twist_deg = 1", 1);
+    let twist = |text: &str| read("edited.toml", text).unwrap().controller.motor.twist;
+    assert!(twist(&edited) > 10.0 && twist(&text) < 10.0, "{} {}", twist(&edited), twist(&text));
+    let changed = changes(&read("", &text).unwrap(), &read("", &edited).unwrap()).unwrap();
+    assert!(
+        changed.len() == 1 && changed[0].starts_with("motor_encoder.twist_deg: "),
+        "{changed:?}"
+    );
+    let document = Document::parse("pulled", &text).unwrap();
+    let plans = Experiment::plan(&document, &[], &[]).unwrap().runs;
+    let run = &simulator::run::run_all(&plans).unwrap()[0];
+    let simulator::run::RunTrace::Loop(samples) = &run.trace else { panic!("a ramp") };
+    let off = samples.last().unwrap().tick.counts - (5.0 * 16384.0 / 360.0_f64).round() as i32;
+    assert!(off.abs() <= 2, "{off} counts off");
+    // A count of zero would be a joint with one encoder.
+    let line = text.split("[motor_encoder]").nth(1).unwrap();
+    let line = line.lines().find(|line| line.starts_with("resolution_deg")).unwrap();
+    let zero = text.replacen(line, "resolution_deg = 0.0", 1);
+    let why = read("zero.toml", &zero).unwrap_err().to_string();
+    assert!(why.contains("motor_encoder.resolution_deg") && why.contains("above 0"), "{why}");
 }

@@ -13,9 +13,11 @@ use serde::ser::SerializeMap;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use stiction::control::drive::DriveConfig;
 use stiction::control::encoder::Encoder;
-use stiction::control::laws::Gains;
+use stiction::control::laws::{Gains, RobustGains};
+use stiction::control::motor_encoder::MotorEncoder;
 use stiction::motion::jog::JogBounds;
 use stiction::parameters::DeviceConfig;
+use stiction::units::value::Table as _;
 use stiction::{ControllerConfig, Limits, ProfileLimits};
 
 use crate::data_sheet::tables::{
@@ -61,6 +63,12 @@ pub struct MachineFile {
     /// The load's encoder, if `[encoder]` is on the motor (data sheet).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub load_encoder: Option<LoadEncoder>,
+    // One line of the schema.
+    #[doc = "The motor's encoder in a file that was made from the parameters of a device with two \
+             encoders: `[encoder]` is that of the load then. A data sheet has `[load_encoder]` \
+             instead."]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub motor_encoder: Option<ParameterTable<MotorEncoder>>,
     /// The drive that moves it.
     pub drive: ParameterTable<DriveConfig>,
     /// The sampled loop.
@@ -112,6 +120,11 @@ impl MachineFile {
     pub fn load_encoder_in_loop(&self) -> Option<&LoadEncoder> {
         let position = self.sampling.extras.position;
         self.load_encoder.as_ref().filter(|_| position != Some(EncoderPlace::Motor))
+    }
+
+    /// Returns whether the loop has an encoder on the motor and one on the load.
+    pub fn has_two_encoders(&self) -> bool {
+        self.load_encoder_in_loop().is_some() || self.motor_encoder.is_some()
     }
 
     /// Returns the angle of a count of the encoder that closes the position loop, deg of the joint.
@@ -345,9 +358,15 @@ impl LawName {
         Some(Self(Some(*law)))
     }
 
-    /// Returns the name of the law in a file.
+    /// Returns the name of the law in a file: `robust` is that of the law for one encoder and of
+    /// the law for two.
     pub fn name(&self) -> &'static str {
-        self.0.as_ref().map_or(PD, Gains::name)
+        const ONE: Gains = Gains::Robust(RobustGains::EXAMPLE);
+        match &self.0 {
+            None => PD,
+            Some(Gains::RobustDual(_)) => ONE.name(),
+            Some(law) => law.name(),
+        }
     }
 }
 

@@ -5,10 +5,12 @@
 //! parameters, bit for bit, or an error with the reason. Limits: a machine's file cannot hold a
 //! motion that only holds, a ramp together with gains, or the same law twice. A device does not
 //! store its joint, so the caller provides one.
+//!
+//! With two encoders the file has both as the device has them: `[encoder]` is that of the load,
+//! and `[motor_encoder]` that of the motor, with the twists that the device tolerates.
 
 use std::collections::BTreeMap;
 
-use stiction::control::motor_encoder::MotorEncoder;
 use stiction::control::pd::PdGains;
 use stiction::units::position::Position;
 use stiction::units::value::Table as _;
@@ -43,7 +45,6 @@ pub fn read(name: &str, text: &str) -> Result<Parameters, Error> {
 /// # Errors
 /// Returns an error if no machine's file can hold these parameters.
 pub fn render(parameters: &Parameters, joint: &JointTable, whose: &str) -> Result<String, Error> {
-    has_one_encoder(parameters)?;
     let machine = MachineFile { joint: joint.clone(), ..of(parameters) };
     let body = toml::to_string(&machine).map_err(|error| Error::Input(error.to_string()))?;
     let text = format!(
@@ -59,23 +60,6 @@ pub fn render(parameters: &Parameters, joint: &JointTable, whose: &str) -> Resul
         "params: a machine's file cannot hold the parameters of this device ({why}); use a name \
          that does not end in .toml, to write the binary record of its flash instead"
     )))
-}
-
-/// Refuses the parameters of a joint with two encoders: what its gear tolerates follows from a data
-/// sheet, which a device does not store.
-///
-/// # Errors
-/// Returns an error that says what to do instead.
-pub fn has_one_encoder(parameters: &Parameters) -> Result<(), Error> {
-    if parameters.controller.motor.count().is_none() {
-        return Ok(());
-    }
-    Err(Error::Device(
-        "this device has an encoder on the motor and one on the load; a file cannot be made from \
-         its parameters, since they do not hold its gear. Edit the file that they came from, and \
-         push it"
-            .into(),
-    ))
 }
 
 /// Returns the tables of a device's parameters as TOML. With two encoders, `[encoder]` is that of
@@ -131,13 +115,6 @@ fn known(parameters: &Parameters) -> Result<Table, Error> {
         encoder.remove("rounding");
         encoder.remove("phase");
     }
-    // `[encoder]` is that of the load here, as the device has it.
-    let motor = &parameters.controller.motor;
-    if motor.count().is_some() {
-        let values = ParameterTable::<MotorEncoder>::out(motor);
-        let values = Value::try_from(values).map_err(|error| Error::Input(error.to_string()))?;
-        table.insert("motor_encoder".into(), values);
-    }
     Ok(table)
 }
 
@@ -171,6 +148,7 @@ fn of(parameters: &Parameters) -> MachineFile {
         friction: None,
         supply: None,
         load_encoder: None,
+        motor_encoder: config.motor.count().map(|_| ParameterTable::out(&config.motor)),
         joint: JointTable {
             gain_deg_per_s2_per_v: 0.0,
             viscous_v_per_deg_per_s: 0.0,

@@ -41,6 +41,11 @@ pub(super) fn merged(
 ) -> Result<MergedFile, String> {
     const NO_SHEET: &str =
         "its joint is in degrees and volts; a data sheet in --machine has keys for it";
+    // The twists of the device are those of the gear before: those of the measured joint differ.
+    const TWO: &str = "its two encoders are as the device has them, with the twists it tolerates";
+    if parameters.controller.motor.count().is_some() {
+        return Err(TWO.into());
+    }
     let (sheet, mapping) = of.mapping().ok().flatten().ok_or(NO_SHEET)?;
     let measured = measured(found, joint, off, &mapping.units).ok_or("there is no [spread]")?;
     let new = MergedSheet::of(of, (&sheet, &mapping), &measured)?;

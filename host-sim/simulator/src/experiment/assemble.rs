@@ -73,11 +73,16 @@ impl RunPlan {
     /// # Errors
     /// Returns an error with the key, the value found and the allowed values.
     pub fn motor_encoder(&self) -> Result<Option<EncoderModel>, Error> {
+        // The timer that counts it beside another encoder has 32 bits.
+        let counter_bits = CounterBits::ThirtyTwo;
+        if let Some(motor) = self.motor_encoder_of_a_device()? {
+            let (resolution, direction) = (f64::from(motor.count), motor.direction);
+            let of_load = self.written_encoder()?;
+            return Ok(Some(EncoderModel { resolution, direction, counter_bits, ..of_load }));
+        }
         if self.machine.load_encoder_in_loop().is_none() {
             return Ok(None);
         }
-        // The timer that counts it beside another encoder has 32 bits.
-        let counter_bits = CounterBits::ThirtyTwo;
         Ok(Some(EncoderModel { counter_bits, ..self.written_encoder()? }))
     }
 

@@ -90,8 +90,22 @@ impl RunPlan {
         })
     }
 
+    /// Returns the motor's encoder of a file that was made from the parameters of a device.
+    ///
+    /// # Errors
+    /// Returns an error with the key, the value found and the allowed values.
+    pub(super) fn motor_encoder_of_a_device(&self) -> Result<Option<MotorEncoder>, Error> {
+        let Some(written) = &self.machine.motor_encoder else { return Ok(None) };
+        let count_deg = written.number("resolution_deg").unwrap_or_default();
+        self.above_zero("motor_encoder.resolution_deg", count_deg)?;
+        Ok(Some(written.core(MotorEncoder::NONE)))
+    }
+
     /// Returns the motor's encoder of a joint that has another one on its load.
     fn motor_encoder_config(&self) -> Result<MotorEncoder, Error> {
+        if let Some(of_a_device) = self.motor_encoder_of_a_device()? {
+            return Ok(of_a_device);
+        }
         let written = self.machine.encoder.core(Encoder::EXAMPLE);
         let of_gear = self.joint_bounds()?.motor_config();
         Ok(match of_gear.count() {
@@ -192,8 +206,8 @@ impl RunPlan {
         let Gains::Robust(_) = law else { return Ok(law) };
         let one = Gains::Robust(RobustGains::EXAMPLE);
         let two = Gains::RobustDual(RobustDualGains::EXAMPLE);
-        let (used, other, why) = if self.machine.load_encoder_in_loop().is_some() {
-            (two, one, "it has no effect beside a `[load_encoder]`")
+        let (used, other, why) = if self.machine.has_two_encoders() {
+            (two, one, "it has no effect in a loop with two encoders")
         } else {
             (one, two, "it needs a `[load_encoder]` in the loop")
         };

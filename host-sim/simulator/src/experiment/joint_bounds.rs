@@ -36,7 +36,11 @@ impl RunPlan {
                 load: 0.0,
                 holds: slip,
             };
-            return Ok(JointBounds::of(&estimate, sampled));
+            let bounds = JointBounds::of(&estimate, sampled);
+            return Ok(match self.motor_encoder_of_a_device()? {
+                Some(motor) => bounds.with_motor_encoder(motor.count.into()),
+                None => bounds,
+            });
         };
         sheet.friction.slip_nm = end("friction.slip_nm", 0, sheet.friction.slip_nm);
         sheet.friction.stick_nm = end("friction.stick_nm", 1, sheet.friction.stick_nm);

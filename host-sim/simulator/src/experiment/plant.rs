@@ -1,6 +1,8 @@
 //! Joint and plant of a run, for a device, which can run longer than the run. Unlike the
 //! Runge-Kutta axis, this joint can be moved by hand.
 
+use stiction::control::motor_encoder::{self, MotorEncoder};
+
 use super::plan::RunPlan;
 use crate::plant::{Delay, Plant};
 use dynamics::joint::{RunJoint, Substitute};
@@ -86,6 +88,17 @@ impl RunPlan {
     /// Returns the data sheet of this run's machine, and its mapping to the core's units.
     pub(super) fn sheet(&self) -> Result<Option<(DataSheet, Mapping)>, Error> {
         let machine = &*self.machine;
+        if machine.motor.is_some() && machine.motor_encoder.is_some() {
+            let key = "motor_encoder";
+            let why = SheetRefusal::of(
+                key,
+                format!(
+                    "`[{key}]` is for a file without a data sheet; beside `[motor]`, describe the \
+                     load's encoder in `[load_encoder]`, and the motor's in `[encoder]`"
+                ),
+            );
+            return Err(Error::Input(self.origin.refusal(&why)));
+        }
         let disc = &machine.encoder.extras;
         let encoder = Mount { lines: disc.lines, at: disc.at, noise_counts: disc.noise_counts };
         let tables = SheetTables {
@@ -131,13 +144,18 @@ impl RunPlan {
     /// Returns the reading of the load's encoder where the joint is at zero, counts, if it is an
     /// absolute one beside the motor's.
     pub fn absolute_zero(&self) -> Option<u32> {
+        if let Some(written) = &self.machine.motor_encoder {
+            let MotorEncoder { load_kind, load_zero, .. } = written.core(MotorEncoder::NONE);
+            let is_absolute = load_kind == motor_encoder::LoadEncoderKind::As5047p;
+            return is_absolute.then_some(load_zero);
+        }
         let load = self.machine.load_encoder_in_loop()?;
         (load.kind == LoadEncoderKind::As5047p).then_some(load.zero_counts.unwrap_or(0))
     }
 
     /// Returns whether the loop has an encoder on the motor and one on the load.
     pub fn has_two_encoders(&self) -> bool {
-        self.machine.load_encoder_in_loop().is_some()
+        self.machine.has_two_encoders()
     }
 
     /// Refuses a drive or an encoder noise that only a run simulates.

@@ -153,6 +153,14 @@ impl JointBounds {
         }
     }
 
+    /// Adds an encoder of the motor without noise, behind an unknown gear; `count_deg` is the angle
+    /// of its count, deg of the joint. The other encoder is on the load.
+    #[must_use]
+    pub const fn with_motor_encoder(self, count_deg: f64) -> Self {
+        let motor_encoder = Some(MotorEncoder { count: count_deg, jitter: 0.0, gear: None });
+        Self { motor_encoder, ..self }
+    }
+
     /// Adds the sides and the noise of the encoders of a data sheet, and the gear between them;
     /// `count_deg` is the angle of a count of `[encoder]`, deg.
     #[must_use]

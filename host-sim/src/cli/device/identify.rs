@@ -13,7 +13,6 @@ use files::error::Error;
 use files::typed_number;
 use simulator::device::client::Client;
 use simulator::device::identified::{IdentifiedJoint, ended};
-use simulator::device::machine_file::has_one_encoder;
 use simulator::device::wire::Wire;
 use simulator::device::{into, words};
 use simulator::experiment::Document;
@@ -119,9 +118,6 @@ impl DeviceIdentifyArguments {
         let document = Document::open(machine)?;
         let units = document.mapping()?.map(|(_, mapping)| mapping.units);
         let parameters = client.parameters()?;
-        if into.is_some() {
-            has_one_encoder(&parameters)?;
-        }
         if !client.status()?.at_rest && !client.pass(Duration::from_millis(100))?.at_rest {
             return Err(Error::Device(
                 "identify: the joint moves though the motor is off: a load or a person moves it. \
