@@ -13,6 +13,7 @@ mod rows;
 use files::encoder::Wires;
 use stiction::Fault;
 use stiction::link::StateCode;
+use stiction::motion::home::{HomeRequest, Sense};
 
 pub use bench::{Bench, BenchSample, SITUATIONS, Situation, bring, harder, pass, plan, start_over};
 pub use rows::{Row, Within, all, rows};
@@ -119,6 +120,43 @@ pub fn assert_row<B: Bench>(bench: &mut B, row: &Row<B>) -> Count {
         count.cases += cases;
     }
     count
+}
+
+/// Faults of rows that a homing on its way shows within the ticks of a joint that moves.
+const IN_A_HOMING: [Fault; 4] =
+    [Fault::EncoderJump, Fault::SupplyLow, Fault::SupplyHigh, Fault::LinkTimeout];
+
+/// Judges rows under every law while a homing moves the joint: the fault ends the homing, and the
+/// joint is not referenced. Returns the number of cases.
+pub fn assert_faults_in_a_homing<B: Bench>(bench: &mut B) -> usize {
+    let request = HomeRequest { sense: Sense::Plus, ..HomeRequest::default() };
+    let mut cases = 0;
+    for row in rows::<B>().iter().filter(|row| IN_A_HOMING.contains(&row.fault)) {
+        let Ok([least, most]) = row.within[1] else { panic!("{}: no bounds in motion", row.what) };
+        let within = [least + row.late[0] * B::LATE, most + row.late[1] * B::LATE];
+        for law in controllers() {
+            let name = format!("{} ({}), {law}, homing", row.fault.describe(), row.what);
+            start_over(bench, law, row.set);
+            assert!(bench.client().status().unwrap().is_referenced, "{name}");
+            bench.client().home(request).unwrap();
+            pass(bench, 100);
+            assert!(bench.position_deg() > 0.5, "{name}: {} deg", bench.position_deg());
+            let status = bench.client().status().unwrap();
+            assert!(status.state == StateCode::Armed && !status.is_referenced, "{name}");
+            detect(bench, row, &name, within);
+            assert_latched(bench, &name, law, (row.fault, row.value));
+            assert!(bench.client().homed().unwrap().is_none(), "{name}");
+            assert!(!bench.client().status().unwrap().is_referenced, "{name}");
+            bench.supply(0.5);
+            bench.client().clear().unwrap();
+            // A hand proves the encoder again.
+            let position = bench.position_deg();
+            bench.push(position + 1.0, 0.0);
+            bench.ticks(10);
+            cases += 1;
+        }
+    }
+    cases
 }
 
 /// Swapped wires make the loop push away from the target. Asserts that the monitor detects that

@@ -1,7 +1,9 @@
 //! The fault matrix on the device around the simulated joint. The table is in `tests/matrix/`.
 
 use experiments::controllers;
-use experiments::matrix::{Bench as _, assert_reversed_in_the_first_move};
+use experiments::matrix::{
+    Bench as _, assert_faults_in_a_homing, assert_reversed_in_the_first_move,
+};
 use experiments::matrix::{
     Count, SITUATIONS, Situation, assert_armed_again_only_at_rest, assert_latched,
     assert_none_is_forgotten, assert_row, bring, harder, pass, rows, start_over,
@@ -72,6 +74,12 @@ fn every_fault_is_seen_in_time_and_turns_the_bridge_off_under_every_law() {
 #[test]
 fn no_fault_is_forgotten_by_the_matrix() {
     assert_none_is_forgotten::<DeviceBench>(&FROM_THE_BOARD, &ELSEWHERE);
+}
+
+#[test]
+fn a_fault_ends_a_homing_in_time_and_leaves_the_joint_unreferenced() {
+    let cases = assert_faults_in_a_homing(&mut DeviceBench::new());
+    assert_eq!(cases, 4 * controllers().count());
 }
 
 #[test]

@@ -7,9 +7,9 @@ mod reported;
 
 use experiments::controllers;
 use experiments::matrix::{
-    Bench as _, Row, Situation, all, assert_armed_again_only_at_rest, assert_latched,
-    assert_none_is_forgotten, assert_reversed_in_the_first_move, assert_row, detect, pass, rows,
-    start_over,
+    Bench as _, Row, Situation, all, assert_armed_again_only_at_rest, assert_faults_in_a_homing,
+    assert_latched, assert_none_is_forgotten, assert_reversed_in_the_first_move, assert_row,
+    detect, pass, rows, start_over,
 };
 use files::encoder::Wires;
 use stiction::Fault;
@@ -92,6 +92,12 @@ fn supply_and_heat() {
 fn memory_and_link() {
     assert_row(&mut ImageBench::boot(), &spoiled_gain());
     assert_rows(&[Fault::LinkTimeout]);
+}
+
+#[test]
+fn a_fault_ends_a_homing_in_time_and_leaves_the_joint_unreferenced() {
+    let cases = assert_faults_in_a_homing(&mut ImageBench::boot());
+    assert_eq!(cases, 4 * controllers().count());
 }
 
 #[test]
