@@ -13,6 +13,7 @@ use simulator::experiment::RunPlan;
 use stiction::Fault;
 use stiction::link::StateCode;
 use stiction::motion::jog::Verdict;
+use stiction::servo::Boot;
 
 use crate::bit_for_bit::assert_same_in;
 use crate::common::{emulation, firmware};
@@ -79,12 +80,12 @@ fn image_for_one_encoder_refuses_a_joint_with_two() {
     assert!(why.contains("--two-encoders"), "{why}");
 }
 
-/// Runs a move of 20 deg with silent wires from 5 deg on, a client alive. Returns the fault and
-/// its value.
-fn fails_on_the_way<W: Wire>(
+/// Runs a move of 20 deg with a failure from 5 deg on, a client alive. Returns the fault and its
+/// value; none if no monitor sees it within three seconds.
+fn outcome_of_a_move<W: Wire>(
     client: &mut Client<W>,
     mut ticks: impl FnMut(&mut Client<W>, bool) -> f64,
-) -> (u8, f32) {
+) -> Option<(u8, f32)> {
     client.arm().unwrap();
     client.move_to(20.0).unwrap();
     let mut is_failed = false;
@@ -93,10 +94,18 @@ fn fails_on_the_way<W: Wire>(
         is_failed |= deg > 5.0;
         let status = client.status().unwrap();
         if status.state != StateCode::Armed {
-            return (status.fault.code, status.fault.value);
+            return Some((status.fault.code, status.fault.value));
         }
     }
-    panic!("no fault");
+    None
+}
+
+/// Returns the same of a failure that is a fault.
+fn fails_on_the_way<W: Wire>(
+    client: &mut Client<W>,
+    ticks: impl FnMut(&mut Client<W>, bool) -> f64,
+) -> (u8, f32) {
+    outcome_of_a_move(client, ticks).unwrap()
 }
 
 #[test]
@@ -135,6 +144,95 @@ fn failed_encoder_of_either_side_is_the_same_fault_as_on_a_simulated_device() {
             let ratio = there.1 / here.1;
             assert!((0.8..1.25).contains(&ratio), "{law}, {wires:?}: {} {}", here.1, there.1);
         }
+    }
+}
+
+/// Counts that the motor's encoder adds in a tick, given the number of the tick and the travel of
+/// the joint in it, deg.
+type FalseCounts = fn(u32, f64) -> i32;
+
+/// Noise to and fro, and a disc that slips the other way by half of the joint's travel.
+const FALSE_COUNTS: [(&str, FalseCounts); 2] = [
+    ("noise", |tick, _| if tick % 2 == 0 { 200 } else { -200 }),
+    ("slip", |_, deg| (-1.5 * deg / 0.0036).round() as i32),
+];
+
+#[test]
+fn noisy_and_slipping_encoder_of_the_motor_is_the_same_fault_as_on_a_simulated_device() {
+    let mut faults = 0;
+    for (what, counts) in FALSE_COUNTS {
+        for law in ["robust", "srnf"] {
+            let plan = &step(&[law], &[])[0];
+            let mut simulated = SimulatedDevice::new(plan).unwrap();
+            simulated.ticks(200);
+            let mut client = Client::connect(SimulatedWire::new(simulated)).unwrap();
+            let (mut tick, mut before) = (0, 0.0);
+            let here = outcome_of_a_move(&mut client, |client, is_failed| {
+                let device = &mut client.wire().simulated;
+                for _ in 0..10 {
+                    let deg = device.position_deg();
+                    if is_failed {
+                        device.jump(counts(tick, deg - before));
+                    }
+                    (tick, before) = (tick + 1, deg);
+                    device.tick();
+                }
+                before
+            });
+            let wire = EmulatedWire::with(&firmware_for_two(), plan).unwrap();
+            let mut client = Client::connect(wire).unwrap();
+            let (mut tick, mut before) = (0, 0.0);
+            let there = outcome_of_a_move(&mut client, |client, is_failed| {
+                let board = &mut client.wire().board;
+                for _ in 0..10 {
+                    let act = board.act(move |halted| {
+                        let deg = halted.plant().position_deg();
+                        if is_failed {
+                            halted.jump(counts(tick, deg - before));
+                        }
+                        deg
+                    });
+                    (tick, before) = (tick + 1, act.unwrap());
+                    board.samples(1).unwrap();
+                }
+                before
+            });
+            let name = |of: Option<(u8, f32)>| {
+                of.and_then(|(code, _)| Fault::from_code(code)).map(Fault::describe)
+            };
+            assert_eq!(name(there), name(here), "{what}, {law}");
+            let (Some((_, here)), Some((_, there))) = (here, there) else { continue };
+            // Both begin the failure up to a tick apart.
+            assert!((0.8..1.25).contains(&(there / here)), "{what}, {law}: {here} {there}");
+            faults += 1;
+        }
+    }
+    assert!(faults > 1, "{faults} of 4 are a fault");
+}
+
+/// The motor turns, and the load stays behind slack that it never crosses. From the arming on, both
+/// are the same in each tick, so the value is the same to the bit.
+#[test]
+fn open_coupling_is_the_same_fault_to_the_bit_as_on_a_simulated_device() {
+    for law in ["robust", "srnf"] {
+        let configured = simulator::device::parameters(&step(&[law], &[])[0]).unwrap();
+        let joint = &step(&[law], &["gear.backlash_deg=170"])[0];
+        let mut simulated = SimulatedDevice::running(joint, &configured, Boot::at_zero()).unwrap();
+        simulated.ticks(200);
+        let mut client = Client::connect(SimulatedWire::new(simulated)).unwrap();
+        let here = fails_on_the_way(&mut client, |client, _| {
+            client.wire().simulated.ticks(10);
+            0.0
+        });
+        let wire = EmulatedWire::with(&firmware_for_two(), joint).unwrap();
+        let mut client = Client::connect(wire).unwrap();
+        client.set_parameters(&configured).unwrap();
+        client.wire().board.samples(200).unwrap();
+        let there = fails_on_the_way(&mut client, |client, _| {
+            client.wire().board.samples(10).unwrap();
+            0.0
+        });
+        assert_eq!((there.0, there.1.to_bits()), (here.0, here.1.to_bits()), "{law}");
     }
 }
 
