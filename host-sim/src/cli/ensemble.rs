@@ -37,8 +37,9 @@ pub struct EnsembleArguments {
     /// only: gear-backlash, arm-uncoupled, overhauling-gravity, overhauling-lugre,
     /// overhauling-flexible, end-stop, end-stop-lugre, end-stop-flexible, end-stop-thesis, dwell,
     /// drifting, noisy, noisy-declared, and with an encoder on motor and load: two-encoders,
-    /// two-encoders-backlash, two-encoders-gear-backlash, two-encoders-overhauling,
-    /// two-encoders-noisy, two-encoders-end-stop; or a machine's own FILE.toml
+    /// two-encoders-backlash, two-encoders-gear-backlash, two-encoders-wide-backlash,
+    /// two-encoders-soft, two-encoders-overhauling, two-encoders-noisy, two-encoders-end-stop; or a
+    /// machine's own FILE.toml
     #[arg(long, value_name = "FAMILY|FILE", value_delimiter = ',', default_value = "all")]
     plant: Vec<String>,
     /// For a machine's own file, whose controllers are run: the range of a key of its joint, as in

@@ -21,6 +21,13 @@ use dynamics::joint::{
 use simulator::plant::Delay;
 use simulator::rules::{JointBounds, MotorEncoder};
 
+/// Resonance of the load against a locked motor, Hz.
+const GEAR_HZ: [f64; 2] = [5.0, 50.0];
+/// The same of a soft gear.
+const SOFT_HZ: [f64; 2] = [2.0, 5.0];
+/// Backlash of a worn gear, deg at the joint.
+const WIDE_BACKLASH_DEG: f64 = 1.0;
+
 /// Range of a load that drives a joint, in multiples of its stick friction.
 const OVERHAULING: [f64; 2] = [0.5, 3.0];
 
@@ -100,6 +107,8 @@ fn in_si(draws: &mut Draws, family: Family, number: u64, kind: DrawOptions) -> C
         | Family::TwoEncoders
         | Family::TwoEncodersBacklash
         | Family::TwoEncodersGearBacklash
+        | Family::TwoEncodersWideBacklash
+        | Family::TwoEncodersSoft
         | Family::TwoEncodersOverhauling
         | Family::TwoEncodersNoisy
         | Family::TwoEncodersEndStop => {
@@ -108,12 +117,15 @@ fn in_si(draws: &mut Draws, family: Family, number: u64, kind: DrawOptions) -> C
                     let [least, most] = GEAR_BACKLASH_DEG.map(f64::to_radians);
                     draws.log_uniform(least, most)
                 }
+                Family::TwoEncodersWideBacklash => WIDE_BACKLASH_DEG.to_radians(),
                 Family::FlexibleBacklash | Family::TwoEncodersBacklash => {
                     draws.uniform(0.0, 20.0 * count)
                 }
                 _ => draws.uniform(0.0, 4.0 * count),
             };
-            let (train, jump) = flexible(draws, inertia, &curve, backlash);
+            let is_soft = family == Family::TwoEncodersSoft;
+            let resonance_hz = if is_soft { SOFT_HZ } else { GEAR_HZ };
+            let (train, jump) = flexible(draws, inertia, &curve, resonance_hz, backlash);
             jump_counts = (side == DiscSide::Load).then_some(jump / count);
             if family.is_overhauling() {
                 load.constant = draws.sign() * overhauling(draws) * curve.stick;
@@ -214,12 +226,13 @@ fn flexible(
     draws: &mut Draws,
     inertia: f64,
     curve: &StribeckCurve,
+    [least_hz, most_hz]: [f64; 2],
     backlash: impl Fn(&mut Draws) -> f64,
 ) -> (Train, f64) {
     let of_motor = draws.uniform(0.2, 0.8);
     let [motor_inertia, load_inertia] = [of_motor * inertia, (1.0 - of_motor) * inertia];
     // The load's resonance with the motor locked.
-    let stiffness = load_inertia * (TAU * draws.log_uniform(5.0, 50.0)).powi(2);
+    let stiffness = load_inertia * (TAU * draws.log_uniform(least_hz, most_hz)).powi(2);
     let ratio = draws.uniform(0.01, 0.05);
     let damping = 2.0 * ratio * (stiffness * motor_inertia * load_inertia / inertia).sqrt();
     let backlash = backlash(draws);

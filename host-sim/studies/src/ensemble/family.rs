@@ -61,6 +61,10 @@ pub enum Family {
     TwoEncodersBacklash,
     /// `TwoEncoders` with the backlash of a real gear, 0.1 to 1 deg at the joint.
     TwoEncodersGearBacklash,
+    /// `TwoEncoders` with 1 deg of backlash.
+    TwoEncodersWideBacklash,
+    /// `TwoEncoders` with a gear of 2 to 5 Hz.
+    TwoEncodersSoft,
     /// `TwoEncoders` with a constant torque that drives the load.
     TwoEncodersOverhauling,
     /// `TwoEncoders` whose encoders are a count off in two readings of three; `robust` is
@@ -86,7 +90,7 @@ impl Family {
     ];
 
     /// Families that run only if they are named: each of them answers one question.
-    pub const SPECIAL: [Self; 19] = [
+    pub const SPECIAL: [Self; 21] = [
         Self::GearBacklash,
         Self::ArmUncoupled,
         Self::OverhaulingGravity,
@@ -103,6 +107,8 @@ impl Family {
         Self::TwoEncoders,
         Self::TwoEncodersBacklash,
         Self::TwoEncodersGearBacklash,
+        Self::TwoEncodersWideBacklash,
+        Self::TwoEncodersSoft,
         Self::TwoEncodersOverhauling,
         Self::TwoEncodersNoisy,
         Self::TwoEncodersEndStop,
@@ -142,6 +148,8 @@ impl Family {
             Self::TwoEncoders => "two-encoders",
             Self::TwoEncodersBacklash => "two-encoders-backlash",
             Self::TwoEncodersGearBacklash => "two-encoders-gear-backlash",
+            Self::TwoEncodersWideBacklash => "two-encoders-wide-backlash",
+            Self::TwoEncodersSoft => "two-encoders-soft",
             Self::TwoEncodersOverhauling => "two-encoders-overhauling",
             Self::TwoEncodersNoisy => "two-encoders-noisy",
             Self::TwoEncodersEndStop => "two-encoders-end-stop",
@@ -180,6 +188,8 @@ impl Family {
             Self::TwoEncodersOverhauling => 25,
             Self::TwoEncodersNoisy => 26,
             Self::TwoEncodersEndStop => 27,
+            Self::TwoEncodersWideBacklash => 28,
+            Self::TwoEncodersSoft => 29,
         }
     }
 
@@ -254,6 +264,8 @@ impl Family {
             Self::TwoEncoders
                 | Self::TwoEncodersBacklash
                 | Self::TwoEncodersGearBacklash
+                | Self::TwoEncodersWideBacklash
+                | Self::TwoEncodersSoft
                 | Self::TwoEncodersOverhauling
                 | Self::TwoEncodersNoisy
                 | Self::TwoEncodersEndStop
