@@ -28,7 +28,8 @@ const END: &str = "<!-- end of the ranking -->";
 const RUN: [&str; 9] = [
     "ensemble",
     "--plant",
-    "rigid,gravity,overhauling,lugre,flexible-backlash,gear-backlash,flexible-load,thesis-axis",
+    "rigid,gravity,overhauling,lugre,flexible-backlash,gear-backlash,flexible-load,\
+     two-encoders-backlash,thesis-axis",
     "--cases",
     "500",
     "--seed",
