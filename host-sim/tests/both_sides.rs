@@ -272,3 +272,16 @@ fn a_rigid_joint_has_neither_the_sentence_nor_a_second_column() {
     let page = reported(&under_robust(directory.path(), &text));
     says_nothing_of_sides(&page);
 }
+
+/// The device has both encoders without the gear; the prediction has the gear of the file.
+#[test]
+fn what_if_predicts_a_joint_with_two_encoders_at_its_load() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("two.toml");
+    std::fs::write(&path, simulator::draft::both_encoders().unwrap()).unwrap();
+    let [shown, predicted] = what_if(path.to_str().unwrap(), "robust");
+    assert!(shown["unseen_slack"].is_null(), "{shown}");
+    assert_eq!(predicted["success_at_encoder"], true, "{predicted}");
+    let at_load = predicted["rest_at_load_counts"].as_f64().unwrap();
+    assert!(at_load.abs() <= 2.0, "{predicted}");
+}
