@@ -4,22 +4,16 @@ use heapless::Vec;
 
 use crate::control::drive::{Drive, DriveConfig};
 use crate::control::encoder::Encoder;
-#[cfg(feature = "two-encoders")]
-use crate::control::encoder::RESOLUTION;
 use crate::control::hardware::Hardware;
 #[cfg(feature = "two-encoders")]
 use crate::control::laws::FIRST_LAW;
 use crate::control::laws::{Compensator, CompensatorState, Gains, LawInput, Loop, MAX_TERMS};
 use crate::control::motor_encoder::MotorEncoder;
-#[cfg(feature = "two-encoders")]
-use crate::control::motor_encoder::{LOAD_KIND, LoadEncoderKind};
 use crate::control::output::{Applied, OutputStage, OutputState, Rise};
 use crate::control::pd::PdGains;
 use crate::control::reference::{Reference, Setpoint};
 use crate::control::signal::{MAX_LAW_SIGNALS, Tick};
 use crate::control::velocity::{MAX_WINDOW, Velocity, VelocityState};
-#[cfg(feature = "two-encoders")]
-use crate::load_encoder::as5047p;
 #[cfg(feature = "two-encoders")]
 use crate::units::error::Allowed;
 use crate::units::error::InvalidValue;
@@ -168,19 +162,6 @@ impl ControllerState {
 
 #[cfg(feature = "two-encoders")]
 impl ControllerConfig {
-    /// Refuses a resolution of the load's encoder that is not the one of its kind: positions would
-    /// be in another unit than the angles of the chip.
-    fn has_the_resolution_of_its_kind(&self) -> Result<(), InvalidValue> {
-        let found = self.encoder.resolution;
-        let is_chip =
-            self.motor.count().is_some() && self.motor.load_kind == LoadEncoderKind::As5047p;
-        let allowed = Allowed::SetBy(as5047p::RESOLUTION, LOAD_KIND);
-        if is_chip && !allowed.includes(found) {
-            return Err(InvalidValue { key: RESOLUTION, found, allowed });
-        }
-        Ok(())
-    }
-
     /// Refuses the law for two encoders (`robust-dual`) in a loop with one encoder.
     fn has_the_encoders_of_its_laws(&self) -> Result<(), InvalidValue> {
         let is_missing =
@@ -206,10 +187,7 @@ impl Controller {
         let drive = Drive::new(&config.drive, hardware)?;
         config.validate()?;
         #[cfg(feature = "two-encoders")]
-        {
-            config.has_the_resolution_of_its_kind()?;
-            config.has_the_encoders_of_its_laws()?;
-        }
+        config.has_the_encoders_of_its_laws()?;
         let count = config.motor.count().unwrap_or(config.encoder.resolution);
         let velocity = Velocity::new(config.velocity_window, count, config.sample_time);
         Ok(Self {

@@ -13,15 +13,19 @@ use crate::control::controller::{Controller, ControllerConfig};
 pub use crate::control::device_config::DeviceConfig;
 use crate::control::drive::{DriveConfig, PwmMode, pwm_top};
 use crate::control::encoder::Encoder;
+#[cfg(feature = "two-encoders")]
+use crate::control::encoder::RESOLUTION;
 use crate::control::hardware::Hardware;
 #[cfg(feature = "two-encoders")]
 use crate::control::laws::RobustDualGains;
 use crate::control::laws::{self, Gains};
 #[cfg(feature = "two-encoders")]
-use crate::control::motor_encoder::MotorEncoder;
+use crate::control::motor_encoder::{LOAD_KIND, LoadEncoderKind, MotorEncoder};
 use crate::control::pd::PdGains;
 use crate::control::profile::ProfileLimits;
 use crate::identification::{self, IdentificationPlan, Ramp};
+#[cfg(feature = "two-encoders")]
+use crate::load_encoder::as5047p;
 use crate::motion::home::{Home, HomeRequest};
 use crate::motion::jog::{Jog, JogBounds, JogRequest};
 use crate::motion::{self, Course, Motion};
@@ -155,12 +159,27 @@ impl Parameters {
     #[inline(never)]
     pub fn check(&self) -> Result<(), InvalidValue> {
         self.validate()?;
+        #[cfg(feature = "two-encoders")]
+        self.check_resolution()?;
         self.check_velocity()?;
         self.check_bootstrap()?;
         self.profile.check(self.controller.sample_time, self.controller.encoder.resolution)?;
         self.motion.is_soft(self.device.soft_start, self.controller.drive.full_scale)?;
         self.jog.check(self.controller.drive.full_scale, &self.device)?;
         self.motion.check(&self.controller)
+    }
+
+    /// Rejects a resolution of the load's encoder that is not the one of its kind: positions would
+    /// be in another unit than the angles of the chip.
+    #[cfg(feature = "two-encoders")]
+    fn check_resolution(&self) -> Result<(), InvalidValue> {
+        let ControllerConfig { motor, encoder, .. } = &self.controller;
+        let is_chip = motor.count().is_some() && motor.load_kind == LoadEncoderKind::As5047p;
+        let allowed = Allowed::SetBy(as5047p::RESOLUTION, LOAD_KIND);
+        if is_chip && !allowed.includes(encoder.resolution) {
+            return Err(InvalidValue { key: RESOLUTION, found: encoder.resolution, allowed });
+        }
+        Ok(())
     }
 
     /// Rejects a velocity of the profile above the overspeed limit: every move would trip it.
