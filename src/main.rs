@@ -34,7 +34,8 @@ mod app {
 
     use crate::board::bridge;
     use crate::board::clock;
-    use crate::board::control_task::{ControlTask, TRIPPED};
+    use crate::board::control_task::{BREAK, ControlTask, OVER_CURRENT, TRIPPED};
+    use crate::board::converter;
     use crate::board::crystal::Crystal;
     use crate::board::last_tick;
     use crate::board::liveness;
@@ -216,7 +217,16 @@ mod app {
             // report it there.
             fatal::stop(RetainedFault::of(Fault::ClockLost));
         }
-        TRIPPED.store(true, Ordering::Relaxed);
+        TRIPPED.fetch_or(BREAK, Ordering::Relaxed);
+    }
+
+    /// Turns the bridge off because a conversion of the motor's current was beyond its limits. The
+    /// task is above the control task: the bridge is off some microseconds after the conversion,
+    /// and the next control task latches the fault.
+    #[task(binds = ADC, priority = 4)]
+    fn over_current(_: over_current::Context) {
+        let reading = converter::over_current();
+        TRIPPED.fetch_or(OVER_CURRENT | u32::from(reading), Ordering::Relaxed);
     }
 
     /// Sends a byte of the link, and wakes the link when the line falls idle. The DMA receives. The

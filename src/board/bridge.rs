@@ -68,6 +68,10 @@ impl TimerBridge {
         pac::TIM1::enable(rcc);
         pac::TIM1::reset(rcc);
         timer.ccmr1_output().write(|w| w.oc1m().pwm_mode1().oc1pe().enabled());
+        // Channel 4 drives no pin. Its reference rises one count before the upper end, and is the
+        // trigger of the current's conversion.
+        timer.ccmr2_output().write(|w| w.oc4m().pwm_mode2().oc4pe().enabled());
+        timer.cr2().write(|w| w.mms().compare_oc4());
         let pwm = Pwm { timer, top: settings.top };
         let mut bridge = Self {
             pwm,
@@ -93,6 +97,7 @@ impl TimerBridge {
         self.neutral_when_off = false;
         // The top takes effect where the counter turns, as the compare value does.
         self.pwm.timer.arr().write(|w| w.arr().set(top));
+        self.pwm.timer.ccr4().write(|w| w.ccr().set(top.saturating_sub(1)));
         // Compare 0 would be full negative effort in locked antiphase, from the enabling of the
         // outputs to the first tick.
         self.off(neutral);
@@ -201,15 +206,17 @@ impl SetDutyCycle for Pwm {
 
 impl Bridge for TimerBridge {
     #[inline]
-    fn drive(&mut self, duty: Duty) {
+    fn drive(&mut self, duty: Duty) -> bool {
         self.pins.direction.set_state(duty.reverse.into());
         let Ok(()) = self.pwm.set_duty_cycle(duty.compare);
-        if !self.on {
+        let turns_on = !self.on;
+        if turns_on {
             self.on = true;
             // The same write turns the break input on and the outputs on with the first duty.
             self.pwm.timer.bdtr().modify(|_, w| w.moe().enabled().bke().enabled());
             self.pins.enable.set_high();
         }
+        turns_on
     }
 
     fn wake(&mut self, neutral: Duty) {

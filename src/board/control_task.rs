@@ -1,7 +1,7 @@
 //! The parts of the board that a control tick needs, in one struct. The control task owns them, and
 //! the link borrows them briefly.
 
-use core::sync::atomic::{AtomicBool, Ordering};
+use core::sync::atomic::{AtomicU32, Ordering};
 
 use stiction::safety::deadline::Deadline;
 #[cfg(feature = "two-encoders")]
@@ -12,17 +12,24 @@ use stiction::{Fault, Servo};
 #[cfg(feature = "two-encoders")]
 use super::absolute_encoder::AbsoluteEncoder;
 use super::bridge::{self, TimerBridge};
+use super::converter::Converter;
 #[cfg(feature = "two-encoders")]
 use super::encoder::LoadQuadrature;
 use super::encoder::Quadrature;
 use super::stopwatch::Stopwatch;
-use super::supply::Supply;
 use super::tick::{Period, TickTimer};
 use super::traits::{Bridge, EncoderInput};
 
-/// Whether the bridge's driver has pulled the break input. The interrupt of the input sets this
-/// flag, and [`ControlTask::mend`] clears it.
-pub static TRIPPED: AtomicBool = AtomicBool::new(false);
+/// What the hardware has turned the outputs off for; zero: nothing. The interrupts of the break
+/// input and of the converter's watchdog set it, with [`BREAK`] or [`OVER_CURRENT`].
+pub static TRIPPED: AtomicU32 = AtomicU32::new(0);
+
+/// In [`TRIPPED`]: the bridge's driver has pulled the break input. [`ControlTask::mend`] clears it.
+pub const BREAK: u32 = 1 << 31;
+
+/// In [`TRIPPED`]: a reading of the motor's current, in the lower half, was beyond its limits. The
+/// next control task clears it.
+pub const OVER_CURRENT: u32 = 1 << 30;
 
 /// The servo and the parts of the chip that it works with.
 pub struct ControlTask {
@@ -43,8 +50,8 @@ pub struct ControlTask {
     pub paused_at: u32,
     /// The bridge: PWM, direction and enable.
     pub bridge: TimerBridge,
-    /// The converter of the supply voltage.
-    pub supply: Supply,
+    /// The converter of supply voltage and motor current.
+    pub converter: Converter,
     /// The timer of the control tick.
     pub timer: TickTimer,
     /// The clock of the deadline.
@@ -70,21 +77,35 @@ impl ControlTask {
         self.latch_break();
     }
 
-    /// Latches the fault of a break input that was pulled. A pulse may be over before the next
-    /// tick, and a request of the link may come before that tick: the first of the two latches the
-    /// fault.
-    // Not inlined: the image has this code once, not in each request of the link.
-    #[inline(never)]
+    /// Latches the fault of outputs that the hardware has turned off: a break input that was
+    /// pulled, or a current beyond its limits. A pulse may be over before the next tick, and a
+    /// request of the link may come before that tick: the first of the two latches the fault.
+    #[inline]
     pub fn latch_break(&mut self) {
-        if TRIPPED.load(Ordering::Relaxed) {
+        let tripped = TRIPPED.load(Ordering::Relaxed);
+        if tripped != 0 {
+            self.latch_trip(tripped);
+        }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn latch_trip(&mut self, tripped: u32) {
+        if tripped & BREAK != 0 {
             self.servo.fault(Fault::BreakInput);
+        }
+        if tripped & OVER_CURRENT != 0 {
+            TRIPPED.fetch_and(BREAK, Ordering::Relaxed);
+            // The interrupt has turned the outputs off; the bridge's own state is still on.
+            self.bridge.rest();
+            self.servo.over_current(tripped as u16);
         }
     }
 
     /// Runs one tick of the servo, from the encoder to the bridge.
     #[inline]
     pub fn tick(&mut self) -> Output {
-        let supply = self.supply.read();
+        let (supply, current) = (self.converter.supply(), self.converter.current());
         #[cfg(feature = "two-encoders")]
         let is_absolute = self.servo.has_absolute_load();
         let (counter, lines) = (self.encoder.counter(), self.encoder.lines());
@@ -102,6 +123,7 @@ impl ControlTask {
             counter,
             supply,
             lines,
+            current,
             #[cfg(feature = "two-encoders")]
             load,
         };
@@ -114,17 +136,31 @@ impl ControlTask {
             self.load_encoder.pull(self.servo.pulls_load_down());
         }
         if output.enable {
-            self.bridge.drive(output.duty());
+            if self.bridge.drive(output.duty()) {
+                self.guard();
+            }
         } else if output.wakes {
             self.bridge.wake(output.duty());
+            self.converter.release();
         } else {
             self.bridge.off(output.duty());
+            self.converter.release();
         }
         #[cfg(feature = "two-encoders")]
         if is_absolute {
             self.absolute_encoder.request();
         }
         output
+    }
+
+    /// Starts the watchdog over the motor's current. The bridge is on already: an interrupt before
+    /// that would not have turned it off.
+    #[cold]
+    #[inline(never)]
+    fn guard(&mut self) {
+        if let Some(window) = self.servo.current_window() {
+            self.converter.guard(window);
+        }
     }
 
     /// Ends a tick, and latches a fault if it took too long.
@@ -138,7 +174,7 @@ impl ControlTask {
     /// Enables the break input again, once its fault has been cleared and the input has been
     /// released. An input that is still pulled trips at once.
     pub fn mend(&mut self) {
-        if !TRIPPED.load(Ordering::Relaxed)
+        if TRIPPED.load(Ordering::Relaxed) & BREAK == 0
             || self.servo.state() == State::Faulted(Fault::BreakInput)
         {
             return;
@@ -148,7 +184,7 @@ impl ControlTask {
             // state is still on, and the bridge would not turn the outputs on for a servo that is
             // armed before the next tick.
             self.bridge.rest();
-            TRIPPED.store(false, Ordering::Relaxed);
+            TRIPPED.fetch_and(!BREAK, Ordering::Relaxed);
             bridge::hear_break();
         } else {
             self.servo.fault(Fault::BreakInput);
@@ -159,6 +195,7 @@ impl ControlTask {
     /// whole sample time from now.
     pub fn reconfigure(&mut self, bridge: &bridge::BridgeSettings, period: &Period) {
         self.bridge.reconfigure(bridge);
+        self.converter.sense(self.servo.current_window().is_some());
         self.period = *period;
         self.resume();
     }
@@ -167,6 +204,7 @@ impl ControlTask {
     /// not have reached the bridge yet.
     pub fn pause(&mut self) {
         self.bridge.rest();
+        self.converter.release();
         self.timer.stop();
         #[cfg(feature = "two-encoders")]
         {

@@ -19,6 +19,7 @@ use super::HARDWARE;
 use super::absolute_encoder::AbsoluteEncoder;
 use super::bridge::{self, Pins, TimerBridge};
 use super::control_task::ControlTask;
+use super::converter::Converter;
 use super::crystal::Crystal;
 use super::debugger::FreezeBits;
 #[cfg(feature = "two-encoders")]
@@ -26,7 +27,6 @@ use super::encoder::LoadQuadrature;
 use super::encoder::Quadrature;
 use super::sectors::{SLOTS, Sectors};
 use super::stopwatch::Stopwatch;
-use super::supply::Supply;
 use super::tick::{Period, TickTimer};
 use super::usart::{Port, ReceiveQueue};
 use super::watchdog::{Independent, Timeout};
@@ -157,7 +157,8 @@ pub fn start(
         ),
         &mut rcc,
     );
-    let supply = Supply::start(device.ADC1, c.pc0.into_analog(), &mut rcc);
+    let converter_pins = (c.pc0.into_analog(), c.pc1.into_analog());
+    let mut converter = Converter::start(device.ADC1, converter_pins, &mut rcc);
     let timer_clock = rcc.clocks.timclk1().raw();
     let period = Period::new(settings.sample_time(), timer_clock);
     let timer = TickTimer::start(device.TIM3, &period, &mut rcc);
@@ -168,6 +169,7 @@ pub fn start(
     let clock = rcc.clocks.sysclk().raw();
     let servo = blank(place);
     servo.boot(settings.parameters(), boot(crystal), &HARDWARE);
+    converter.sense(servo.current_window().is_some());
     let deadline = Deadline::new(period.clocks);
     let control_task = ControlTask {
         servo,
@@ -180,7 +182,7 @@ pub fn start(
         #[cfg(feature = "two-encoders")]
         paused_at: 0,
         bridge,
-        supply,
+        converter,
         timer,
         stopwatch,
         period,

@@ -17,8 +17,8 @@ pub trait EncoderInput {
 
 /// The bridge that drives the motor.
 pub trait Bridge {
-    /// Applies `duty`, and turns the outputs on if they are off.
-    fn drive(&mut self, duty: Duty);
+    /// Applies `duty`, and turns the outputs on if they are off. Returns whether they were.
+    fn drive(&mut self, duty: Duty) -> bool;
 
     /// Enables the bridge's driver with the outputs off, for a tick in which it wakes up.
     fn wake(&mut self, neutral: Duty);

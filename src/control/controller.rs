@@ -133,6 +133,11 @@ impl ControllerState {
         self.tick
     }
 
+    /// Returns the effort that the joint has had since the last tick, V.
+    pub(crate) const fn applied(&self) -> f32 {
+        self.output.applied
+    }
+
     /// Resets the state, in place: it is too large to be made elsewhere and copied while the bridge
     /// waits to be turned off.
     pub(crate) fn forget(&mut self) {
@@ -211,6 +216,12 @@ impl Controller {
     /// it.
     pub(crate) fn bound_effort(&mut self, effort: f32) {
         self.output.bound_effort(effort);
+    }
+
+    /// Sets the lowest and the highest effort of the next tick, V: those that the motor's current
+    /// allows.
+    pub(crate) fn bound(&mut self, bounds: [f32; 2]) {
+        self.output.bound(bounds);
     }
 
     /// Returns the remaining ticks of the soft start.
@@ -410,6 +421,7 @@ fn record(
         saturated: output.saturated,
         non_finite,
         status: 0,
+        current: 0.0,
         law: [0.0; MAX_LAW_SIGNALS],
     }
 }

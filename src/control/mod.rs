@@ -12,6 +12,8 @@
 //! [`hardware`] has the properties of a board with which a user's units are converted into codes.
 
 pub mod controller;
+pub mod current_limit;
+pub mod current_sensor;
 pub mod device_config;
 pub mod drive;
 pub mod encoder;

@@ -7,7 +7,8 @@
 //! ```
 //!
 //! `v` is limited to the full scale, or to less in a motion with its own bound
-//! ([`OutputStage::bound_effort`]). If the supply is measured and has a nominal value, the duty is
+//! ([`OutputStage::bound_effort`]). A [limit of the current](super::current_limit) makes it less in
+//! single ticks. If the supply is measured and has a nominal value, the duty is
 //! scaled by nominal over measured, so that the motor gets the requested volts. After arming, the
 //! limit of the code rises in a straight line from zero to the largest code (soft start). The cap
 //! (`duty_max`) limits the code at all times.
@@ -17,7 +18,7 @@
 //! code's volts.
 
 use crate::control::drive::{Drive, DriveConfig, Duty};
-use crate::units::saturation::saturate;
+use crate::units::saturation::{bounded, saturate, saturate_between};
 
 /// The output stage of a loop: it turns volts into the bridge's duty.
 #[derive(Clone, Debug, PartialEq)]
@@ -35,6 +36,9 @@ pub struct OutputStage {
     cap: i32,
     /// Largest output of the present motion, V.
     most: f32,
+    /// Lowest and highest output of the next tick, V: those of the motion, or less if the motor's
+    /// current limits them.
+    bounds: [f32; 2],
 }
 
 /// The state of the output stage from tick to tick.
@@ -79,7 +83,16 @@ impl OutputStage {
         // Rounded towards zero: the cap never exceeds the configured share. A share of less than
         // one code is a cap of zero.
         let cap = (duty_max * f32::from(drive.max_code())) as i32;
-        Self { full_scale, lsb, nominal_supply: 0.0, soft_start: 0, cap, most: full_scale, drive }
+        Self {
+            full_scale,
+            lsb,
+            nominal_supply: 0.0,
+            soft_start: 0,
+            cap,
+            most: full_scale,
+            drive,
+            bounds: [-full_scale, full_scale],
+        }
     }
 
     /// Sets a soft start (ticks) and the nominal supply by which the duty is scaled (the
@@ -92,6 +105,14 @@ impl OutputStage {
     /// full scale alone limits it. The applied effort exceeds this limit by half a code at most.
     pub(crate) fn bound_effort(&mut self, effort: f32) {
         self.most = self.full_scale.min(effort);
+        self.bounds = [-self.most, self.most];
+    }
+
+    /// Sets the lowest and the highest output of the next tick, V at the nominal supply: those that
+    /// the motor's current allows.
+    pub(crate) fn bound(&mut self, bounds: [f32; 2]) {
+        // Bounds on one side of zero are those of a joint that a load drives fast.
+        self.bounds = bounds.map(|bound| bounded(bound, self.most));
     }
 
     /// Returns the remaining ticks of the soft start.
@@ -112,7 +133,7 @@ impl OutputStage {
         rise: Rise,
     ) -> Applied {
         let asked = if state.least == 0 { asked } else { self.at_least(state, asked) };
-        let (v, mut saturated) = saturate(asked, self.most);
+        let (v, mut saturated) = saturate_between(asked, self.bounds);
         let (mut scaled, mut volts) = (v, self.lsb);
         if self.nominal_supply > 0.0 {
             let ratio = supply_ratio(self.nominal_supply, supply);

@@ -253,6 +253,8 @@ signals! {
         /// fault's code, 16 saturated, 17 wound up, 18 bridge on, 19 the law has given up. Zero
         /// in a loop without a servo.
         status: u32 = "status", "";
+        /// Current of the motor, measured, A; zero without a sensor.
+        current: f32 = "current_a", "A";
     }
 }
 

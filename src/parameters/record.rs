@@ -19,6 +19,7 @@
 //! do; a record has room for 338 of them.
 
 use super::Parameters;
+use crate::control::current_sensor::CurrentSensor;
 use crate::control::profile::ProfileLimits;
 use crate::motion::jog::JogBounds;
 use crate::safety::monitor::Limits;
@@ -122,6 +123,7 @@ impl Parameters {
         };
         self.limits = Limits::derived(&self.controller, &self.device, breakaway);
         self.jog = JogBounds::derived(&self.controller, &self.device, breakaway);
+        self.current = CurrentSensor::derived(self.current.full_scale, 0.0);
         // The body is applied again after each derivation: it may set some of the derived limits,
         // and some of the values that follow from them.
         take(self, body)?;

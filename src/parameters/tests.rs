@@ -2,6 +2,7 @@ use heapless::Vec;
 
 use super::record::ROOM;
 use super::*;
+use crate::control::current_sensor::CurrentSensor;
 use crate::control::drive::{DriveConfig, PwmMode};
 use crate::control::encoder::{CounterBits, Direction, Encoder, EncoderOutput};
 use crate::control::laws::{FIRST_LAW, Gains};
@@ -41,7 +42,15 @@ fn example() -> Parameters {
     let limits = Limits::derived(&controller, &DeviceConfig::CAUTIOUS, 0.4);
     let profile = ProfileLimits::derived(&controller, limits.overspeed, 0.0);
     let jog = JogBounds::derived(&controller, &DeviceConfig::CAUTIOUS, 0.4);
-    Parameters { controller, motion, device: DeviceConfig::CAUTIOUS, limits, profile, jog }
+    Parameters {
+        controller,
+        motion,
+        device: DeviceConfig::CAUTIOUS,
+        limits,
+        profile,
+        jog,
+        current: CurrentSensor::NONE,
+    }
 }
 
 #[test]

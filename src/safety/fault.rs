@@ -195,6 +195,18 @@ faults! {
     /// The absolute encoder on the load has sent no valid answer.
     27 EncoderSilent "encoder does not answer", "27 Encoder does not answer",
         "time without an answer" "ticks", "5 ticks; 0.1 s after power-on", Clear, [];
+    /// The motor's current was beyond `current_sensor.trip_a`.
+    28 OverCurrent "over-current", "28 Over-current",
+        "current" "A", "a period of the PWM", Clear, [];
+    /// The sensor of the motor's current is dead or reversed, or its offset is off.
+    29 CurrentSensor "current sensor", "29 Current sensor",
+        "current" "A", "20 to 100 ms under effort", Clear, [];
+    /// No current flows under effort: a wire of the motor is open, or the bridge does not drive.
+    30 MotorOpen "no motor current", "30 No motor current",
+        "current" "A", "20 to 100 ms under effort", Clear, [];
+    /// More current flows than the resistance of the winding allows.
+    31 MotorShorted "too much motor current", "31 Too much motor current",
+        "current" "A", "20 to 100 ms", Clear, [];
 }
 
 impl Fault {

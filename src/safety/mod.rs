@@ -10,5 +10,6 @@ pub mod deadline;
 pub mod encoder_proof;
 pub mod fault;
 pub mod monitor;
+pub mod motor_current;
 pub mod open_line;
 pub mod open_loop;

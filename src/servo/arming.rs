@@ -1,6 +1,7 @@
 //! Arming, by a command or automatically, and turning the output off again.
 
 use super::control_loop::{leads_out, leads_too_far};
+use super::current_path::CurrentPath;
 use super::{ControlLoop, Follower, Output, Refusal, Servo, State};
 use crate::control::signal::Tick;
 use crate::identification::Ramp;
@@ -113,7 +114,13 @@ impl Servo {
         if !control_loop.monitors.is_at_rest(&seen) || is_due {
             return Err(Refusal::Moving);
         }
-        let ControlLoop { monitors, watch, .. } = &*control_loop;
+        let ControlLoop { monitors, watch, current, .. } = &*control_loop;
+        if current.as_ref().is_some_and(|path| !path.is_calibrated()) {
+            return Err(Refusal::Moving);
+        }
+        if current.as_ref().is_some_and(CurrentPath::is_off) {
+            return Err(Refusal::WouldTrip(Fault::CurrentSensor));
+        }
         match monitors.forbids_arming(watch, monitors.range(origin), &seen, supply) {
             Some(fault) => Err(Refusal::WouldTrip(fault)),
             None => Ok(control_loop),
@@ -128,6 +135,7 @@ impl Servo {
             control_loop.arm(self.follower.seen.position, by_link, origin);
             self.wake_up.begin(&control_loop.driver_times);
             self.state = State::Armed;
+            self.velocity = 0.0;
             self.countdown = None;
         }
     }
@@ -169,6 +177,7 @@ impl Servo {
                 // It would never arm, and never report why.
                 Err(Refusal::FarAway) => self.fault(Fault::FollowingError),
                 Err(Refusal::OutOfRange) => self.fault(Fault::PositionLimit),
+                Err(Refusal::WouldTrip(Fault::CurrentSensor)) => self.fault(Fault::CurrentSensor),
                 // A command that sets the reference must not start the joint.
                 Err(Refusal::NotReferenced) => self.countdown = None,
                 // If the joint is not at rest yet, or the supply is not up, the next tick tries

@@ -3,6 +3,7 @@
 
 #[cfg(feature = "two-encoders")]
 use super::absolute_load::AbsoluteLoad;
+use super::current_path::CurrentPath;
 use super::stopping::Brakes;
 use super::wake_up::DriverTimes;
 use super::{Refusal, control};
@@ -18,7 +19,9 @@ use crate::load_encoder::AbsoluteEncoder;
 use crate::motion::home::HomeWatch;
 use crate::motion::{Course, CourseState};
 use crate::parameters::Parameters;
+use crate::safety::fault::Fault;
 use crate::safety::monitor::{MonitorState, Monitors, PositionLimits, Seen};
+use crate::safety::motor_current::Driven;
 use crate::safety::open_line::OpenLineTest;
 use crate::units::error::InvalidValue;
 use crate::units::position::Position;
@@ -46,6 +49,8 @@ pub struct ControlLoop {
     #[cfg(feature = "two-encoders")]
     pub(super) absolute: Option<AbsoluteLoad>,
     pub(super) watch: MonitorState,
+    /// The sensor of the motor's current; none without one.
+    pub(super) current: Option<CurrentPath>,
     /// Ticks from the first one until the servo arms automatically; none without autostart.
     pub(super) autostart: Option<u32>,
     /// The event that makes the position known: a reset, or a command.
@@ -106,6 +111,7 @@ impl ControlLoop {
             #[cfg(feature = "two-encoders")]
             absolute: AbsoluteLoad::of(config),
             watch: MonitorState::default(),
+            current: CurrentPath::of(parameters, hardware),
             autostart: device.autostart.then(|| parameters.in_ticks(device.autostart_delay)),
             reference: device.reference,
             driver_times: DriverTimes::of(parameters),
@@ -124,6 +130,9 @@ impl ControlLoop {
     /// since power-on; none: there is no range.
     pub(super) fn arm(&mut self, position: i32, by_link: bool, origin: Option<i32>) {
         self.begin_at(position);
+        if let Some(path) = &mut self.current {
+            path.arm();
+        }
         let range = self.monitors.range(origin);
         self.watch = self.monitors.armed(&self.watch, by_link, range);
     }
@@ -250,11 +259,38 @@ impl ControlLoop {
             Some(motor) => Reading { motor_counts: motor.position, ..reading },
             None => reading,
         };
-        let tick = control(&mut self.course, &self.controller, &mut self.state, reading);
+        let mut tick = control(&mut self.course, &self.controller, &mut self.state, reading);
+        tick.current = self.watch.current();
         if tick.saturated {
             self.state.capped(&mut self.course);
         }
         tick
+    }
+
+    /// Measures the motor's current, for the limit of the effort and for the heat, and checks it.
+    /// `speed` is that of the joint in the last tick, deg/s. Returns the fault and the current, A.
+    // Out of line: a tick without a sensor does not pay for it.
+    #[inline(never)]
+    pub(super) fn measure(
+        &mut self,
+        seen: &Seen,
+        reading: u16,
+        speed: f32,
+    ) -> Option<(Fault, f32)> {
+        let path = self.current.as_mut()?;
+        let effort = self.state.controller().applied();
+        let driven = Driven { effort, speed, travel: seen.driven().travel };
+        let found = path.measure(reading, &driven);
+        self.monitors.measure(&mut self.watch, path.current(), path.heat_volts());
+        match found {
+            Ok(bounds) => {
+                if let Some(bounds) = bounds {
+                    self.controller.bound(bounds);
+                }
+                None
+            }
+            Err(trip) => Some(trip),
+        }
     }
 
     /// Updates a homing with the last tick, and returns whether the course has ended.

@@ -45,6 +45,7 @@ mod absolute_load;
 mod arming;
 mod boot;
 mod control_loop;
+mod current_path;
 mod faults;
 mod follower;
 mod homing;
@@ -306,6 +307,9 @@ impl Servo {
             if let Some(control_loop) = &mut self.control_loop {
                 let seen = &self.follower.seen;
                 control_loop.monitors.idle(&mut control_loop.watch, seen);
+                if let Some(path) = &mut control_loop.current {
+                    path.idle(input.current, control_loop.monitors.is_at_rest(seen));
+                }
                 if is_testing_lines {
                     // Two open lines count during a test without a motion: these counts are no
                     // proof.
@@ -322,7 +326,15 @@ impl Servo {
             return self.wake(input.supply);
         }
         let seen = &self.follower.seen;
+        let trip = match control_loop.current {
+            None => None,
+            Some(_) => control_loop.measure(seen, input.current, self.velocity),
+        };
         let tick = control_loop.tick(seen, input.supply);
+        if let Some((fault, value)) = trip {
+            self.latch(LatchedFault { fault, tick: self.clock, value });
+            return self.off(tick);
+        }
         if tick.non_finite {
             self.fault(Fault::NonFinite);
             return self.off(tick);

@@ -15,6 +15,9 @@ pub struct Input {
     /// Present levels of the encoder's lines (bit 0: A, bit 1: B), for the test for open lines. A
     /// board that cannot read them leaves this at zero, which the test accepts as driven lines.
     pub lines: u8,
+    /// The converter's reading of the motor's current; without effect unless the parameters have a
+    /// sensor of it.
+    pub current: u16,
     /// The load's encoder, if the joint has two. It is not read otherwise.
     #[cfg(feature = "two-encoders")]
     pub load: EncoderReading,

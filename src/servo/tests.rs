@@ -1,5 +1,6 @@
 use super::*;
 use crate::control::controller::ControllerConfig;
+use crate::control::current_sensor::CurrentSensor;
 use crate::control::drive::{DriveConfig, Duty, PwmMode};
 use crate::control::encoder::{CounterBits, Direction, Encoder};
 use crate::control::hardware::Hardware;
@@ -53,6 +54,7 @@ fn parameters(device: DeviceConfig) -> Parameters {
         limits: Limits::OFF,
         profile: ProfileLimits { velocity: 50.0, acceleration: 100.0, jerk: 5000.0 },
         jog: JogBounds::EXAMPLE,
+        current: CurrentSensor::NONE,
     }
 }
 

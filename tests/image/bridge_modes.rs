@@ -43,7 +43,7 @@ struct Seen {
 /// What no mode changes: the names of the registers, their addresses, the bits that are looked at,
 /// and what they are.
 const FIXED: [(&str, u64, u32, u32); 10] = [
-    ("CR2: both outputs are low when idle", TIM1 + 0x04, 0xFFFF, 0),
+    ("CR2: both outputs are low when idle, OC4REF is TRGO", TIM1 + 0x04, 0xFFFF, 0x70),
     ("CCMR1: PWM mode 1, preloaded", TIM1 + 0x18, 0xFF, 0x68),
     // But for the direction in which it counts at present.
     ("CR1: centre-aligned, preloaded, counting", TIM1, 0x3FF & !0x10, 0xA1),

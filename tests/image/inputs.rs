@@ -10,6 +10,7 @@ use simulator::device::client::Client;
 use crate::common::{firmware, plans};
 
 const GPIOA_PUPDR: u64 = 0x4002_000C;
+const TIM1: u64 = 0x4001_0000;
 const TIM2: u64 = 0x4000_0000;
 const TIM3: u64 = 0x4000_0400;
 const TIM5: u64 = 0x4000_0C00;
@@ -45,6 +46,40 @@ fn the_supply_is_sampled_long_enough_and_the_parts_own_is_watched_above_what_the
     assert_eq!((first & 0x1F, times & 7, common >> 16 & 3), (10, 0b110, 0b01));
     // PVDE, and level 5 of PLS: the one that falls at 2.75 V at the least, above 2.7 V.
     assert_eq!(power & 0xF0, 5 << 5 | 1 << 4);
+}
+
+/// RM0090, chapters 13 and 17. The trigger is the reference of channel 4, one count below the top.
+#[test]
+fn the_current_is_converted_once_a_period_and_watched_alone() {
+    let sensor = [
+        "current_sensor.full_scale_a=30",
+        "current_sensor.resistance_ohm=0.5",
+        "limits.back_emf_v_per_deg_per_s=0.001",
+    ];
+    let [group, times, control, trigger, modes, master, compare, top] = registers(
+        &sensor,
+        [
+            ADC1 + 0x38,
+            ADC1 + 0x0C,
+            ADC1 + 0x04,
+            ADC1 + 0x08,
+            TIM1 + 0x1C,
+            TIM1 + 0x04,
+            TIM1 + 0x40,
+            TIM1 + 0x2C,
+        ],
+    );
+    // PC1 is channel 11, the last of a group of one; 15 clocks.
+    assert_eq!((group >> 20 & 3, group >> 15 & 0x1F, times >> 3 & 7), (0, 11, 0b001));
+    // JAWDEN, AWDSGL and channel 11; AWDIE with the bridge on alone.
+    assert_eq!(control & (1 << 22 | 1 << 9 | 0x1F | 1 << 6), 1 << 22 | 1 << 9 | 11);
+    // JEXTSEL: TIM1_TRGO; JEXTEN: its rising edge, and without a sensor no edge.
+    assert_eq!(trigger >> 16 & 0x3F, 0b01_0001);
+    let [none] = registers(&[], [ADC1 + 0x08]);
+    assert_eq!(none >> 20 & 3, 0);
+    // OC4M: PWM mode 2; MMS: OC4REF.
+    assert_eq!((modes >> 12 & 7, master >> 4 & 7), (0b111, 0b111));
+    assert_eq!(compare, top - 1);
 }
 
 #[test]

@@ -20,6 +20,8 @@ mod cost;
 #[cfg(feature = "emulator")]
 mod crashes;
 #[cfg(feature = "emulator")]
+mod current_sensor;
+#[cfg(feature = "emulator")]
 mod device_link;
 #[cfg(feature = "emulator")]
 mod differences;

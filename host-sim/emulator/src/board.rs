@@ -63,8 +63,33 @@ const RCC_CFGR: u64 = 0x4002_3808;
 const SWS_PLL: u32 = 0b10 << 2;
 const SWS: u32 = 0b11 << 2;
 const RAIL_MV: u32 = 3_300;
-/// PC0, which measures the supply of the bridge, is channel 10 of ADC1.
+/// PC0, which measures the supply of the bridge, is channel 10 of ADC1, and PC1, which measures the
+/// motor's current, channel 11.
 const SUPPLY_CHANNEL: u8 = 10;
+const CURRENT_CHANNEL: u8 = 11;
+/// Control registers, mode of channels 3 and 4, counter and channel 4 of TIM1.
+const TIM1_CR1: u64 = 0x4001_0000;
+const TIM1_CR2: u64 = 0x4001_0004;
+const TIM1_CCMR2: u64 = 0x4001_001C;
+const TIM1_CNT: u64 = 0x4001_0024;
+const TIM1_ARR: u64 = 0x4001_002C;
+const TIM1_CCR4: u64 = 0x4001_0040;
+/// Clock of TIM1 with the crystal and without it, as the firmware configures it, Hz.
+const TIM1_HZ: [u64; 2] = [168_000_000, 16_000_000];
+/// In TIM1_CR1: the timer counts, centre-aligned; and it counts down.
+const COUNTS: u32 = 1;
+const DOWN: u32 = 1 << 4;
+/// In TIM1_CR2 and TIM1_CCMR2: the reference of channel 4, in PWM mode 2, is TRGO.
+const MASTER_MODE: u32 = 0b111 << 4;
+const OC4REF: u32 = 0b111 << 4;
+const OC4_MODE: u32 = 0b111 << 12;
+const OC4_PWM2: u32 = 0b111 << 12;
+/// Second control register of ADC1. In it: the rising edge of TIM1_TRGO starts the injected group,
+/// or a written bit does.
+const ADC1_CR2: u64 = 0x4001_2008;
+const INJECTED_TRIGGER: u32 = 0b11_1111 << 16;
+const RISING_TIM1_TRGO: u32 = 0b01_0001 << 16;
+const JSWSTART: u32 = 1 << 22;
 
 /// Port of the microcontroller, by its place in the emulator's table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -144,6 +169,7 @@ impl EmulatedBoard {
             board.set_option_bytes(factory & !BOR_LEV);
         }
         board.supply(fitted.supply_pin_mv);
+        board.current(RAIL_MV / 2);
         // Its pull-up: the input is active low, and a cut wire must not turn the bridge off.
         board.drive_break(VirtualNanos(0), false);
         Ok(board)
@@ -265,6 +291,46 @@ impl EmulatedBoard {
             if let Some(channel) = Channel::new(SUPPLY_CHANNEL) {
                 converter.set_input(channel, pin_mv);
             }
+        }
+    }
+
+    /// Sets the voltage on the pin that measures the motor's current, mV.
+    pub fn current(&mut self, pin_mv: u32) {
+        for converter in &mut self.mcu.adc {
+            if let Some(channel) = Channel::new(CURRENT_CHANNEL) {
+                converter.set_input(channel, pin_mv);
+            }
+        }
+    }
+
+    /// Returns the next time at which TIM1 triggers the conversion of the current: its count rises
+    /// to the compare value of channel 4. `None` if timer and converter are not set up for that.
+    pub fn next_trigger(&mut self, at: VirtualNanos) -> Option<VirtualNanos> {
+        let [control, master, mode, count, compare, converter, clocks] =
+            [TIM1_CR1, TIM1_CR2, TIM1_CCMR2, TIM1_CNT, TIM1_CCR4, ADC1_CR2, RCC_CFGR]
+                .map(|address| self.peek(at, address).unwrap_or(0));
+        let is_set_up = control & COUNTS != 0
+            && master & MASTER_MODE == OC4REF
+            && mode & OC4_MODE == OC4_PWM2
+            && converter & INJECTED_TRIGGER == RISING_TIM1_TRGO;
+        let top = self.peek(at, TIM1_ARR).unwrap_or(0);
+        let is_rising = control & DOWN == 0;
+        let counts = match (is_rising, count < compare) {
+            (true, true) => compare - count,
+            // Past it: over the top, down to zero, and up again.
+            (true, false) => top.saturating_sub(count) + top + compare,
+            (false, _) => count + compare,
+        };
+        let hz = TIM1_HZ[usize::from(clocks & SWS != SWS_PLL)];
+        let ns = (u64::from(counts) * 1_000_000_000).div_ceil(hz);
+        is_set_up.then_some(VirtualNanos(at.0 + ns))
+    }
+
+    /// Triggers the conversion of the current, as TIM1 does. The emulated microcontroller lacks the
+    /// line from the timer to the converter, and this board adds it.
+    pub fn trigger_current(&mut self, at: VirtualNanos) {
+        if let Some(control) = self.peek(at, ADC1_CR2) {
+            self.poke(at, ADC1_CR2, control | JSWSTART);
         }
     }
 

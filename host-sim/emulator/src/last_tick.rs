@@ -107,7 +107,8 @@ mod tests {
             saturated: false,
             non_finite: true,
             status: 14,
-            law: [15, 16, 17, 18, 19, 20, 21, 22].map(float),
+            current: float(15),
+            law: [16, 17, 18, 19, 20, 21, 22, 23].map(float),
         };
         assert!(same_bits(&found, &expected), "{found:?}");
     }

@@ -7,7 +7,9 @@
 //!
 //! The duty of a tick is taken over a quarter of a sample later, and applies from the tick on. The
 //! plant is then moved by a whole sample at once, and the edges to its new position are sent before
-//! the next tick. Limits: a bridge that turns off within a sample is off for the joint from the
+//! the next tick. The motor's current at the end of that sample is on its pin from there on, and is
+//! converted once, at the next trigger of the timer: further conversions would read the same.
+//! Limits: a bridge that turns off within a sample is off for the joint from the
 //! next sample on.
 
 use rigless::time::{NO_DEADLINE, VirtualNanos};
@@ -34,6 +36,8 @@ pub struct Lockstep<P> {
     noise: i64,
     edge_at: VirtualNanos,
     interval_ns: u64,
+    /// Next conversion of the motor's current.
+    convert_at: VirtualNanos,
 }
 
 impl<P: PlantInterface> Lockstep<P> {
@@ -46,6 +50,7 @@ impl<P: PlantInterface> Lockstep<P> {
             noise: 0,
             edge_at: NO_DEADLINE,
             interval_ns: 0,
+            convert_at: NO_DEADLINE,
         }
     }
 
@@ -105,16 +110,24 @@ impl<P: PlantInterface> PlantCoupling for Lockstep<P> {
     }
 
     fn next(&self) -> VirtualNanos {
-        self.sampling.due.min(self.edge_at)
+        self.sampling.due.min(self.edge_at).min(self.convert_at)
     }
 
     fn act(&mut self, board: &mut EmulatedBoard, at: VirtualNanos) {
+        if self.convert_at <= at {
+            self.convert_at = NO_DEADLINE;
+            board.trigger_current(at);
+        }
         if self.sampling.due <= at {
             let bridge = BridgeInputs::read(board);
             let Sampling { has_ticked, period_ns, .. } = self.sampling;
             // Before the first tick the plant rests, and its time does not count.
             let code = if has_ticked { self.plant.hold(&bridge, period_ns) } else { 0 };
             self.sampling.take(bridge, code);
+            if let Some(pin_mv) = self.plant.current_mv() {
+                board.current(pin_mv);
+                self.convert_at = board.next_trigger(at).unwrap_or(NO_DEADLINE);
+            }
             self.encoders.show(board, at);
             self.replan(at);
         } else if self.edge_at <= at {

@@ -9,11 +9,18 @@ use files::error::Error;
 use files::hardware::STM32F405;
 use simulator::experiment::RunPlan;
 use simulator::plant::{Discs, Plant};
+use simulator::shunt::Shunt;
 
 /// Plant that the bridge drives, and whose position the encoders show.
 pub trait PlantInterface: Send + std::fmt::Debug + 'static {
     /// Returns the positions of the discs.
     fn discs(&self) -> Discs;
+
+    /// Returns the voltage on the pin that measures the motor's current, mV; `None` without a
+    /// sensor.
+    fn current_mv(&self) -> Option<u32> {
+        None
+    }
 
     /// Moves the plant by a sample under the state of the bridge, and returns the drive code of
     /// this state.
@@ -75,6 +82,8 @@ impl PowerStage {
 pub struct DrivenPlant {
     /// Joint, with encoder and amplifier.
     pub plant: Plant<RunJoint>,
+    /// Shunt amplifier of the motor, if it has a sensor of its current.
+    pub shunt: Option<Shunt>,
     stage: PowerStage,
     code: i16,
 }
@@ -85,13 +94,22 @@ impl DrivenPlant {
     /// # Errors
     /// Returns an error that names the invalid value.
     pub fn at_rest(plan: &RunPlan) -> Result<Self, Error> {
-        Ok(Self { plant: plan.plant()?, stage: PowerStage::of(plan)?, code: 0 })
+        Ok(Self {
+            plant: plan.plant()?,
+            shunt: plan.shunt(),
+            stage: PowerStage::of(plan)?,
+            code: 0,
+        })
     }
 }
 
 impl PlantInterface for DrivenPlant {
     fn discs(&self) -> Discs {
         self.plant.discs()
+    }
+
+    fn current_mv(&self) -> Option<u32> {
+        Some(self.shunt.as_ref()?.pin_mv(self.plant.current_a()))
     }
 
     fn hold(&mut self, bridge: &BridgeInputs, period_ns: u64) -> i16 {

@@ -199,6 +199,7 @@ impl<'a> Beside<'a> {
             compare,
             reverse,
             status: 0,
+            current: 0.0,
             ..seen.image
         };
         if !same_bits(&host, &image) {

@@ -11,6 +11,7 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::{Error as _, MapAccess, Unexpected};
 use serde::ser::SerializeMap;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use stiction::control::current_sensor::CurrentSensor;
 use stiction::control::drive::DriveConfig;
 use stiction::control::encoder::Encoder;
 use stiction::control::laws::{Gains, RobustGains};
@@ -97,6 +98,9 @@ pub struct MachineFile {
     /// Bounds of the guarded jog, which a device keeps; the simulator has no use for them.
     #[serde(default)]
     pub jog: ParameterTable<JogBounds>,
+    /// The sensor of the motor's current, if there is one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub current_sensor: Option<ParameterTable<CurrentSensor>>,
     /// What an identification said of the joint.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub identified: Option<IdentifiedTable>,

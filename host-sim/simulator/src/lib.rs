@@ -23,4 +23,5 @@ pub mod properties;
 pub mod rules;
 pub mod run;
 pub mod settling;
+pub mod shunt;
 pub mod target;

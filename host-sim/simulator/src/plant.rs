@@ -75,6 +75,37 @@ pub struct Discs {
     pub is_absolute: bool,
 }
 
+/// Winding of a motor on a bridge: `i = (u - k_e q') / R`, behind the lag of its inductance.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Winding {
+    /// Resistance R, ohm.
+    pub resistance_ohm: f64,
+    /// Back-EMF k_e at the joint, V s/deg.
+    pub back_emf_v_per_deg_per_s: f64,
+}
+
+impl Winding {
+    /// Returns the current (A) under an effort (V), at a speed of the joint (deg/s).
+    fn current_a(&self, effort_v: f64, speed: f64) -> f64 {
+        (effort_v - self.back_emf_v_per_deg_per_s * speed) / self.resistance_ohm
+    }
+}
+
+/// State of the wires between bridge and motor.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum MotorWires {
+    /// Both wires are intact.
+    #[default]
+    Sound,
+    /// A wire is open.
+    Open,
+    /// The wires touch each other behind the sensor of the current.
+    Shorted,
+}
+
+/// Resistance of a short, ohm: two wires and the contact.
+const SHORT_OHM: f64 = 0.1;
+
 /// A joint that moves sample by sample. The solver `S` computes its motion between two samples.
 #[derive(Clone, Debug)]
 pub struct Plant<S> {
@@ -86,6 +117,12 @@ pub struct Plant<S> {
     pub is_unpowered: bool,
     /// External load on the joint, V: a spring, a bumper.
     pub load_v: f64,
+    /// State of the wires between bridge and motor.
+    pub motor_wires: MotorWires,
+    /// Winding of the motor, if its resistance is known.
+    winding: Option<Winding>,
+    /// Current of the motor at the end of the last held effort, A.
+    current_a: f64,
     axis: RobotAxis,
     encoder: EncoderModel,
     /// Encoder of the motor, if `encoder` is a second one on the load.
@@ -123,6 +160,9 @@ impl<S: AxisSolver> Plant<S> {
             brake_v: 0.0,
             is_unpowered: false,
             load_v: 0.0,
+            motor_wires: MotorWires::Sound,
+            winding: None,
+            current_a: 0.0,
             axis,
             encoder,
             motor_encoder: None,
@@ -145,6 +185,18 @@ impl<S: AxisSolver> Plant<S> {
     #[must_use]
     pub fn with_absolute_zero(self, absolute_zero: Option<u32>) -> Self {
         Self { absolute_zero, ..self }
+    }
+
+    /// Adds the winding of the motor, which has a current.
+    #[must_use]
+    pub fn with_winding(self, winding: Option<Winding>) -> Self {
+        Self { winding, ..self }
+    }
+
+    /// Returns the current of the motor at the end of the last held effort, A; zero without a known
+    /// winding.
+    pub const fn current_a(&self) -> f64 {
+        self.current_a
     }
 
     /// Returns the position of the motor in counts of its own encoder; `None` with one encoder.
@@ -234,10 +286,22 @@ impl<S: AxisSolver> Plant<S> {
     /// Puts out a code and holds its effort for a time (s), with the external load. There is no
     /// effort if the output is off or the amplifier has no supply.
     pub fn put_out_and_hold(&mut self, code: i16, is_on: bool, duration_s: f64) {
-        let effort_v = self.put_out(code);
+        let put_out_v = self.put_out(code);
         // The enable pin turns the output off without delay.
-        let effort_v = if is_on && !self.is_unpowered { effort_v } else { 0.0 };
+        let is_driven = is_on && !self.is_unpowered;
+        let reaches = is_driven && self.motor_wires == MotorWires::Sound;
+        let effort_v = if reaches { put_out_v } else { 0.0 };
         self.hold(effort_v + self.load_v, duration_s, &mut |_| {});
+        let Some(winding) = &self.winding else { return };
+        let left_v = self.solver.effort_left();
+        let speed = self.solver.motor_velocity();
+        self.current_a = match self.motor_wires {
+            MotorWires::Open => 0.0,
+            MotorWires::Shorted if is_driven => put_out_v / SHORT_OHM,
+            MotorWires::Sound if is_driven => winding.current_a(effort_v + left_v, speed),
+            // The diodes of the bridge conduct until the current has ended.
+            MotorWires::Sound | MotorWires::Shorted => left_v / winding.resistance_ohm,
+        };
     }
 
     /// Moves the joint for a time (s) under a held effort (V), which includes any load.

@@ -8,6 +8,7 @@
 //! [`ClosedLoop`](crate::closed_loop::ClosedLoop) steps each of them against a
 //! [`Plant`](crate::plant::Plant). The flash image in lockstep is `emulator/side_by_side.rs`.
 
+use stiction::control::current_sensor::CurrentSensor;
 use stiction::control::encoder::EncoderState;
 use stiction::control::profile::Profile;
 use stiction::control::reference::Reference;
@@ -44,6 +45,7 @@ impl Counters {
             counter,
             supply,
             lines: 0,
+            current: 0,
             load: EncoderReading { counter: load, lines: 0, is_missing: false },
         }
     }
@@ -127,6 +129,8 @@ impl WatchedServo {
     /// Returns an error if the servo refuses to be armed.
     pub fn new(mut parameters: Parameters, counters: Counters, counts: i32) -> Result<Self, Error> {
         parameters.device.autostart = false;
+        // A run does not simulate the current; a simulated device does.
+        parameters.current = CurrentSensor::NONE;
         from_start(&mut parameters.motion, counts);
         let device = &parameters.device;
         // Without a nominal value, the middle of the converter's range.

@@ -117,6 +117,10 @@ pub(crate) struct MonitorState {
     range: PositionLimits,
     supply: SupplyState,
     thermal: ThermalState,
+    /// Measured current, as the code at standstill that causes it; none without a sensor.
+    measured: Option<f32>,
+    /// Measured current, A; zero without a sensor.
+    current: f32,
     link: LinkState,
     wound_up: u32,
     warning: bool,
@@ -296,6 +300,11 @@ impl Monitors {
         self.following.is_jump(distance)
     }
 
+    /// Stores the measured current of a tick, A, and the effort at standstill that causes it, V.
+    pub fn measure(&self, state: &mut MonitorState, current: f32, volts: f32) {
+        (state.current, state.measured) = (current, Some(volts / self.units.code));
+    }
+
     /// Returns the state at arming.
     pub fn armed(
         &self,
@@ -428,7 +437,11 @@ impl Monitors {
         if let Some(fault) = self.supply.check(&mut state.supply, supply) {
             return trip(fault, f32::from(supply) * self.units.supply);
         }
-        if self.thermal.check(&mut state.thermal, code, tick.velocity) {
+        let is_hot = match state.measured {
+            None => self.thermal.check(&mut state.thermal, code, tick.velocity),
+            Some(measured) => self.thermal.check_measured(&mut state.thermal, measured),
+        };
+        if is_hot {
             return trip(Fault::Overheat, state.thermal.effort() * self.units.code);
         }
         if let Some(ticks) = self.link.check(&mut state.link) {
@@ -444,6 +457,12 @@ impl MonitorState {
     #[inline]
     pub const fn probes(&self) -> bool {
         self.probe.runs()
+    }
+
+    /// Returns the measured current of the last tick, A; zero without a sensor.
+    #[inline]
+    pub const fn current(&self) -> f32 {
+        self.current
     }
 
     /// Returns the range of positions since arming.

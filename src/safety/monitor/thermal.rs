@@ -1,8 +1,9 @@
-//! A thermal model of the motor's winding: the square of its current, estimated, through a
-//! first-order lag (I2t).
+//! A thermal model of the motor's winding: the square of its current, measured or estimated,
+//! through a first-order lag (I2t).
 //!
 //! ```text
-//! R i = effort - k_e v                       volts; k_e v is the back-EMF at the joint's speed v
+//! R i = effort - k_e v                       volts; k_e v is the back-EMF at the joint's speed v;
+//!                                            with a sensor, i is its current
 //! heat += ((R i)^2 - heat) h / tau           trips when heat > continuous^2
 //! ```
 //!
@@ -11,9 +12,10 @@
 //! matter. The winding cools while the bridge is off. It stays warm when the servo is armed again,
 //! when parameters change, and across a reset ([`Boot`](crate::servo::Boot)).
 //!
-//! Does badly: it measures nothing. It models neither the room nor the housing, and an inductance
-//! makes the current less than modelled. If the encoder counts a motion that does not exist, the
-//! model subtracts a back-EMF that does not exist. Without power the heat is forgotten.
+//! Does badly: it models neither the room nor the housing, and without power the heat is forgotten.
+//! Without a sensor of the current it measures nothing: an inductance makes the current less than
+//! modelled, and a motion that the encoder counts and that does not exist has a back-EMF that does
+//! not exist either.
 
 use super::limits::{Limits, Units};
 
@@ -48,7 +50,12 @@ impl Thermal {
     /// Takes the code of a tick and the joint's speed, deg/s.
     #[inline]
     pub fn check(&self, state: &mut ThermalState, code: i32, velocity: f32) -> bool {
-        let current = code as f32 - self.back_emf * velocity;
+        self.check_measured(state, code as f32 - self.back_emf * velocity)
+    }
+
+    /// Takes the current of a tick, as the code at standstill that causes it.
+    #[inline]
+    pub fn check_measured(&self, state: &mut ThermalState, current: f32) -> bool {
         state.heat += (current * current - state.heat) * self.share;
         state.heat > self.most
     }

@@ -23,6 +23,7 @@ fn a_device_announces_its_signals_with_names_and_units() {
         ("v_applied", "v_applied_v", "V", Form::Number),
         ("code", "code", "", Form::Whole),
         ("saturated", "saturated", "", Form::Bits),
+        ("current", "current_a", "A", Form::Number),
     ] {
         let found = &signals[index(place)];
         assert_eq!((&*found.name, &*found.unit, found.form), (name, unit, form), "{place}");
@@ -34,6 +35,7 @@ fn a_device_announces_its_signals_with_names_and_units() {
             "deg/s" => "_deg_per_s",
             "deg/s^2" => "_deg_per_s2",
             "V" => "_v",
+            "A" => "_a",
             "counts" => "counts",
             "" => "",
             other => panic!("{other}: say here how it is written in a name"),

@@ -20,7 +20,11 @@ const FROM_THE_BOARD: [Fault; 5] =
     [Fault::Overrun, Fault::BreakInput, Fault::ClockLost, Fault::Panic, Fault::Watchdog];
 
 /// The other faults, and why they are in no row.
-const ELSEWHERE: [(Fault, &str); 13] = [
+const ELSEWHERE: [(Fault, &str); 17] = [
+    (Fault::OverCurrent, "it takes a sensor of the current: tests/device/current_sensor.rs"),
+    (Fault::CurrentSensor, "the same"),
+    (Fault::MotorOpen, "the same"),
+    (Fault::MotorShorted, "the same"),
     (Fault::EncodersDisagree, "it takes two encoders: both_encoders.rs beside this folder"),
     (Fault::EncoderSilent, "it takes an absolute encoder: tests/device/absolute_encoder.rs"),
     (Fault::EncoderOpen, "at rest only: tests/device/open_line.rs"),

@@ -437,6 +437,10 @@ impl Joint for FlexibleJoint {
         Turn { position: self.ends[2], velocity: self.ends[3] }
     }
 
+    fn effort_left(&self) -> f64 {
+        self.lag.left()
+    }
+
     #[inline]
     fn is_stuck(&self) -> bool {
         self.bodies[MOTOR].sense == 0.0 && self.bodies[LOAD].sense == 0.0

@@ -133,6 +133,16 @@ impl<J: Joint> AxisSolver for InCoreUnits<J> {
     }
 
     #[inline]
+    fn motor_velocity(&self) -> f64 {
+        self.joint.motor().velocity.to_degrees()
+    }
+
+    #[inline]
+    fn effort_left(&self) -> f64 {
+        self.units.volts(self.joint.effort_left())
+    }
+
+    #[inline]
     fn stuck(&self) -> bool {
         self.joint.is_stuck()
     }

@@ -332,6 +332,10 @@ impl Joint for LuGreJoint {
         self.motor()
     }
 
+    fn effort_left(&self) -> f64 {
+        self.lag.left()
+    }
+
     #[inline]
     fn is_stuck(&self) -> bool {
         self.frozen

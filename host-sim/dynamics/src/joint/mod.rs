@@ -77,6 +77,12 @@ pub trait Joint {
     /// Returns angle and speed of the load.
     fn load(&self) -> Turn;
 
+    /// Returns the rest of the former effort behind the lag of the winding (N m): the present
+    /// effort minus the held one.
+    fn effort_left(&self) -> f64 {
+        0.0
+    }
+
     /// Returns whether the whole joint is at rest, and stays so while nothing changes.
     fn is_stuck(&self) -> bool;
 
@@ -133,6 +139,10 @@ impl Joint for AnyJoint {
     #[inline]
     fn load(&self) -> Turn {
         each!(self, joint => joint.load())
+    }
+
+    fn effort_left(&self) -> f64 {
+        each!(self, joint => joint.effort_left())
     }
 
     #[inline]

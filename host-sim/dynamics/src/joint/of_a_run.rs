@@ -92,6 +92,16 @@ impl AxisSolver for RunJoint {
     }
 
     #[inline]
+    fn motor_velocity(&self) -> f64 {
+        either!(self, joint => joint.motor_velocity())
+    }
+
+    #[inline]
+    fn effort_left(&self) -> f64 {
+        either!(self, joint => joint.effort_left())
+    }
+
+    #[inline]
     fn stuck(&self) -> bool {
         either!(self, joint => joint.stuck())
     }

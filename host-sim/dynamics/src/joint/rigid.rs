@@ -363,6 +363,10 @@ impl Joint for RigidJoint {
         self.motor()
     }
 
+    fn effort_left(&self) -> f64 {
+        self.lag.left()
+    }
+
     #[inline]
     fn is_stuck(&self) -> bool {
         self.sense == 0.0

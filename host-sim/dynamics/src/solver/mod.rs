@@ -78,6 +78,19 @@ pub trait AxisSolver {
     /// Returns the joint velocity, deg/s.
     fn velocity(&self) -> f64;
 
+    /// Returns the velocity of the motor behind the gear, deg/s of the joint.
+    #[inline]
+    fn motor_velocity(&self) -> f64 {
+        self.velocity()
+    }
+
+    /// Returns the rest of the former effort behind the lag of the winding, V: the present effort
+    /// minus the held one.
+    #[inline]
+    fn effort_left(&self) -> f64 {
+        0.0
+    }
+
     /// Returns whether the joint is stuck.
     fn stuck(&self) -> bool;
 
@@ -125,6 +138,16 @@ impl<S: AxisSolver> AxisSolver for &mut S {
     #[inline]
     fn velocity(&self) -> f64 {
         (**self).velocity()
+    }
+
+    #[inline]
+    fn motor_velocity(&self) -> f64 {
+        (**self).motor_velocity()
+    }
+
+    #[inline]
+    fn effort_left(&self) -> f64 {
+        (**self).effort_left()
     }
 
     #[inline]

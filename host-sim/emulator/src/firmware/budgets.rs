@@ -13,6 +13,9 @@ pub const CORE_INSTRUCTIONS_ALONE: u32 = 1000;
 pub const INTERRUPT_INSTRUCTIONS: u32 = 1400;
 /// Instructions of the whole control interrupt under `robust`.
 pub const INTERRUPT_INSTRUCTIONS_ALONE: u32 = 2000;
+/// Instructions that a sensor of the motor's current may add to the control interrupt: measurement,
+/// limit of the effort, and the faults of wires and sensor.
+pub const INTERRUPT_INSTRUCTIONS_OF_SENSOR: u32 = 150;
 /// Bytes of flash, of the 768 KiB that `memory.x` leaves below the parameters' two sectors.
 ///
 /// They are sectors 0 to 5; sectors 0 to 4, 128 KiB, have no room for the homing. The
@@ -52,7 +55,8 @@ pub struct LawBudget {
 
 impl LawBudget {
     /// Returns the limits of a law in the image for this number of encoders. A name that ends in
-    /// `-bus` is that of a law with the load's encoder on a bus.
+    /// `-bus` is that of a law with the load's encoder on a bus, and one that ends in `-sensor`
+    /// that of a law with a sensor of the motor's current.
     pub fn of(law: &str, encoders: u8) -> Self {
         let is_alone = law.starts_with("robust");
         if encoders > 1 {
@@ -63,16 +67,20 @@ impl LawBudget {
             };
             return Self { core: None, interrupt, state };
         }
+        let of_sensor = match law.ends_with("-sensor") {
+            true => INTERRUPT_INSTRUCTIONS_OF_SENSOR,
+            false => 0,
+        };
         if is_alone {
             return Self {
                 core: Some(CORE_INSTRUCTIONS_ALONE),
-                interrupt: INTERRUPT_INSTRUCTIONS_ALONE,
+                interrupt: INTERRUPT_INSTRUCTIONS_ALONE + of_sensor,
                 state: LAW_STATE_BYTES_ALONE,
             };
         }
         Self {
             core: Some(CORE_INSTRUCTIONS),
-            interrupt: INTERRUPT_INSTRUCTIONS,
+            interrupt: INTERRUPT_INSTRUCTIONS + of_sensor,
             state: LAW_STATE_BYTES,
         }
     }

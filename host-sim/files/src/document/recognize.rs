@@ -7,8 +7,9 @@ use toml::Table;
 use super::read;
 
 /// Names of tables. The file of a machine or of an experiment has at least one of them.
-const TABLES: [&str; 22] = [
+const TABLES: [&str; 23] = [
     "controller",
+    "current_sensor",
     "device",
     "drive",
     "encoder",

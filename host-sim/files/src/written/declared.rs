@@ -1,5 +1,6 @@
 //! Declarations of the core for the tables of a file.
 
+use stiction::control::current_sensor::CurrentSensor;
 use stiction::control::drive::DriveConfig;
 use stiction::control::encoder::Encoder;
 use stiction::control::laws::{Gains, RobustDualGains};
@@ -67,7 +68,8 @@ declared!(
     DeviceConfig,
     Limits,
     ProfileLimits,
-    JogBounds
+    JogBounds,
+    CurrentSensor
 );
 
 /// Returns the name of a law, with a mark if it runs on the host only.

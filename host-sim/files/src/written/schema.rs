@@ -125,7 +125,8 @@ fn bounds(about: &About, allowed: Option<Allowed>) -> Bounds {
             return Bounds::None;
         }
     };
-    let [low_name, high_name] = ends(about.bounds).map(|end| end.and_then(in_names));
+    let [low_name, high_name] =
+        ends(about.bounds).map(|end| end.and_then(|end| in_names(end, about.table)));
     if low_name.is_none() && high_name.is_none() {
         return if is_above { Bounds::Above(low, high) } else { Bounds::Between(low, high) };
     }
@@ -147,12 +148,13 @@ fn ends(bounds: &str) -> [Option<&str>; 2] {
 }
 
 /// Returns `drive.full_scale / 32_768.0` in the names of a file, `full_scale_v / 32768`; `None` if
-/// the expression names no value.
-fn in_names(expression: &str) -> Option<String> {
+/// the expression names no value. Of values with the same field, that of the own `table` is meant.
+fn in_names(expression: &str, table: &str) -> Option<String> {
     let name = |word: &str| {
         let (_, field) = word.split_once('.')?;
-        let about = stiction::parameters::declarations().find(|about| about.field == field)?;
-        Some(about.name.to_owned())
+        let named = || stiction::parameters::declarations().filter(|about| about.field == field);
+        let own = named().find(|about| about.table == table);
+        own.or_else(|| named().next()).map(|about| about.name.to_owned())
     };
     expression.split(' ').find_map(name)?;
     let words = expression.split(' ').map(|word| {

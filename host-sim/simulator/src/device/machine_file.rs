@@ -120,7 +120,8 @@ fn known(parameters: &Parameters) -> Result<Table, Error> {
 
 /// Returns the machine's file with these parameters and an empty joint.
 fn of(parameters: &Parameters) -> MachineFile {
-    let Parameters { controller: config, motion, device, limits, profile, jog } = parameters;
+    let Parameters { controller: config, motion, device, limits, profile, jog, current } =
+        parameters;
     let laws: Vec<LawName> = config.compensator.iter().map(|law| LawName(Some(*law))).collect();
     let (name, laws) = match laws[..] {
         [] => (PD.to_owned(), None),
@@ -171,6 +172,7 @@ fn of(parameters: &Parameters) -> MachineFile {
         limits: ParameterTable::out(limits),
         profile: ParameterTable::out(profile),
         jog: ParameterTable::out(jog),
+        current_sensor: current.is_there().then(|| ParameterTable::out(current)),
         identified: None,
         spread: BTreeMap::new(),
         run: RunSettings::default(),

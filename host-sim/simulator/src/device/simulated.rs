@@ -14,7 +14,9 @@ use stiction::{Device, Parameters};
 
 use crate::experiment::RunPlan;
 use crate::flash::{SECTOR, SimulatedFlash};
+pub use crate::plant::MotorWires;
 use crate::plant::Plant;
+pub use crate::shunt::{Shunt, ShuntState};
 use dynamics::joint::RunJoint;
 use dynamics::solver::AxisSolver as _;
 pub use files::encoder::Wires;
@@ -84,6 +86,12 @@ pub struct SimulatedDevice {
     pub is_unpowered: bool,
     /// External load on the joint, V: a spring, a bumper.
     pub load_v: f64,
+    /// Shunt amplifier of the motor, if it has a sensor of its current.
+    pub shunt: Option<Shunt>,
+    /// State of the wires between bridge and motor.
+    pub motor_wires: MotorWires,
+    /// Whether the bridge was on since the last tick.
+    was_on: bool,
     plant: Plant<RunJoint>,
     encoder: WiredCounter,
     /// Counter of the load's encoder, if there are two.
@@ -131,6 +139,9 @@ impl SimulatedDevice {
             brake_v: 0.0,
             is_unpowered: false,
             load_v: 0.0,
+            shunt: plan.shunt(),
+            motor_wires: MotorWires::Sound,
+            was_on: false,
             plant,
             encoder: WiredCounter::at(counter),
             load_encoder: has_two.then(|| WiredCounter::at(load.counter)),
@@ -154,11 +165,21 @@ impl SimulatedDevice {
             Some(load) => load.read(sound.load.counter, self.load_wires, pulls_down),
             None => EncoderReading::default(),
         };
-        let output = self.device.tick(Input { counter, supply: self.supply, lines, load });
+        let current = self.shunt.map_or(0, |shunt| shunt.reading(self.plant.current_a()));
+        if self.was_on
+            && let Some([low, high]) = self.device.servo().current_window()
+            && !(low..=high).contains(&current)
+        {
+            // The converter's watchdog sees it within a period of the PWM.
+            self.device.servo().over_current(current);
+        }
+        let output = self.device.tick(Input { counter, supply: self.supply, lines, current, load });
+        self.was_on = output.enable;
         self.remember(output.clock, ahead_deg);
         self.plant.brake_v = self.brake_v;
         self.plant.is_unpowered = self.is_unpowered;
         self.plant.load_v = self.load_v;
+        self.plant.motor_wires = self.motor_wires;
         self.plant.put_out_and_hold(output.tick.code, output.enable, self.plant.sample_time_s());
         output
     }
@@ -206,6 +227,11 @@ impl SimulatedDevice {
         if let Some(load) = &mut self.load_encoder {
             load.counter = load.counter.wrapping_add(counts as u32);
         }
+    }
+
+    /// Returns the true current of the motor, A.
+    pub const fn current_a(&self) -> f64 {
+        self.plant.current_a()
     }
 
     /// Returns the true position of the joint, deg.

@@ -1,8 +1,11 @@
 //! Parameters of a board for a run, validated as on the board, and their record for its flash.
 
+use stiction::control::current_sensor::CurrentSensor;
+use stiction::control::drive::{DriveConfig, PwmMode};
 use stiction::motion::jog::JogBounds;
 use stiction::parameters::{DeviceConfig, ROOM};
 use stiction::safety::monitor::limits::CERTAIN;
+use stiction::units::value::Table as _;
 use stiction::{Limits, Parameters, ProfileLimits};
 
 use super::plan::RunPlan;
@@ -88,11 +91,47 @@ pub fn assembled(plan: &RunPlan) -> Result<Parameters, Error> {
     if let Some(tolerance_deg) = plan.machine.goal.tolerance_deg {
         derived.probe_error = tolerance_deg as f32;
     }
+    let current = current_sensor(plan)?;
+    if let Some(winding) = plan.winding()? {
+        derived.back_emf = winding.back_emf_v_per_deg_per_s as f32;
+        if current.is_there() {
+            // The heat is that of the measured current, through the resistance of the sensor.
+            derived.continuous_effort *= current.resistance / winding.resistance_ohm as f32;
+        }
+    }
     let limits = plan.machine.limits.core(derived);
     let profile =
         plan.machine.profile.core(ProfileLimits::derived(&controller, limits.overspeed, gain));
     let jog = plan.machine.jog.core(JogBounds::derived(&controller, &device, breakaway));
-    Ok(Parameters { controller, motion, device, limits, profile, jog })
+    Ok(Parameters { controller, motion, device, limits, profile, jog, current })
+}
+
+/// Returns the sensor of the motor's current, with the resistance of the file's motor if the
+/// sensor's table lacks it.
+fn current_sensor(plan: &RunPlan) -> Result<CurrentSensor, Error> {
+    let Some(table) = &plan.machine.current_sensor else { return Ok(CurrentSensor::NONE) };
+    let full_scale = table.number("full_scale_a").unwrap_or_default() as f32;
+    if full_scale.is_nan() || full_scale <= 0.0 {
+        let found = full_scale.to_string();
+        return Err(plan.refuse("current_sensor.full_scale_a", &found, "a number above 0"));
+    }
+    if plan.machine.drive.core(DriveConfig::EXAMPLE).mode == PwmMode::Analog {
+        return Err(Error::Input(format!(
+            "{}: `[current_sensor]` needs a bridge; remove the table, or set `drive.mode` to \
+             \"locked-antiphase\" or \"sign-magnitude\"",
+            plan.origin
+        )));
+    }
+    let written = table.number("resistance_ohm");
+    let Some(resistance) = written.or(plan.winding()?.map(|winding| winding.resistance_ohm)) else {
+        return Err(Error::Input(format!(
+            "{}: `[current_sensor]` needs the resistance of the winding: set \
+             `current_sensor.resistance_ohm`, or `motor.resistance_ohm` of a motor that a bridge \
+             drives",
+            plan.origin
+        )));
+    };
+    Ok(table.core(CurrentSensor::derived(full_scale, resistance as f32)))
 }
 
 /// Returns the effort that starts the joint, V: `limits.breakaway_v` of the file, or else the

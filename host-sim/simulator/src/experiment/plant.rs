@@ -4,15 +4,17 @@
 use stiction::control::motor_encoder::{self, MotorEncoder};
 
 use super::plan::RunPlan;
-use crate::plant::{Delay, Plant};
+use crate::plant::{Delay, Plant, Winding};
+use crate::shunt::Shunt;
 use dynamics::joint::{RunJoint, Substitute};
-use files::data_sheet::tables::LoadEncoderKind;
+use files::data_sheet::tables::{DrivenBy, LoadEncoderKind};
 use files::data_sheet::{
     DataSheet, LoopSide, Mapping, Mount, SheetAxis, SheetFactors, SheetRefusal, SheetTables,
     UnseenSlack, WrittenDrive,
 };
 use files::error::Error;
 use files::machine::AxisSolverName;
+use stiction::control::current_sensor::CurrentSensor;
 
 impl RunPlan {
     /// Returns the joint of this run, or that of its [truth](Self::truth), with amplifier and
@@ -30,7 +32,39 @@ impl RunPlan {
         let scale = [self.machine.drive.lsb_v(), sample_time_s];
         let plant = Plant::new(solver, axis, encoder, scale, self.delay());
         let absolute_zero = self.absolute_zero();
-        Ok(plant.with_motor_encoder(self.motor_encoder()?).with_absolute_zero(absolute_zero))
+        let plant = plant.with_motor_encoder(self.motor_encoder()?);
+        Ok(plant.with_absolute_zero(absolute_zero).with_winding(self.winding()?))
+    }
+
+    /// Returns the winding of the file's motor; `None` if its resistance is not in the file, or an
+    /// amplifier sets its current. Without a data sheet, `[current_sensor]` and `[limits]` have its
+    /// numbers.
+    ///
+    /// # Errors
+    /// Returns an error that names the invalid value.
+    pub fn winding(&self) -> Result<Option<Winding>, Error> {
+        if let Some((sheet, _)) = self.sheet()? {
+            let is_bridge = sheet.motor.driven_by == DrivenBy::Voltage;
+            let resistance_ohm = sheet.motor.resistance_ohm.filter(|_| is_bridge);
+            let back_emf_v_per_deg_per_s =
+                (sheet.gear.ratio * sheet.motor.kt_nm_per_a).to_radians();
+            return Ok(resistance_ohm
+                .map(|resistance_ohm| Winding { resistance_ohm, back_emf_v_per_deg_per_s }));
+        }
+        let table = self.machine.current_sensor.as_ref();
+        let resistance_ohm = table.and_then(|table| table.number("resistance_ohm"));
+        let back_emf = self.machine.limits.number("back_emf_v_per_deg_per_s");
+        Ok(resistance_ohm.map(|resistance_ohm| Winding {
+            resistance_ohm,
+            back_emf_v_per_deg_per_s: back_emf.unwrap_or(0.0),
+        }))
+    }
+
+    /// Returns the shunt amplifier of the motor; `None` without `[current_sensor]`.
+    pub fn shunt(&self) -> Option<Shunt> {
+        let table = self.machine.current_sensor.as_ref()?;
+        let sensor: CurrentSensor = table.core(CurrentSensor::NONE);
+        sensor.is_there().then(|| Shunt::of(&sensor))
     }
 
     /// Returns the joint of this run, at rest: the axis of the file, the joint of its data sheet,

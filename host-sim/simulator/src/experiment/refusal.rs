@@ -136,7 +136,7 @@ impl RunPlan {
     fn is_derived(&self, key: &str) -> bool {
         let table = key.split('.').next().unwrap_or_default();
         OF_A_SHEET.contains(&key)
-            || ["limits", "profile", "jog"].contains(&table)
+            || ["limits", "profile", "jog", "current_sensor"].contains(&table)
                 && self.value_at(&key.split('.').collect::<Vec<_>>()).is_none()
     }
 }

@@ -99,9 +99,12 @@ pub fn is_leading(name: &str) -> bool {
     LEADING.iter().any(|column| column.name() == name)
 }
 
-/// Returns the columns of a run: the leading ones, then every other signal of the core.
+/// Returns the columns of a run: the leading ones, then every other signal of the core but the
+/// motor's current, which only a device measures.
 pub fn of_a_run() -> Vec<SeriesColumn> {
-    let others = SIGNALS.iter().enumerate().filter(|(_, signal)| !is_leading(signal.name));
+    const CURRENT: &str = signal::name("current");
+    let is_other = |name| !is_leading(name) && name != CURRENT;
+    let others = SIGNALS.iter().enumerate().filter(|(_, signal)| is_other(signal.name));
     LEADING.into_iter().chain(others.map(|(place, _)| SeriesColumn::Signal(place))).collect()
 }
 

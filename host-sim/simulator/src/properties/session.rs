@@ -99,7 +99,7 @@ impl CheckedDevice {
         let Some(device) = &mut self.device else { return };
         // A load that moves as its motor does, if the parameters have two encoders.
         let load = EncoderReading { counter: self.counter, ..EncoderReading::default() };
-        let output = device.tick(Input { counter: self.counter, supply, lines: 0, load });
+        let output = device.tick(Input { counter: self.counter, supply, load, ..Input::default() });
         let Some(drive) =
             device.parameters().and_then(|p| Drive::new(&p.controller.drive, &STM32F405).ok())
         else {

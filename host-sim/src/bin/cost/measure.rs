@@ -38,7 +38,17 @@ const STEP_OF_TWO: &str = "step-5.0";
 /// The chip on the load, on a bus that a tick waits for; and the mark of its rows.
 const CHIP: [&str; 2] = ["load_encoder.kind=as5047p", "load_encoder.zero_counts=0"];
 pub const ON_THE_BUS: &str = "-bus";
-/// Time of each of its runs: the soft start, and two seconds of the motion.
+/// The step that is run with a sensor of the motor's current, the sensor, the laws with the longest
+/// ticks, and the mark of their rows.
+const SENSED: (&str, &str, &str) = ("step-response", "step-5.0", "run.duration_s=4");
+const SENSOR: [&str; 3] = [
+    "current_sensor.full_scale_a=30",
+    "current_sensor.resistance_ohm=0.5",
+    "limits.back_emf_v_per_deg_per_s=0.001",
+];
+const WITH_SENSOR: [&str; 2] = ["observer", "robust"];
+pub const SENSOR_ROW: &str = "-sensor";
+/// Time of each run of two encoders: the soft start, and two seconds of the motion.
 const SECONDS_OF_TWO: &str = "run.duration_s=4";
 /// Controller whose runs provide the set points and positions for the yardsticks.
 const FEEDS: &str = "srnf";
@@ -83,7 +93,9 @@ pub fn measure(image: &Path, yardstick: Option<&Path>) -> Result<CostMeasurement
         probes.iter().chain(&repeated).chain(&moved).map(|probe| probe.stack).max().unwrap_or(0);
     for (plan, Probe { ticks, .. }) in again.iter().zip(&repeated) {
         let is_same = |known: &RunPlan| {
-            known.label == plan.label && known.absolute_zero() == plan.absolute_zero()
+            known.label == plan.label
+                && known.absolute_zero() == plan.absolute_zero()
+                && known.shunt() == plan.shunt()
         };
         let first = fast.iter().zip(&probes).find(|(known, _)| is_same(known));
         repeats(&plan.label, first.map_or(&[], |(_, probe)| &probe.ticks), ticks)?;
@@ -92,6 +104,9 @@ pub fn measure(image: &Path, yardstick: Option<&Path>) -> Result<CostMeasurement
         let mut name = plan.controller.clone().unwrap_or_default();
         if plan.absolute_zero().is_some() {
             name += ON_THE_BUS;
+        }
+        if plan.shunt().is_some() {
+            name += SENSOR_ROW;
         }
         match laws.iter_mut().find(|(known, _)| *known == name) {
             Some((_, all)) => all.extend(ticks),
@@ -130,11 +145,12 @@ struct Motions {
 
 impl Motions {
     fn of_one_encoder() -> Result<Self, Error> {
-        Ok(Self {
-            fast: every_motion(&[&counted::EVERYTHING_ON[..], &[FAST]].concat())?,
-            again: one_motion(AGAIN, &[])?,
-            profiled: one_motion(PROFILED, &[FAST])?,
-        })
+        let mut fast = every_motion(&[&counted::EVERYTHING_ON[..], &[FAST]].concat())?;
+        let sensed = one_motion(SENSED, &[&SENSOR[..], &[FAST]].concat())?;
+        fast.extend(sensed.into_iter().filter(|plan| {
+            plan.controller.as_deref().is_some_and(|law| WITH_SENSOR.contains(&law))
+        }));
+        Ok(Self { fast, again: one_motion(AGAIN, &[])?, profiled: one_motion(PROFILED, &[FAST])? })
     }
 
     fn of_two_encoders() -> Result<Self, Error> {

@@ -13,7 +13,7 @@ use stiction::control::laws::robust_dual::RobustDualState;
 use stiction::control::laws::{Gains, LawState};
 use stiction::positioner::{PdState, PositionerState, RunawayState};
 
-use crate::measure::{CostMeasurement, ON_THE_BUS};
+use crate::measure::{CostMeasurement, ON_THE_BUS, SENSOR_ROW};
 
 /// Returns the size of the state of a yardstick on the `positioner` interface, bytes; `None` for
 /// another yardstick.
@@ -31,6 +31,7 @@ fn state_of(name: &str, encoders: u8) -> usize {
     if name.starts_with("robust") && encoders > 1 {
         return size_of::<RobustDualState>();
     }
+    let name = name.trim_end_matches(SENSOR_ROW);
     Gains::EXAMPLES.iter().find(|law| law.name() == name).map_or(0, Gains::state_bytes)
 }
 
@@ -59,6 +60,8 @@ pub fn table(measured: &CostMeasurement, compiler: &str) -> String {
     let mut heads = vec![("budget", ""), ("of robust", "robust")];
     if measured.encoders > 1 {
         heads.push(("on a bus", &with_bus));
+    } else {
+        heads.extend([("with sensor", "-sensor"), ("of robust", "robust-sensor")]);
     }
     for (head, law) in heads {
         let LawBudget { core, interrupt, state } = LawBudget::of(law, measured.encoders);

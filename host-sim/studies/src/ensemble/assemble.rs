@@ -1,6 +1,7 @@
 //! Parameters of a servo for a law on a joint: the same as from a machine's file with the same
 //! figures, with every limit and every time at its default.
 
+use stiction::control::current_sensor::CurrentSensor;
 use stiction::control::drive::DriveConfig;
 use stiction::control::encoder::{CounterBits, Encoder};
 use stiction::control::reference::{Corner, Reference, Trajectory};
@@ -46,7 +47,8 @@ pub fn parameters(bounds: &JointBounds, gains: &ControllerGains) -> Parameters {
     };
     let profile = ProfileLimits::derived(&controller, limits.overspeed, gain);
     let jog = JogBounds::derived(&controller, &device, breakaway);
-    Parameters { controller, motion: Motion::Hold, device, limits, profile, jog }
+    let current = CurrentSensor::NONE;
+    Parameters { controller, motion: Motion::Hold, device, limits, profile, jog, current }
 }
 
 /// A trajectory with the ticks in which it is judged.

@@ -401,6 +401,7 @@ mod tests {
             limits: Limits::EXAMPLE,
             profile: ProfileLimits::EXAMPLE,
             jog: stiction::motion::jog::JogBounds::EXAMPLE,
+            current: stiction::control::current_sensor::CurrentSensor::NONE,
         }
     }
 

@@ -1,0 +1,445 @@
+//! The motor's current: its measurement, and the faults that it shows.
+//!
+//! ```text
+//! i = +-(reading - offset) unit              offset: mean at rest, bridge off
+//! w = u - k_e v,  d = k_e |v| / 4            of the effort u since the tick; k_e may be off by d
+//! e = (|w| + d) / R                          largest expected current
+//! e_d = sgn(w) max(|w| - d - V_d, 0) / R     smallest one; V_d is what the dead time may cost
+//!
+//! open:      |E_d| > i_0, |I| < |E_d| / 4                no current
+//! reversed:  |E_d| > i_0, |I| > |E_d| / 4, I E_d < 0     the other way
+//! shorted:   |I| > 2 E + i_0                             too much current
+//! ```
+//!
+//! I, E and E_d are i, e and e_d behind the same first-order lag of 20 ms, which a winding with an
+//! inductance is small against. Each condition has to hold for 20 ms and three ticks. If no current
+//! is measured, and the encoder moves the way of the effort without losing a tenth of its speed
+//! meanwhile, the sensor is dead, not the wire. `i_0` is a fiftieth of the sensor's range. An
+//! offset more than a twentieth of the range away from its middle forbids arming.
+//!
+//! Guarantees: with the effort above `R i_0 + V_d`, an open wire is found within 0.1 s.
+//! Does badly: one shunt in line with the motor does not distinguish an open wire from a bridge
+//! that is not enabled or not supplied; a joint that coasts almost without friction looks as if its
+//! sensor was dead. An effort below `R i_0 + V_d` shows none of these faults. A
+//! resistance that is off by more than a factor of two is reported as a short or as an open wire,
+//! and so is a motor that crosses the slack before an encoder on the load.
+
+use crate::control::current_sensor::CurrentSensor;
+use crate::control::encoder::Direction;
+use crate::safety::fault::Fault;
+
+/// Time constant of the lag, and time for which a condition has to hold, s.
+const TIME: f32 = 0.02;
+
+/// Smallest number of ticks for which a condition has to hold.
+const FEWEST: u16 = 3;
+
+/// Part of the sensor's range: the smallest expected current that is judged. The offset of an
+/// amplifier drifts by less than that between two armings, and noise of a few readings is less.
+const LEAST: f32 = 0.02;
+
+/// Part of the sensor's range: the largest error of the offset.
+const OFFSET: f32 = 0.05;
+
+/// Part of the back-EMF by which it may be off: tolerance of the torque constant and warm magnets.
+const INDUCED: f32 = 0.25;
+
+/// Part of the expected current below which none flows.
+const NONE: f32 = 0.25;
+
+/// Factor of the expected current beyond which there is a short.
+const SHORT: f32 = 2.0;
+
+/// Readings at rest whose mean is the offset. Later ones replace the older ones.
+const READINGS: u16 = 32;
+
+/// Readings at rest without which the motor is not armed.
+const FEWEST_READINGS: u16 = 4;
+
+/// Time after a motion in which the current of the winding ends, s: ten time constants of 5 ms.
+const ENDS: f32 = 0.05;
+
+/// Part of its speed that a joint without a current has lost to its friction when the fault comes.
+const COASTS: f32 = 0.9;
+
+/// Travel the way of the effort that shows that the motor has a current, counts: four times what
+/// noise adds to a standing joint.
+const MOVES: i32 = 16;
+
+/// A sensor of the motor's current, prepared for its ticks.
+#[derive(Clone, Copy, Debug)]
+pub struct MotorCurrent {
+    /// Current of one reading, A, with the sign of the sensor's direction.
+    unit: f32,
+    /// The converter's largest reading.
+    top: u16,
+    /// Largest error of the offset, readings.
+    offset_error: f32,
+    /// Current that turns the bridge off, readings.
+    trip: f32,
+    /// Resistance of the winding, ohm.
+    resistance: f32,
+    /// Back-EMF of a speed of one deg/s, V.
+    back_emf: f32,
+    /// Largest voltage that is lost by the dead time, V.
+    dead_time: f32,
+    /// Smallest current that is judged, A.
+    least: f32,
+    share: f32,
+    /// Ticks in a row in which a condition has to hold.
+    ticks: u16,
+    /// Ticks in which the current of the winding ends.
+    settles: u16,
+}
+
+/// Measured current and its history.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct MotorCurrentState {
+    /// Current of the last tick, A.
+    current: f32,
+    /// Mean reading without current.
+    offset: f32,
+    /// Number of readings in that mean.
+    readings: u16,
+    /// Ticks until a reading with the bridge off counts.
+    waits: u16,
+    /// Lagged current, and lagged largest and smallest expected currents, A.
+    lagged: f32,
+    expected: f32,
+    at_least: f32,
+    /// Ticks in a row in which a condition holds.
+    odd: u16,
+    /// Travel the way of the effort meanwhile, counts.
+    travel: i32,
+    /// Speed at the first of these ticks, deg/s.
+    speed: f32,
+}
+
+/// What a tick of the loop has done.
+#[derive(Clone, Copy, Debug)]
+pub struct Driven {
+    /// Effort since the last tick, V.
+    pub effort: f32,
+    /// Speed of the joint, deg/s.
+    pub speed: f32,
+    /// Travel since the last tick, counts.
+    pub travel: i32,
+}
+
+impl MotorCurrentState {
+    /// Returns the current of the last tick, A.
+    pub const fn current(&self) -> f32 {
+        self.current
+    }
+}
+
+impl MotorCurrent {
+    /// Prepares a sensor. `top` is the largest reading of the converter, `back_emf` in V s/deg,
+    /// `dead_time` the largest voltage that is lost by it (V), `sample_time` in s, and the number
+    /// of positions over which the speed is measured. None without a sensor.
+    pub fn of(
+        sensor: &CurrentSensor,
+        top: u16,
+        [back_emf, dead_time, sample_time]: [f32; 3],
+        velocity_window: u32,
+    ) -> Option<Self> {
+        let in_ticks = |time: f32| libm::ceilf(time / sample_time) as u16;
+        let middle = 0.5 * f32::from(top);
+        let unit = sensor.full_scale / middle;
+        let signed = match sensor.direction {
+            Direction::Forward => unit,
+            Direction::Reverse => -unit,
+        };
+        sensor.is_there().then(|| Self {
+            unit: signed,
+            top,
+            offset_error: OFFSET * middle,
+            trip: sensor.trip / unit,
+            resistance: sensor.resistance,
+            back_emf,
+            dead_time,
+            least: LEAST * sensor.full_scale,
+            share: sample_time / (sample_time + TIME),
+            ticks: in_ticks(TIME).max(FEWEST).max(velocity_window as u16),
+            settles: in_ticks(ENDS),
+        })
+    }
+
+    /// Takes a reading with the bridge off. The mean of those at rest is the offset. After a
+    /// motion, the readings of 50 ms are skipped, in which the current of the winding ends.
+    pub fn idle(&self, state: &mut MotorCurrentState, reading: u16, is_at_rest: bool) {
+        let MotorCurrentState { offset, readings, waits, .. } = *state;
+        let mut now = MotorCurrentState { offset, ..MotorCurrentState::default() };
+        if waits > 0 {
+            now.waits = waits - 1;
+        } else if is_at_rest {
+            now.readings = (readings + 1).min(READINGS);
+            now.offset += (f32::from(reading) - offset) / f32::from(now.readings);
+        }
+        *state = now;
+    }
+
+    /// Returns whether the offset is known: the mean of a few readings at rest.
+    pub const fn is_calibrated(&self, state: &MotorCurrentState) -> bool {
+        state.readings >= FEWEST_READINGS
+    }
+
+    /// Returns whether the sensor is known to be faulty while no current flows.
+    pub fn is_off(&self, state: &MotorCurrentState) -> bool {
+        let error = state.offset - 0.5 * f32::from(self.top);
+        error.abs() > self.offset_error
+    }
+
+    /// Returns the lowest and the highest reading that does not turn the bridge off. A reading at
+    /// an end of the range is beyond them.
+    pub fn window(&self, state: &MotorCurrentState) -> [u16; 2] {
+        let low = (state.offset - self.trip).max(1.0);
+        let high = (state.offset + self.trip).min(f32::from(self.top) - 1.0);
+        [libm::ceilf(low) as u16, high as u16]
+    }
+
+    /// Returns the current of a reading, A.
+    #[inline]
+    pub fn current(&self, state: &MotorCurrentState, reading: u16) -> f32 {
+        (f32::from(reading) - state.offset) * self.unit
+    }
+
+    /// Measures the current of a tick with the bridge on, and returns it, A.
+    #[inline]
+    pub fn measure(&self, state: &mut MotorCurrentState, reading: u16) -> f32 {
+        state.current = self.current(state, reading);
+        (state.readings, state.waits) = (0, self.settles);
+        state.current
+    }
+
+    /// Returns the current that heats the winding, as the effort at standstill that causes it, V:
+    /// the measured one, and no less than half of what the effort causes at least. A sensor that
+    /// reads too little must not take the motor's protection away.
+    pub fn heat_volts(&self, state: &MotorCurrentState) -> f32 {
+        state.current.abs().max(0.5 * state.at_least.abs()) * self.resistance
+    }
+
+    /// Checks a tick with the bridge on. The value of the fault is the current, A.
+    pub fn check(&self, state: &mut MotorCurrentState, driven: &Driven) -> Option<(Fault, f32)> {
+        let induced = self.back_emf * driven.speed;
+        let (drives, doubt) = (driven.effort - induced, INDUCED * induced.abs());
+        let at_least = (drives.abs() - doubt - self.dead_time).max(0.0).copysign(drives);
+        let lag = |before: f32, now: f32| before + (now - before) * self.share;
+        state.lagged = lag(state.lagged, state.current);
+        state.expected = lag(state.expected, (drives.abs() + doubt) / self.resistance);
+        state.at_least = lag(state.at_least, at_least / self.resistance);
+        let MotorCurrentState { lagged, expected, at_least, .. } = *state;
+        let is_driven = at_least.abs() > self.least;
+        let is_none = lagged.abs() < NONE * at_least.abs();
+        let is_short = lagged.abs() > SHORT * expected + self.least;
+        let is_reversed = !is_none && lagged * at_least < 0.0;
+        if !(is_short || (is_driven && (is_none || is_reversed))) {
+            (state.odd, state.travel) = (0, 0);
+            return None;
+        }
+        if state.odd == 0 {
+            state.speed = driven.speed;
+        }
+        state.odd = state.odd.saturating_add(1);
+        let way = if driven.effort < 0.0 { -1 } else { 1 };
+        state.travel = state.travel.saturating_add(driven.travel.saturating_mul(way));
+        if state.odd < self.ticks {
+            return None;
+        }
+        let fault = if is_reversed {
+            Fault::CurrentSensor
+        } else if is_short {
+            Fault::MotorShorted
+        } else if state.travel >= MOVES && driven.speed.abs() > COASTS * state.speed.abs() {
+            Fault::CurrentSensor
+        } else {
+            Fault::MotorOpen
+        };
+        Some((fault, lagged))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// +-10 A in 4095 readings; 2 ohm, 0.05 V s/deg, 0.5 V of dead time, 1 ms. So i_0 is 0.2 A.
+    fn sensor(direction: Direction) -> MotorCurrent {
+        let sensor = CurrentSensor { direction, ..CurrentSensor::derived(10.0, 2.0) };
+        MotorCurrent::of(&sensor, 4095, [0.05, 0.5, 0.001], 5).unwrap()
+    }
+
+    fn at_rest(sensor: &MotorCurrent, reading: u16) -> MotorCurrentState {
+        let mut state = MotorCurrentState::default();
+        (0..50).for_each(|_| sensor.idle(&mut state, reading, true));
+        state
+    }
+
+    /// Returns the fault and the number of its tick, of a current (A) for each tick.
+    fn trips(
+        sensor: &MotorCurrent,
+        driven: Driven,
+        current: impl Fn(u32) -> f32,
+    ) -> Option<(Fault, u32)> {
+        let mut state = at_rest(sensor, 2100);
+        (0..2000).find_map(|tick| {
+            let reading = 2100.0 + current(tick) / sensor.unit;
+            sensor.measure(&mut state, reading.round() as u16);
+            sensor.check(&mut state, &driven).map(|(fault, _)| (fault, tick))
+        })
+    }
+
+    const STANDS: Driven = Driven { effort: 4.0, speed: 0.0, travel: 0 };
+
+    #[test]
+    fn a_reading_is_a_current_by_the_offset_at_rest_and_the_direction() {
+        for (direction, sign) in [(Direction::Forward, 1.0), (Direction::Reverse, -1.0)] {
+            let sensor = sensor(direction);
+            let mut state = at_rest(&sensor, 2100);
+            for (reading, expected) in [(2100, 0.0), (2304, 0.9963), (1690, -2.0024)] {
+                let found = sensor.measure(&mut state, reading);
+                assert!((found - sign * expected).abs() < 1e-3, "{reading}: {found} A");
+                assert!((sensor.heat_volts(&state) - 2.0 * found.abs()).abs() < 1e-6);
+            }
+            // 9 A are 1842.75 readings.
+            assert_eq!(sensor.window(&state), [258, 3942]);
+        }
+    }
+
+    #[test]
+    fn the_offset_is_the_mean_of_readings_at_rest_and_none_of_them_has_the_current_of_a_motion() {
+        let sensor = sensor(Direction::Forward);
+        let mut state = MotorCurrentState::default();
+        sensor.idle(&mut state, 3000, false);
+        for (number, reading) in [(1, 2040), (2, 2060), (3, 2050), (4, 2050)] {
+            assert!(!sensor.is_calibrated(&state));
+            sensor.idle(&mut state, reading, true);
+            assert_eq!(state.readings, number);
+        }
+        assert!(state.offset == 2050.0 && sensor.is_calibrated(&state));
+        // Noise of four readings either way is averaged to less than one.
+        for tick in 0..320u16 {
+            sensor.idle(&mut state, 2046 + tick % 9, true);
+        }
+        assert!((state.offset - 2050.0).abs() < 1.0, "{}", state.offset);
+        // A joint that held a load at rest: the current ends within 50 ms.
+        sensor.measure(&mut state, 3500);
+        for tick in 0..50 {
+            sensor.idle(&mut state, 3500 - 29 * tick, true);
+            assert!((state.offset - 2050.0).abs() < 1.0 && !sensor.is_calibrated(&state));
+        }
+        (0..4).for_each(|_| sensor.idle(&mut state, 2052, true));
+        assert!(state.offset == 2052.0 && sensor.is_calibrated(&state));
+    }
+
+    #[test]
+    fn an_offset_off_the_middle_and_a_reading_at_the_end_are_a_sensor_that_forbids_arming() {
+        let sensor = sensor(Direction::Forward);
+        // A twentieth of 2047.5 readings is 102.4.
+        for (reading, expected) in
+            [(1946, false), (1944, true), (2149, false), (2151, true), (0, true), (4095, true)]
+        {
+            assert_eq!(sensor.is_off(&at_rest(&sensor, reading)), expected, "{reading}");
+        }
+    }
+
+    /// The lagged expectation, 1.75 A (1 - exp(-t / 20 ms)), exceeds 0.2 A after 2.4 ms, and the
+    /// condition holds for 20 ticks from there.
+    #[test]
+    fn an_open_wire_is_found_in_23_ms_and_a_dead_sensor_by_the_motion() {
+        let sensor = sensor(Direction::Forward);
+        for sign in [1.0, -1.0f32] {
+            let stands = Driven { effort: sign * 4.0, ..STANDS };
+            let (fault, tick) = trips(&sensor, stands, |_| 0.0).unwrap();
+            assert!(fault == Fault::MotorOpen && (20..=25).contains(&tick), "{fault:?} {tick}");
+            let moves = Driven { speed: sign, travel: sign as i32, ..stands };
+            let (fault, _) = trips(&sensor, moves, |_| 0.0).unwrap();
+            assert_eq!(fault, Fault::CurrentSensor);
+            // A motor that a load drives against its effort has no current either.
+            let driven = Driven { travel: -sign as i32, ..stands };
+            assert_eq!(trips(&sensor, driven, |_| 0.0).unwrap().0, Fault::MotorOpen);
+        }
+        // Less than 0.2 A + 0.5 V / 2 ohm proves nothing.
+        for effort in [0.4, 0.7, 0.89] {
+            assert_eq!(trips(&sensor, Driven { effort, ..STANDS }, |_| 0.0), None, "{effort} V");
+        }
+    }
+
+    #[test]
+    fn a_current_the_other_way_is_a_sensor_and_one_beyond_twice_the_expected_is_a_short() {
+        let sensor = sensor(Direction::Forward);
+        for (effort, current, expected) in [
+            (4.0, -2.0, Some(Fault::CurrentSensor)),
+            (-4.0, 2.0, Some(Fault::CurrentSensor)),
+            (4.0, 5.0, Some(Fault::MotorShorted)),
+            (0.0, 0.25, Some(Fault::MotorShorted)),
+            (4.0, 4.1, None),
+            (0.0, 0.17, None),
+            (4.0, 0.5, None),
+        ] {
+            let found = trips(&sensor, Driven { effort, ..STANDS }, |_| current);
+            assert_eq!(found.map(|(fault, _)| fault), expected, "{effort} V, {current} A");
+        }
+    }
+
+    /// An effort of 4 V to and fro every 5 ms to 50 ms, through windings with L / R up to 5 ms.
+    #[test]
+    fn the_lag_of_a_winding_is_no_fault_at_any_period_of_the_effort() {
+        let sensor = sensor(Direction::Forward);
+        for time_constant in [0.0, 0.001, 0.005f32] {
+            for period in [1, 2, 5, 10, 20, 50] {
+                let mut state = at_rest(&sensor, 2048);
+                let (mut current, decay) = (0.0, (-0.001 / time_constant).exp());
+                for tick in 0..1000 {
+                    let effort = if tick / period % 2 == 0 { 4.0 } else { -4.0 };
+                    current = effort / 2.0 + (current - effort / 2.0) * decay;
+                    sensor.measure(&mut state, (2048.0 + current / sensor.unit).round() as u16);
+                    let driven = Driven { effort, ..STANDS };
+                    let found = sensor.check(&mut state, &driven);
+                    assert_eq!(found, None, "{time_constant} s, {period} ms, {tick}");
+                }
+            }
+        }
+    }
+
+    /// 100 deg/s induce 5 V, or 20 % more or less. The effort of 6 V causes from 0 A to 1 A.
+    #[test]
+    fn a_back_emf_that_is_off_by_a_fifth_is_no_fault_at_speed() {
+        let sensor = sensor(Direction::Forward);
+        let fast = Driven { effort: 6.0, speed: 100.0, travel: 10 };
+        for current in [0.0, 0.25, 0.5, 1.0] {
+            assert_eq!(trips(&sensor, fast, |_| current), None, "{current} A");
+        }
+        // At 9 V it is 1.5 A at least, less the dead time.
+        let driven = Driven { effort: 9.0, ..fast };
+        assert_eq!(trips(&sensor, driven, |_| 0.0).unwrap().0, Fault::CurrentSensor);
+        assert_eq!(trips(&sensor, driven, |_| 1.5), None);
+    }
+
+    /// The effort is to and fro around the back-EMF: no current is expected, but for the fifth by
+    /// which the back-EMF is off, 0.5 A.
+    #[test]
+    fn a_back_emf_that_is_off_is_no_short_where_the_effort_is_about_as_large() {
+        let sensor = sensor(Direction::Forward);
+        let mut state = at_rest(&sensor, 2048);
+        for tick in 0..1000 {
+            let effort = if tick % 2 == 0 { 5.1 } else { 4.9 };
+            sensor.measure(&mut state, (2048.0 + 0.5 / sensor.unit) as u16);
+            let driven = Driven { effort, speed: 100.0, travel: 10 };
+            assert_eq!(sensor.check(&mut state, &driven), None, "{tick}");
+        }
+    }
+
+    /// A sensor with a third of its gain: 4 V cause 1.75 A at least, and 0.6 A are measured.
+    #[test]
+    fn a_sensor_that_reads_too_little_heats_the_winding_by_half_of_the_effort() {
+        let sensor = sensor(Direction::Forward);
+        let mut state = at_rest(&sensor, 2048);
+        for _ in 0..500 {
+            sensor.measure(&mut state, (2048.0 + 0.6 / sensor.unit) as u16);
+            assert_eq!(sensor.check(&mut state, &STANDS), None);
+        }
+        let heats = sensor.heat_volts(&state);
+        assert!((heats - 0.5 * 1.75 * 2.0).abs() < 1e-3, "{heats} V");
+    }
+}
