@@ -141,7 +141,7 @@ typedef struct {
 
 // Monitors of a joint. The caller owns them, and reads nothing of them.
 typedef struct {
-  uint64_t content[84];
+  uint64_t content[86];
 } StictionMonitors;
 
 // Configuration of the monitors, beside that of the joint.

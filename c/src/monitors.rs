@@ -11,13 +11,13 @@ use crate::{STICTION_BAD_POINTER, STICTION_NO_FAULT, STICTION_NOT_READY, STICTIO
 /// Monitors of a joint. The caller owns them, and reads nothing of them.
 #[repr(C)]
 pub struct StictionMonitors {
-    content: [u64; 84],
+    content: [u64; 86],
 }
 
 #[cfg(test)]
 impl StictionMonitors {
     /// Memory of a caller that has not been initialised.
-    pub(crate) const EMPTY: Self = Self { content: [0; 84] };
+    pub(crate) const EMPTY: Self = Self { content: [0; 86] };
 }
 
 #[repr(C)]
