@@ -179,7 +179,9 @@ fn look_up(command: &str) -> Result<(), String> {
     let manifests = manifests.map(read).concat();
     let jobs: String = fs::read_dir(root().join("xtask/src"))
         .unwrap()
-        .map(|file| read(file.unwrap().path()))
+        .map(|file| file.unwrap().path())
+        .filter(|path| path.is_file())
+        .map(read)
         .collect();
     let work =
         jobs.split_once("enum Work {").unwrap().1.split("\n}").next().unwrap().to_lowercase();

@@ -7,7 +7,7 @@ use crate::output::Cell;
 use files::error::{Error, suggestion};
 
 /// Signals of a loop in every live view, in addition to those of its law.
-pub const OF_THE_LOOP: [&str; 12] = [
+pub const OF_THE_LOOP: [&str; 11] = [
     name("counts"),
     name("reference_counts"),
     name("reference_fraction"),
@@ -19,7 +19,6 @@ pub const OF_THE_LOOP: [&str; 12] = [
     name("v_applied"),
     name("code"),
     name("status"),
-    name("current"),
 ];
 
 /// Signals that a device can send in each tick.
