@@ -60,8 +60,8 @@ fn gain_of_two_encoders_is_refused_by_its_key() {
 #[test]
 fn key_of_the_law_for_other_encoders_is_refused_and_a_default_is_not() {
     for (set, position, why) in [
-        ("encoder_side=load", "load", "has no effect beside a `[load_encoder]`"),
-        ("bandwidth_rad_per_s=20", "load", "has no effect beside a `[load_encoder]`"),
+        ("encoder_side=load", "load", "has no effect in a loop with two encoders"),
+        ("bandwidth_rad_per_s=20", "load", "has no effect in a loop with two encoders"),
         ("motor_jitter_counts=2", "motor", "needs a `[load_encoder]` in the loop"),
     ] {
         let set = format!("controller.robust.{set}");
