@@ -24,7 +24,8 @@ use super::traits::{Bridge, EncoderInput};
 /// input and of the converter's watchdog set it, with [`BREAK`] or [`OVER_CURRENT`].
 pub static TRIPPED: AtomicU32 = AtomicU32::new(0);
 
-/// In [`TRIPPED`]: the bridge's driver has pulled the break input. [`ControlTask::mend`] clears it.
+/// In [`TRIPPED`]: the bridge's driver has pulled the break input, until its fault is cleared
+/// and the input is released.
 pub const BREAK: u32 = 1 << 31;
 
 /// In [`TRIPPED`]: a reading of the motor's current, in the lower half, was beyond its limits. The

@@ -11,8 +11,8 @@ use files::Error;
 
 use crate::measure::stack_room;
 
-/// Handlers on which the motion depends: the control interrupt, the break input, and the converter's
-/// watchdog over the current.
+/// Handlers on which the motion depends: the control interrupt, the break input, and the
+/// converter's watchdog over the current.
 const CONTROL: [&str; 3] = ["TIM3", "TIM1_BRK_TIM9", "ADC"];
 /// Other handlers with a higher priority than the tasks of log and link: a panic in them would stop
 /// the motion as well. SPI1, which runs those tasks, may panic, since the log can panic.
