@@ -11,8 +11,8 @@
 //! when the hardware ends the PWM.
 //!
 //! The break input is active low with a pull-up, to suit the open-drain fault output of a bridge
-//! driver. It ends the PWM in hardware, without a clock, and the PWM stays off. A cut wire is not
-//! detected. If a driver's fault output needs blanking (`fault_blanking_s`), the input is off while
+//! driver, and the contact of an emergency stop. It ends the PWM in hardware, without a clock, and
+//! the PWM stays off. A cut wire is not detected. If a driver's fault output needs blanking (`fault_blanking_s`), the input is off while
 //! the output is off and until the blanking is over, which is before the first duty.
 
 use core::convert::Infallible;

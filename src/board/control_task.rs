@@ -24,8 +24,8 @@ use super::traits::{Bridge, EncoderInput};
 /// input and of the converter's watchdog set it, with [`BREAK`] or [`OVER_CURRENT`].
 pub static TRIPPED: AtomicU32 = AtomicU32::new(0);
 
-/// In [`TRIPPED`]: the bridge's driver has pulled the break input, until its fault is cleared
-/// and the input is released.
+/// In [`TRIPPED`]: the bridge's driver or the emergency stop has pulled the break input, until its
+/// fault is cleared and the input is released.
 pub const BREAK: u32 = 1 << 31;
 
 /// In [`TRIPPED`]: a reading of the motor's current, in the lower half, was beyond its limits. The
@@ -93,7 +93,7 @@ impl ControlTask {
     #[inline(never)]
     fn latch_trip(&mut self, tripped: u32) {
         if tripped & BREAK != 0 {
-            self.servo.fault(Fault::BreakInput);
+            self.servo.break_input(self.encoder.lines());
         }
         if tripped & OVER_CURRENT != 0 {
             TRIPPED.fetch_and(BREAK, Ordering::Relaxed);
@@ -175,9 +175,9 @@ impl ControlTask {
     /// Enables the break input again, once its fault has been cleared and the input has been
     /// released. An input that is still pulled trips at once.
     pub fn mend(&mut self) {
-        if TRIPPED.load(Ordering::Relaxed) & BREAK == 0
-            || self.servo.state() == State::Faulted(Fault::BreakInput)
-        {
+        let is_latched =
+            matches!(self.servo.state(), State::Faulted(Fault::BreakInput | Fault::EmergencyStop));
+        if TRIPPED.load(Ordering::Relaxed) & BREAK == 0 || is_latched {
             return;
         }
         if self.bridge.break_is_over() {
@@ -188,7 +188,7 @@ impl ControlTask {
             TRIPPED.fetch_and(!BREAK, Ordering::Relaxed);
             bridge::hear_break();
         } else {
-            self.servo.fault(Fault::BreakInput);
+            self.servo.break_input(self.encoder.lines());
         }
     }
 

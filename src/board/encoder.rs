@@ -6,6 +6,7 @@
 //! sample time of 1 ms, 1.6 million at 20 ms. While a sector of the flash is erased, nothing is
 //! read for seconds: the servo then judges the load's travel by that of the motor.
 
+use stiction::servo::Input;
 use stm32f4xx_hal::gpio::{Alternate, Pull};
 use stm32f4xx_hal::gpio::{PA0, PA1};
 #[cfg(feature = "two-encoders")]
@@ -20,13 +21,13 @@ use super::traits::EncoderInput;
 const FILTER: u8 = 0b0011;
 
 /// Defines the counter of an encoder's edges: its timer, its two pins with their alternate
-/// function, their port with the number of the first of them, and how a reading becomes a number of
-/// 32 bits.
+/// function, their port with the number of the first of them and the other pins that are read with
+/// them, and how a reading becomes a number of 32 bits.
 macro_rules! quadrature {
     (
         $(#[$doc:meta])* $Quadrature:ident,
         $TIM:ident, $A:ident, $B:ident, $function:literal,
-        $GPIO:ident from $first:literal,
+        $GPIO:ident from $first:literal with $more:expr,
         |$before:ident, $now:ident| $extended:expr
     ) => {
         $(#[$doc])*
@@ -72,7 +73,7 @@ macro_rules! quadrature {
             fn lines(&self) -> u8 {
                 // SAFETY: a read without an effect. Other parts use other pins of the port.
                 let levels = unsafe { (*pac::$GPIO::ptr()).idr().read().bits() };
-                (levels >> $first) as u8 & 0b11
+                (levels >> $first) as u8 & (0b11 | $more)
             }
 
             #[inline]
@@ -89,14 +90,15 @@ macro_rules! quadrature {
 }
 
 quadrature! {
-    /// The counter of the encoder: of two, that of the motor.
-    Quadrature, TIM2, PA0, PA1, 1, GPIOA from 0, |_before, now| now
+    /// The counter of the encoder: of two, that of the motor. With its lines, the input of the
+    /// emergency stop is read (PA6).
+    Quadrature, TIM2, PA0, PA1, 1, GPIOA from 0 with Input::CONTACT, |_before, now| now
 }
 
 #[cfg(feature = "two-encoders")]
 quadrature! {
     /// The counter of the load's encoder.
-    LoadQuadrature, TIM4, PB6, PB7, 2, GPIOB from 6, |before, now| {
+    LoadQuadrature, TIM4, PB6, PB7, 2, GPIOB from 6 with 0, |before, now| {
         let travel = (now as u16).wrapping_sub(before as u16) as i16;
         before.wrapping_add_signed(i32::from(travel))
     }

@@ -130,6 +130,8 @@ pub fn start(
         low: b.pb13.into_alternate(),
         fault: b.pb12.into_alternate().internal_resistor(Pull::Up),
     };
+    // The contact of an emergency stop lifts it: an open wire is a stop.
+    a.pa6.into_pull_down_input();
     let bridge = TimerBridge::new(device.TIM1, pins, &settings.bridge(), &mut rcc);
     let encoder = Quadrature::start(
         device.TIM2,

@@ -8,7 +8,8 @@ pub trait EncoderInput {
     /// Returns the counter's present reading, which wraps at 2^32.
     fn counter(&mut self) -> u32;
 
-    /// Returns the two lines as they are now: bit 0 is A, bit 1 is B.
+    /// Returns the two lines as they are now, and the input of the emergency stop if it is in their
+    /// port ([`Input::lines`](stiction::servo::Input::lines)).
     fn lines(&self) -> u8;
 
     /// Sets whether the resistors of the lines pull down or up.

@@ -64,6 +64,10 @@ table! {
         /// while the low side conducts. `duty_max` has to leave 2 us of that in each period then,
         /// beside the dead times.
         bootstrapped: bool = 0x080D "bootstrapped", Any, Default(false);
+        /// Whether the contact of an emergency stop is connected to PA6. The bridge is off while
+        /// the contact or its wire is open, and the device reports fault 32. The contact has to act
+        /// in hardware, too (docs/reference/wiring.md).
+        emergency_stop: bool = 0x080E "emergency_stop", Any, Default(false);
     }
 }
 

@@ -207,6 +207,9 @@ faults! {
     /// More current flows than the resistance of the winding allows.
     31 MotorShorted "too much motor current", "31 Too much motor current",
         "current" "A", "20 to 100 ms", Clear, [];
+    /// The contact of the emergency stop, or its wire, is open.
+    32 EmergencyStop "emergency stop", "32 Emergency stop",
+        "" "", "at once, in hardware", Clear, [];
 }
 
 impl Fault {

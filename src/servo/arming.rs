@@ -96,6 +96,7 @@ impl Servo {
             State::Armed => return Err(Refusal::Armed),
             State::Stopped => {}
         }
+        self.check_contact()?;
         let origin = self.known_origin();
         #[cfg(feature = "two-encoders")]
         if self.follower.missing > 0 {

@@ -63,6 +63,7 @@ impl Servo {
             load_line: OpenLineState::default(),
             velocity: 0.0,
             stopping: None,
+            is_contact_open: false,
             referenced: Referenced::default(),
             origin: 0,
             latched: None,

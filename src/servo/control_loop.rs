@@ -6,7 +6,7 @@ use super::absolute_load::AbsoluteLoad;
 use super::current_path::CurrentPath;
 use super::stopping::Brakes;
 use super::wake_up::DriverTimes;
-use super::{Refusal, control};
+use super::{Input, Refusal, control};
 use crate::control::controller::{Controller, ControllerConfig, Reading};
 use crate::control::device_config::PositionReference;
 use crate::control::encoder::Encoder;
@@ -57,6 +57,9 @@ pub struct ControlLoop {
     pub(super) reference: PositionReference,
     pub(super) driver_times: DriverTimes,
     pub(super) brakes: Brakes,
+    /// Bit of the [lines](super::Input::lines) that the contact of the emergency stop sets; zero
+    /// without such a contact.
+    pub(super) contact: u8,
 }
 
 impl ControlLoop {
@@ -121,6 +124,7 @@ impl ControlLoop {
                 tick: config.sample_time,
                 count: config.encoder.resolution,
             },
+            contact: if device.emergency_stop { Input::CONTACT } else { 0 },
         });
         Ok(())
     }

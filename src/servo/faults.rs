@@ -1,6 +1,6 @@
 //! The faults of a servo: the first one is latched until a command clears it.
 
-use super::{Refusal, Servo, State};
+use super::{Input, Refusal, Servo, State};
 use crate::safety::fault::{Fault, FaultLog, LatchedFault};
 
 impl Servo {
@@ -39,10 +39,15 @@ impl Servo {
     }
 
     /// Latches the fault of open lines of the encoder (1: A, 2: B, 3: both). With two encoders,
-    /// these are the motor's, and those of the load's are 4 and 8.
+    /// these are the motor's, and those of the load's are 4 and 8. An open contact of the emergency
+    /// stop comes first.
     #[cold]
     #[inline(never)]
     pub(super) fn latch_open(&mut self, lines: u8) {
+        if lines & Input::CONTACT != 0 {
+            self.latch_emergency_stop();
+            return;
+        }
         let value = f32::from(lines);
         self.latch(LatchedFault { fault: Fault::EncoderOpen, tick: self.clock, value });
     }
@@ -50,11 +55,15 @@ impl Servo {
     /// Clears the latched fault, which leaves the servo stopped. Without a fault, nothing happens.
     ///
     /// # Errors
-    /// Refuses if only valid parameters or a reset end the fault.
+    /// Refuses if only valid parameters or a reset end the fault, and an emergency stop whose
+    /// contact is open.
     pub fn clear(&mut self) -> Result<(), Refusal> {
         let State::Faulted(fault) = self.state else { return Ok(()) };
         if !fault.is_clearable() || self.control_loop.is_none() {
             return Err(Refusal::NotClearable(fault));
+        }
+        if fault == Fault::EmergencyStop {
+            self.check_contact()?;
         }
         self.state = State::Stopped;
         self.latched = None;

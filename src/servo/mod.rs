@@ -25,7 +25,8 @@
 //! begins with the tick after that.
 //!
 //! After a stop command or a silent link, the loop brakes a moving joint before the output goes off
-//! (`servo/stopping.rs`). After any other fault the joint coasts.
+//! (`servo/stopping.rs`). After any other fault the joint coasts. The contact of an emergency stop
+//! ends the output in hardware, and is reported here (`servo/emergency_stop.rs`).
 //!
 //! After arming, the limit of the output rises in a straight line from zero to the full scale (soft
 //! start): a wrong sign or a large first error shows as a slow pull and not as a jerk. The gains
@@ -46,6 +47,7 @@ mod arming;
 mod boot;
 mod control_loop;
 mod current_path;
+mod emergency_stop;
 mod faults;
 mod follower;
 mod homing;
@@ -109,6 +111,8 @@ pub struct Servo {
     /// Velocity of the last tick with output, deg/s.
     velocity: f32,
     stopping: Option<Stopping>,
+    /// Whether the contact of the emergency stop was open in the last tick with the output off.
+    is_contact_open: bool,
     referenced: Referenced,
     /// The joint's zero, counts since power-on.
     origin: i32,
@@ -293,6 +297,7 @@ impl Servo {
                 let standstill = self.follower.seen.standstill;
                 open_lines |= test.update(&mut self.load_line, lines, standstill) << LOAD_LINES;
             }
+            open_lines |= control_loop.contact & !input.lines;
         }
         self.advance();
         #[cfg(feature = "two-encoders")]
@@ -304,6 +309,7 @@ impl Servo {
         }
         let is_testing_lines = self.tests_lines();
         let (State::Armed, Some(control_loop)) = (self.state, &mut self.control_loop) else {
+            self.is_contact_open = open_lines & Input::CONTACT != 0;
             if let Some(control_loop) = &mut self.control_loop {
                 let seen = &self.follower.seen;
                 control_loop.monitors.idle(&mut control_loop.watch, seen);

@@ -14,6 +14,7 @@ pub struct Input {
     pub supply: u16,
     /// Present levels of the encoder's lines (bit 0: A, bit 1: B), for the test for open lines. A
     /// board that cannot read them leaves this at zero, which the test accepts as driven lines.
+    /// With [`CONTACT`](Self::CONTACT), the level of the emergency stop's input.
     pub lines: u8,
     /// The converter's reading of the motor's current; without effect unless the parameters have a
     /// sensor of it.
@@ -21,6 +22,13 @@ pub struct Input {
     /// The load's encoder, if the joint has two. It is not read otherwise.
     #[cfg(feature = "two-encoders")]
     pub load: EncoderReading,
+}
+
+impl Input {
+    /// Bit of [`lines`](Self::lines): the contact of the emergency stop is closed. Without effect
+    /// unless the parameters have such a contact. The board reads it together with the encoder's
+    /// lines: it is the number of the pin in their port.
+    pub const CONTACT: u8 = 1 << 6;
 }
 
 /// Reading of a second encoder.

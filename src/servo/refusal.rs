@@ -20,7 +20,7 @@ pub enum Refusal {
     Moving,
     /// A stop is under way.
     Stopping,
-    /// Arming would end in this fault at once.
+    /// Arming would end in this fault at once, or the cleared fault would return at once.
     WouldTrip(Fault),
     /// The encoder is in doubt after a stall, a jump or a reversal: the joint has to be moved by
     /// hand, or a jog has to show that encoder and motor agree.

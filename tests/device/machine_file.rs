@@ -231,6 +231,7 @@ fn machine() -> impl Strategy<Value = Parameters> {
                 autostart_after_dip: flags[2],
                 stop_time: 10.0 * n[28],
                 bootstrapped: false,
+                emergency_stop: flags[1],
                 reference: if flags[3] {
                     PositionReference::PowerOn
                 } else {

@@ -25,6 +25,7 @@ mod controlled_stop;
 mod current_sensor;
 mod dead_encoder;
 mod dying_encoder;
+mod emergency_stop;
 mod encoder_faults;
 mod encoder_in_doubt;
 mod false_counts;

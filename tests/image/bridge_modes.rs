@@ -42,7 +42,7 @@ struct Seen {
 
 /// What no mode changes: the names of the registers, their addresses, the bits that are looked at,
 /// and what they are.
-const FIXED: [(&str, u64, u32, u32); 10] = [
+const FIXED: [(&str, u64, u32, u32); 11] = [
     ("CR2: both outputs are low when idle, OC4REF is TRGO", TIM1 + 0x04, 0xFFFF, 0x70),
     ("CCMR1: PWM mode 1, preloaded", TIM1 + 0x18, 0xFF, 0x68),
     // But for the direction in which it counts at present.
@@ -54,6 +54,7 @@ const FIXED: [(&str, u64, u32, u32); 10] = [
     ("PB12 and PB13 are a timer's", GPIOB, 0xF << 24, 0b1010 << 24),
     ("PB12 and PB13 are TIM1's", GPIOB + 0x24, 0xFF << 16, 0x11 << 16),
     ("PB12 has its pull-up", GPIOB + 0x0C, 3 << 24, 1 << 24),
+    ("PA6 has a pull-down, so that an open wire is a stop", GPIOA + 0x0C, 3 << 12, 2 << 12),
 ];
 
 /// A board with a joint, a law and a mode, before it is armed.

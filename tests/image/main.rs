@@ -28,6 +28,8 @@ mod differences;
 #[cfg(feature = "emulator")]
 mod driver;
 #[cfg(feature = "emulator")]
+mod emergency_stop;
+#[cfg(feature = "emulator")]
 mod fault_injection;
 #[cfg(feature = "emulator")]
 #[path = "../first_run.rs"]

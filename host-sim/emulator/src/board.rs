@@ -66,6 +66,8 @@ const RAIL_MV: u32 = 3_300;
 /// PC0, which measures the supply of the bridge, is channel 10 of ADC1, and PC1, which measures the
 /// motor's current, channel 11.
 const SUPPLY_CHANNEL: u8 = 10;
+/// PA6, which the contact of the emergency stop lifts.
+const CONTACT_PIN: u8 = 6;
 const CURRENT_CHANNEL: u8 = 11;
 /// Control registers, mode of channels 3 and 4, counter and channel 4 of TIM1.
 const TIM1_CR1: u64 = 0x4001_0000;
@@ -137,13 +139,15 @@ pub struct EmulatedBoard {
     pub mcu: Stm32f427,
     crystal: bool,
     crystal_hz: u64,
-    /// Whether the break input is pulled low.
+    /// Whether the bridge's driver pulls the break input low.
     breaks: bool,
+    /// Whether the contact of the emergency stop is open.
+    is_contact_open: bool,
     noisy_bytes: u32,
 }
 
 store!(EmulatedBoard {
-    values: [crystal, crystal_hz, breaks, noisy_bytes],
+    values: [crystal, crystal_hz, breaks, is_contact_open, noisy_bytes],
     parts: [mcu],
     built: []
 });
@@ -162,7 +166,8 @@ impl EmulatedBoard {
             converter.set_reference(RAIL_MV);
         }
         let FittedParts { crystal, crystal_hz, brown_out, noisy_bytes, .. } = fitted;
-        let mut board = Self { mcu, crystal, crystal_hz, breaks: false, noisy_bytes };
+        let mut board =
+            Self { mcu, crystal, crystal_hz, breaks: false, is_contact_open: false, noisy_bytes };
         As5047p::fit(&mut board.mcu);
         if brown_out {
             let factory = board.option_bytes();
@@ -171,7 +176,7 @@ impl EmulatedBoard {
         board.supply(fitted.supply_pin_mv);
         board.current(RAIL_MV / 2);
         // Its pull-up: the input is active low, and a cut wire must not turn the bridge off.
-        board.drive_break(VirtualNanos(0), false);
+        board.drive_contact(VirtualNanos(0), false);
         Ok(board)
     }
 
@@ -203,10 +208,29 @@ impl EmulatedBoard {
     /// releases it.
     pub fn drive_break(&mut self, at: VirtualNanos, active: bool) {
         self.breaks = active;
-        let level = if active { Level::Low } else { Level::High };
+        // The contact of the emergency stop pulls the same input.
+        let level = if active || self.is_contact_open { Level::Low } else { Level::High };
         self.mcu.drive_advanced_timer(at, 0, |timer, registers, context| {
             timer.drive_break(level, registers, context);
         });
+    }
+
+    /// Opens or closes the contact of the emergency stop. It lifts PA6; open, it pulls the break
+    /// input low, and a gate behind PB0 keeps the bridge disabled, whatever the program does.
+    pub fn drive_contact(&mut self, at: VirtualNanos, is_open: bool) {
+        self.is_contact_open = is_open;
+        let level = if is_open { Level::Low } else { Level::High };
+        if let Some(pin) = Pin::new(CONTACT_PIN) {
+            self.mcu.drive_port(at, GpioPort::A as usize, |port, registers, context| {
+                port.drive(pin, Some(level), registers, context);
+            });
+        }
+        self.drive_break(at, self.breaks);
+    }
+
+    /// Returns whether the contact of the emergency stop is open.
+    pub const fn is_contact_open(&self) -> bool {
+        self.is_contact_open
     }
 
     /// Connects the far end of a wire to the command link's port.
@@ -217,10 +241,10 @@ impl EmulatedBoard {
         }
     }
 
-    /// Restores the level of the break input. Must be called after a reset of the emulated
-    /// microcontroller, which loses this level.
+    /// Restores the levels of the emergency stop's input and of the break input. Must be called
+    /// after a reset of the emulated microcontroller, which loses these levels.
     pub fn reconnect(&mut self, at: VirtualNanos) {
-        self.drive_break(at, self.breaks);
+        self.drive_contact(at, self.is_contact_open);
     }
 
     /// Stops the crystal.

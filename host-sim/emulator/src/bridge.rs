@@ -27,7 +27,7 @@ pub struct BridgeInputs {
     pub reverse: bool,
     /// Whether the timer drives its outputs, and they are connected to their pins.
     pub outputs: bool,
-    /// Level of the enable pin.
+    /// Level of the bridge's enable: that of the pin, behind the contact of the emergency stop.
     pub enable: bool,
 }
 
@@ -35,7 +35,8 @@ impl BridgeInputs {
     /// Reads the inputs of the bridge.
     pub fn read(board: &mut EmulatedBoard) -> Self {
         let connected = board.function(GpioPort::A, 8) == Some(TIM1_FUNCTION);
-        let enable = board.is_high(GpioPort::B, ENABLE_PIN);
+        // The contact of the emergency stop is in the line of the enable pin.
+        let enable = board.is_high(GpioPort::B, ENABLE_PIN) && !board.is_contact_open();
         let reverse = board.is_high(GpioPort::B, DIRECTION_PIN);
         let (_, registers) = board.mcu.advanced_timer(TIM1);
         let driven =

@@ -43,6 +43,10 @@ pub enum Injection {
     /// The bridge's driver pulls the break input only for an instant, at the worst time: when the
     /// control task has just written the first duty and is about to turn the outputs on.
     BreakAtArming,
+    /// The contact of the emergency stop opens, or its wire is cut.
+    ContactOpens,
+    /// The contact of the emergency stop is closed.
+    ContactCloses,
     /// The crystal stops.
     CrystalLost,
     /// The reset pin is pulled.
@@ -181,6 +185,8 @@ impl<C> HaltedBoard<'_, C> {
             Injection::Break => session.board_mut().drive_break(at, true),
             Injection::BreakAtArming => self.harness.breaks_at_arming = true,
             Injection::BreakReleased => session.board_mut().drive_break(at, false),
+            Injection::ContactOpens => session.board_mut().drive_contact(at, true),
+            Injection::ContactCloses => session.board_mut().drive_contact(at, false),
             Injection::CrystalLost => session.board_mut().lose_crystal(at),
             Injection::Reset => session.reset_by_pin(at, instructions, *host),
             Injection::BrownOut => {

@@ -34,7 +34,8 @@ impl Counters {
         Self { position, motor: None }
     }
 
-    /// Returns the input of a servo, with a reading of the supply, for driven lines.
+    /// Returns the input of a servo, with a reading of the supply, for driven lines and a closed
+    /// contact of an emergency stop.
     pub const fn input(&self, supply: u16) -> Input {
         let Self { position, motor } = *self;
         let (counter, load) = match motor {
@@ -44,7 +45,7 @@ impl Counters {
         Input {
             counter,
             supply,
-            lines: 0,
+            lines: Input::CONTACT,
             current: 0,
             load: EncoderReading { counter: load, lines: 0, is_missing: false },
         }

@@ -11,7 +11,7 @@ use experiments::matrix::{
 use stiction::Fault;
 use stiction::servo::{Servo, State};
 
-use bench::DeviceBench;
+pub use bench::DeviceBench;
 
 mod bench;
 
@@ -20,7 +20,8 @@ const FROM_THE_BOARD: [Fault; 5] =
     [Fault::Overrun, Fault::BreakInput, Fault::ClockLost, Fault::Panic, Fault::Watchdog];
 
 /// The other faults, and why they are in no row.
-const ELSEWHERE: [(Fault, &str); 17] = [
+const ELSEWHERE: [(Fault, &str); 18] = [
+    (Fault::EmergencyStop, "it takes a contact: tests/device/emergency_stop.rs"),
     (Fault::OverCurrent, "it takes a sensor of the current: tests/device/current_sensor.rs"),
     (Fault::CurrentSensor, "the same"),
     (Fault::MotorOpen, "the same"),

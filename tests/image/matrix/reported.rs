@@ -13,6 +13,8 @@ use crate::fault_injection::MS;
 /// A fault that the board reports.
 pub struct Reported {
     pub fault: Fault,
+    /// Keys of the device.
+    pub set: &'static [&'static str],
     /// Injections, each with its time after the first, ns.
     pub injections: Vec<(u64, Injection)>,
     /// Time within which the bridge has to be off, ns.
@@ -25,14 +27,17 @@ pub fn rows() -> Vec<Reported> {
         crate::common::firmware().variable("RTT_ENCODER").into_iter().map(corrupt).collect();
     let row = |fault, injections: &[(u64, Injection)], limit| Reported {
         fault,
+        set: &[],
         injections: injections.to_vec(),
         limit,
     };
     let broken = [(0, Injection::Break), (100 * MS, Injection::BreakReleased)];
+    let opened = [(0, Injection::ContactOpens), (100 * MS, Injection::ContactCloses)];
     let stalled = [(0, Injection::CoreStalls), (30 * MS, Injection::CoreGoesOn)];
     vec![
         // In hardware.
         row(Fault::BreakInput, &broken, 0),
+        Reported { set: &["device.emergency_stop=true"], ..row(Fault::EmergencyStop, &opened, 0) },
         // The first control tick after the stall is reported as late.
         row(Fault::Overrun, &stalled, 30 * MS + INTERRUPT_NS),
         // 60 ms of the fastest oscillator are 88 ms of a typical one.
@@ -51,9 +56,9 @@ pub fn rows() -> Vec<Reported> {
 
 fn assert_reported(situation: Situation) {
     let mut bench = ImageBench::boot();
-    for Reported { fault, injections, limit } in rows() {
+    for Reported { fault, set, injections, limit } in rows() {
         let name = format!("{}, {situation:?}", fault.describe());
-        start_over(&mut bench, "pd", &[]);
+        start_over(&mut bench, "pd", set);
         bring(&mut bench, situation);
         let (_, begin) = bench.off_and_now();
         for (at, injection) in injections {
@@ -91,7 +96,7 @@ fn assert_reported(situation: Situation) {
             assert!(bench.client().clear().is_err(), "{name}");
             continue;
         }
-        start_over(&mut bench, "pd", &[]);
+        start_over(&mut bench, "pd", set);
         assert_armed_again_only_at_rest(&mut bench, &name);
     }
 }

@@ -90,6 +90,8 @@ pub struct SimulatedDevice {
     pub shunt: Option<Shunt>,
     /// State of the wires between bridge and motor.
     pub motor_wires: MotorWires,
+    /// Whether the contact of the emergency stop is open.
+    pub is_contact_open: bool,
     /// Whether the bridge was on since the last tick.
     was_on: bool,
     plant: Plant<RunJoint>,
@@ -141,6 +143,7 @@ impl SimulatedDevice {
             load_v: 0.0,
             shunt: plan.shunt(),
             motor_wires: MotorWires::Sound,
+            is_contact_open: false,
             was_on: false,
             plant,
             encoder: WiredCounter::at(counter),
@@ -156,6 +159,7 @@ impl SimulatedDevice {
         let servo = self.device.servo();
         let EncoderReading { counter, lines, .. } =
             self.encoder.read(sound.counter, self.wires, servo.pulls_down());
+        let lines = if self.is_contact_open { lines } else { lines | Input::CONTACT };
         let pulls_down = servo.pulls_load_down();
         let load = match &mut self.load_encoder {
             // A chip on a bus gives no answer, or one that is rejected.
