@@ -1,4 +1,5 @@
 //! The bridge on TIM1: PA8 and its complement PB13, enable PB0, direction PB1, break input PB12.
+//! And PB14, which opens the holding brake.
 //!
 //! The PWM is centre-aligned: the counter runs up to the top and down again, so that a change of
 //! duty moves both edges and current is best sampled at the ends. A new compare value takes effect
@@ -18,9 +19,10 @@
 use core::convert::Infallible;
 
 use embedded_hal::pwm::{ErrorType, SetDutyCycle};
-use stiction::Parameters;
 use stiction::control::drive::{Drive, Duty, pwm_top};
-use stm32f4xx_hal::gpio::{Alternate, Output, PA8, PB0, PB1, PB12, PB13, PushPull};
+use stiction::servo::BrakeCommand;
+use stiction::{Parameters, Tick};
+use stm32f4xx_hal::gpio::{Alternate, Output, PA8, PB0, PB1, PB12, PB13, PB14, PushPull};
 use stm32f4xx_hal::pac;
 use stm32f4xx_hal::rcc::{Enable, Rcc, Reset};
 
@@ -40,6 +42,8 @@ pub struct Pins {
     pub enable: PB0<Output<PushPull>>,
     /// Direction output: the sign, for a sign-magnitude bridge.
     pub direction: PB1<Output<PushPull>>,
+    /// Output that opens the holding brake.
+    pub brake: PB14<Output<PushPull>>,
 }
 
 /// The bridge: the PWM of TIM1 and the pins around it.
@@ -53,8 +57,13 @@ pub struct TimerBridge {
     blanking: u32,
     /// Rest of that time, ticks.
     blanked: u32,
-    on: bool,
+    has_brake: bool,
+    /// [`OFF`], or while the outputs are on, whether the brake is closed ([`Tick::HELD`]).
+    on: u32,
 }
+
+/// The outputs are off, and the brake is closed unless the bridge wakes up.
+const OFF: u32 = 2;
 
 /// The PWM on TIM1's first channel.
 pub struct Pwm {
@@ -80,7 +89,8 @@ impl TimerBridge {
             neutral_when_off: false,
             blanking: 0,
             blanked: 0,
-            on: false,
+            has_brake: false,
+            on: OFF,
         };
         bridge.reconfigure(settings);
         let timer = &bridge.pwm.timer;
@@ -92,7 +102,7 @@ impl TimerBridge {
 
     /// Sets another PWM, mode and dead time, with a neutral duty and the outputs off.
     pub fn reconfigure(&mut self, settings: &BridgeSettings) {
-        let BridgeSettings { top, neutral, control, blanking } = *settings;
+        let BridgeSettings { top, neutral, control, blanking, has_brake } = *settings;
         // Until the new mode is set, the pins are off as in the old mode.
         self.neutral_when_off = false;
         // The top takes effect where the counter turns, as the compare value does.
@@ -119,6 +129,7 @@ impl TimerBridge {
         });
         timer.egr().write(|w| w.ug().set_bit());
         (self.neutral_when_off, self.blanking) = (control.neutral_when_off, blanking);
+        self.has_brake = has_brake;
         self.rest();
     }
 
@@ -135,7 +146,28 @@ impl TimerBridge {
         self.pwm.timer.bdtr().modify(|_, w| w.moe().bit(neutral_when_off).bke().bit(breaks));
         self.pins.direction.set_low();
         let Ok(()) = self.pwm.set_duty_cycle(neutral.compare);
-        self.on = false;
+        self.on = OFF;
+    }
+
+    /// Turns the outputs on if they are off, and opens or closes the holding brake. Returns whether
+    /// the outputs were off.
+    #[cold]
+    #[inline(never)]
+    fn change(&mut self, status: u32) -> bool {
+        let turns_on = self.on == OFF;
+        self.on = held(status);
+        if turns_on {
+            // The same write turns the break input on and the outputs on with the first duty.
+            self.pwm.timer.bdtr().modify(|_, w| w.moe().enabled().bke().enabled());
+            self.pins.enable.set_high();
+        }
+        self.set_brake(if self.on == 0 { BrakeCommand::Open } else { BrakeCommand::Closed });
+        turns_on
+    }
+
+    fn set_brake(&mut self, brake: BrakeCommand) {
+        let opens = self.has_brake && brake == BrakeCommand::Open;
+        self.pins.brake.set_state(opens.into());
     }
 
     /// Clears the flag of the break input, and returns whether the input has been released. The
@@ -159,6 +191,8 @@ pub struct BridgeSettings {
     /// Time after the rise of the enable pin in which the break input (PB12) is disabled, ticks of
     /// the control loop; 0: the break input is always enabled.
     pub blanking: u32,
+    /// Whether there is a holding brake. Its output stays low otherwise.
+    pub has_brake: bool,
 }
 
 impl BridgeSettings {
@@ -168,6 +202,7 @@ impl BridgeSettings {
         neutral: Duty { compare: 1909, reverse: false },
         control: OutputControl::UNKNOWN,
         blanking: 0,
+        has_brake: false,
     };
 
     /// Returns the settings that the parameters define. The drive has been validated with the rest
@@ -185,6 +220,7 @@ impl BridgeSettings {
                 HARDWARE.pwm_clock_hz,
             ),
             blanking: parameters.ticks_at_least(parameters.device.fault_blanking),
+            has_brake: parameters.device.brake_open > 0.0 || parameters.device.brake_close > 0.0,
         }
     }
 }
@@ -206,24 +242,18 @@ impl SetDutyCycle for Pwm {
 
 impl Bridge for TimerBridge {
     #[inline]
-    fn drive(&mut self, duty: Duty) -> bool {
+    fn drive(&mut self, duty: Duty, status: u32) -> bool {
         self.pins.direction.set_state(duty.reverse.into());
         let Ok(()) = self.pwm.set_duty_cycle(duty.compare);
-        let turns_on = !self.on;
-        if turns_on {
-            self.on = true;
-            // The same write turns the break input on and the outputs on with the first duty.
-            self.pwm.timer.bdtr().modify(|_, w| w.moe().enabled().bke().enabled());
-            self.pins.enable.set_high();
-        }
-        turns_on
+        self.on != held(status) && self.change(status)
     }
 
-    fn wake(&mut self, neutral: Duty) {
+    fn wake(&mut self, neutral: Duty, brake: BrakeCommand) {
         let is_blanked = self.blanked > 0;
         self.blanked = self.blanked.saturating_sub(1);
         self.release(neutral, !is_blanked);
         self.pins.enable.set_high();
+        self.set_brake(brake);
     }
 
     #[inline]
@@ -232,27 +262,35 @@ impl Bridge for TimerBridge {
         // A driver that pulls its fault output as it falls asleep finds the break input off.
         self.release(neutral, self.blanking == 0);
         self.pins.enable.set_low();
+        self.pins.brake.set_low();
     }
 }
 
-/// Drives the enable pin low, before the parameters are read and before the clock is started, which
+/// Returns 1 if a tick with this status holds the brake closed, otherwise 0. It is the highest bit,
+/// which a comparison shifts on the way.
+#[inline]
+const fn held(status: u32) -> u32 {
+    status >> Tick::HELD.trailing_zeros()
+}
+
+/// Drives the enable pin and that of the holding brake low, before the parameters are read and before the clock is started, which
 /// may wait for a crystal for 50 ms.
-/// Before this, and in reset, a resistor of the board holds the pin.
+/// Before this, and in reset, a resistor of the board holds each pin.
 pub fn hold_enable_low(rcc: &pac::RCC, port: &pac::GPIOB) {
     rcc.ahb1enr().modify(|_, w| w.gpioben().enabled());
     // The port's clock has to arrive before the port is written.
     cortex_m::asm::dsb();
-    port.bsrr().write(|w| w.br0().set_bit());
-    port.moder().modify(|_, w| w.moder0().output());
+    port.bsrr().write(|w| w.br0().set_bit().br14().set_bit());
+    port.moder().modify(|_, w| w.moder0().output().moder14().output());
 }
 
-/// Turns the bridge off from anywhere, whatever state the program is in. With an analog amplifier
+/// Turns the bridge off and closes the holding brake from anywhere, whatever state the program is in. With an analog amplifier
 /// this also releases the pin of the PWM, and the next [`Bridge::off`] restores the neutral duty.
 pub fn off_now() {
     // SAFETY: one write to a set/reset register, which cannot disturb another pin, and one that
     // only clears MOE; neither depends on anything that the program owns.
     unsafe {
-        (*pac::GPIOB::ptr()).bsrr().write(|w| w.br0().set_bit());
+        (*pac::GPIOB::ptr()).bsrr().write(|w| w.br0().set_bit().br14().set_bit());
         (*pac::TIM1::ptr()).bdtr().modify(|_, w| w.moe().disabled_idle());
     }
 }

@@ -137,11 +137,11 @@ impl ControlTask {
             self.load_encoder.pull(self.servo.pulls_load_down());
         }
         if output.enable {
-            if self.bridge.drive(output.duty()) {
+            if self.bridge.drive(output.duty(), output.tick.status) {
                 self.guard();
             }
         } else if output.wakes {
-            self.bridge.wake(output.duty());
+            self.bridge.wake(output.duty(), output.brake());
             self.converter.release();
         } else {
             self.bridge.off(output.duty());

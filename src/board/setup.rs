@@ -125,6 +125,7 @@ pub fn start(
         // The enable pin comes first: taking the port has reset it, and for an instant the pin's
         // resistor alone holds it.
         enable: b.pb0.into_push_pull_output_in_state(PinState::Low),
+        brake: b.pb14.into_push_pull_output_in_state(PinState::Low),
         direction: b.pb1.into_push_pull_output_in_state(PinState::Low),
         high: a.pa8.into_alternate(),
         low: b.pb13.into_alternate(),

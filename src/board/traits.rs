@@ -2,6 +2,7 @@
 //! none.
 
 use stiction::control::drive::Duty;
+use stiction::servo::BrakeCommand;
 
 /// Counter of encoder edges that runs in hardware.
 pub trait EncoderInput {
@@ -18,13 +19,14 @@ pub trait EncoderInput {
 
 /// The bridge that drives the motor.
 pub trait Bridge {
-    /// Applies `duty`, and turns the outputs on if they are off. Returns whether they were.
-    fn drive(&mut self, duty: Duty) -> bool;
+    /// Applies `duty`, turns the outputs on if they are off, and opens or closes the holding brake
+    /// by the `status` of a tick ([`HELD`](stiction::Tick::HELD)). Returns whether the outputs were off.
+    fn drive(&mut self, duty: Duty, status: u32) -> bool;
 
     /// Enables the bridge's driver with the outputs off, for a tick in which it wakes up.
-    fn wake(&mut self, neutral: Duty);
+    fn wake(&mut self, neutral: Duty, brake: BrakeCommand);
 
-    /// Turns the outputs off. They begin with `neutral` when they are turned on again.
+    /// Turns the outputs off, and closes the holding brake. They begin with `neutral` when they are turned on again.
     fn off(&mut self, neutral: Duty);
 }
 

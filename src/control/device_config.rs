@@ -68,6 +68,14 @@ table! {
         /// the contact or its wire is open, and the device reports fault 32. The contact has to act
         /// in hardware, too (docs/reference/wiring.md).
         emergency_stop: bool = 0x080E "emergency_stop", Any, Default(false);
+        /// Time in which a holding brake opens, s. After arming, the loop holds the joint until the
+        /// soft start is over; then the brake opens, and the motion starts after this time. 0 here
+        /// and in `brake_close_s`: there is no brake.
+        brake_open: f32 = 0x080F "brake_open_s", Between(0.0, 2.0), Default(0.0);
+        /// Time in which a holding brake closes, s: the loop holds the joint for this time at the
+        /// end of a stop, then the output is off. A fault closes the brake and turns the output off
+        /// at once.
+        brake_close: f32 = 0x0810 "brake_close_s", Between(0.0, 2.0), Default(0.0);
     }
 }
 

@@ -250,8 +250,8 @@ signals! {
         /// A term was not a finite number: the output is zero and the compensator starts afresh.
         non_finite: bool = "non_finite", "";
         /// The servo: bits 0 to 7 the state (0 boot, 1 stopped, 2 armed, 3 faulted), 8 to 15 the
-        /// fault's code, 16 saturated, 17 wound up, 18 bridge on, 19 the law has given up. Zero
-        /// in a loop without a servo.
+        /// fault's code, 16 saturated, 17 wound up, 18 bridge on, 19 the law has given up, 31 a
+        /// holding brake is closed while the bridge is on. Zero in a loop without a servo.
         status: u32 = "status", "";
         /// Current of the motor, measured, A; zero without a sensor.
         current: f32 = "current_a", "A";
@@ -267,6 +267,10 @@ pub const fn name(field: &str) -> &'static str {
 impl Tick {
     /// Bit of `status` that is set once the law has ended its attempts to reach the set point.
     pub const GAVE_UP: u32 = 1 << 19;
+
+    /// Bit of `status` that is set while the output is on, or the bridge's driver wakes up, and the
+    /// holding brake is commanded to be closed.
+    pub const HELD: u32 = 1 << 31;
 
     /// Returns the set point theta_d of the tick, with its derivatives.
     pub const fn setpoint(&self) -> Setpoint {

@@ -2,7 +2,7 @@
 
 use super::control_loop::{leads_out, leads_too_far};
 use super::current_path::CurrentPath;
-use super::{ControlLoop, Follower, Output, Refusal, Servo, State};
+use super::{BrakeCommand, ControlLoop, Follower, Output, Refusal, Servo, State};
 use crate::control::signal::Tick;
 use crate::identification::Ramp;
 use crate::motion::Course;
@@ -138,6 +138,7 @@ impl Servo {
             self.state = State::Armed;
             self.velocity = 0.0;
             self.countdown = None;
+            self.begin_opening();
         }
     }
 
@@ -145,7 +146,7 @@ impl Servo {
     #[inline(never)]
     pub fn stop(&mut self) {
         self.countdown = None;
-        self.stopping = None;
+        self.end_transition();
         if matches!(self.state, State::Armed) {
             self.state = State::Stopped;
             self.encoder_proof = self.encoder_proof.after_drive();
@@ -155,17 +156,21 @@ impl Servo {
         }
     }
 
-    /// Turns the output off at the end of a course that ends automatically. A homing that found its
-    /// stop sets the reference; a jog in which all encoders agree proves them.
+    /// Turns the output off at the end of a course that ends automatically, or closes the holding
+    /// brake first if the loop is closed. A homing that found its stop sets the reference; a jog in
+    /// which all encoders agree proves them.
     // Not in the tick, which it would make longer.
     #[inline(never)]
-    pub(super) fn end_course(&mut self) {
+    pub(super) fn end_course(&mut self, tick: Tick) -> Output {
         self.take_home();
         let proves = self.jogged().is_some_and(|found| found.agrees());
-        self.stop();
+        if !self.begin_closing(None) {
+            self.stop();
+        }
         if proves {
             self.encoder_proof = EncoderProofs::default();
         }
+        self.held(tick, BrakeCommand::Open)
     }
 
     /// Runs a tick with the output off. If autostart is due, arms the servo for the next tick.

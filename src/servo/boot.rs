@@ -3,6 +3,7 @@
 use super::referenced::Referenced;
 use super::{ControlLoop, Follower, Servo, State, WakeUp};
 use crate::control::hardware::Hardware;
+use crate::motion::Course;
 use crate::parameters::{DecodeError, Parameters};
 use crate::safety::encoder_proof::EncoderProofs;
 use crate::safety::fault::{Fault, FaultLog, LatchedFault};
@@ -62,7 +63,8 @@ impl Servo {
             #[cfg(feature = "two-encoders")]
             load_line: OpenLineState::default(),
             velocity: 0.0,
-            stopping: None,
+            transition: None,
+            pending: Course::default(),
             is_contact_open: false,
             referenced: Referenced::default(),
             origin: 0,

@@ -4,6 +4,7 @@
 #[cfg(feature = "two-encoders")]
 use super::absolute_load::AbsoluteLoad;
 use super::current_path::CurrentPath;
+use super::holding_brake::BrakeTimes;
 use super::stopping::Brakes;
 use super::wake_up::DriverTimes;
 use super::{Input, Refusal, control};
@@ -57,6 +58,7 @@ pub struct ControlLoop {
     pub(super) reference: PositionReference,
     pub(super) driver_times: DriverTimes,
     pub(super) brakes: Brakes,
+    pub(super) holding_brake: BrakeTimes,
     /// Bit of the [lines](super::Input::lines) that the contact of the emergency stop sets; zero
     /// without such a contact.
     pub(super) contact: u8,
@@ -124,6 +126,7 @@ impl ControlLoop {
                 tick: config.sample_time,
                 count: config.encoder.resolution,
             },
+            holding_brake: BrakeTimes::of(parameters),
             contact: if device.emergency_stop { Input::CONTACT } else { 0 },
         });
         Ok(())

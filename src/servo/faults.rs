@@ -28,7 +28,8 @@ impl Servo {
         self.state = State::Faulted(latched.fault);
         self.latched = Some(latched);
         self.log.push(latched);
-        (self.countdown, self.stopping) = (None, None);
+        self.countdown = None;
+        self.end_transition();
         self.encoder_proof = self.encoder_proof.after(latched.fault);
         if latched.fault.doubts_encoder() {
             self.lose_reference();

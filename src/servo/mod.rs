@@ -28,6 +28,9 @@
 //! (`servo/stopping.rs`). After any other fault the joint coasts. The contact of an emergency stop
 //! ends the output in hardware, and is reported here (`servo/emergency_stop.rs`).
 //!
+//! A holding brake opens before the motion starts, and closes before the output goes off
+//! (`servo/holding_brake.rs`).
+//!
 //! After arming, the limit of the output rises in a straight line from zero to the full scale (soft
 //! start): a wrong sign or a large first error shows as a slow pull and not as a jerk. The gains
 //! are unchanged meanwhile. A tick whose effort the limit cuts is reported as `saturated`.
@@ -50,6 +53,7 @@ mod current_path;
 mod emergency_stop;
 mod faults;
 mod follower;
+mod holding_brake;
 mod homing;
 mod identification;
 mod jog;
@@ -72,11 +76,11 @@ pub use control_loop::ControlLoop;
 use follower::Follower;
 #[cfg(feature = "two-encoders")]
 pub use output::EncoderReading;
-pub use output::{Input, Output};
+pub use output::{BrakeCommand, Input, Output};
 pub use ramp::FrictionLevels;
 use referenced::Referenced;
 pub use refusal::Refusal;
-use stopping::Stopping;
+use stopping::Transition;
 use wake_up::WakeUp;
 
 /// The state of a servo.
@@ -110,7 +114,7 @@ pub struct Servo {
     load_line: OpenLineState,
     /// Velocity of the last tick with output, deg/s.
     velocity: f32,
-    stopping: Option<Stopping>,
+    transition: Option<Transition>,
     /// Whether the contact of the emergency stop was open in the last tick with the output off.
     is_contact_open: bool,
     referenced: Referenced,
@@ -118,6 +122,8 @@ pub struct Servo {
     origin: i32,
     latched: Option<LatchedFault>,
     log: FaultLog,
+    /// Motion that starts once the holding brake is open; without effect otherwise.
+    pending: Course,
 }
 
 impl Servo {
@@ -349,23 +355,19 @@ impl Servo {
             control_loop.monitors.check(&mut control_loop.watch, seen, &tick, input.supply)
         {
             let latched = LatchedFault { fault: trip.fault, tick: self.clock, value: trip.value };
-            let brakes = trip.fault == Fault::LinkTimeout && self.begin_stop(Some(latched));
+            let brakes = trip.fault == Fault::LinkTimeout && self.begin_to_rest(Some(latched));
             if !brakes {
                 self.latch(latched);
                 return self.off(tick);
             }
         }
         self.velocity = tick.velocity;
-        if self.is_stopping() {
-            self.go_on_stopping();
-            if self.state != State::Armed {
-                return self.off(tick);
-            }
+        if self.transition.is_some() {
+            return self.go_on(tick);
         }
         let Some(control_loop) = &mut self.control_loop else { return self.off(tick) };
         if control_loop.ends(&tick) {
-            self.end_course();
-            return self.off(tick);
+            return self.end_course(tick);
         }
         let wound_up = control_loop.watch.warning();
         self.output(tick, true, wound_up)

@@ -30,6 +30,7 @@ impl Servo {
             return Err(Refusal::FarAway);
         }
         control_loop.begin(course);
+        self.postpone();
         Ok(())
     }
 
@@ -52,7 +53,9 @@ impl Servo {
         if is_too_far(target, from.counts) {
             return Err(Refusal::TooFar);
         }
-        control_loop.begin_profile(profile)
+        control_loop.begin_profile(profile)?;
+        self.postpone();
+        Ok(())
     }
 
     /// Stops the joint and holds it. A moving profile slows down within its limits and rests on the
@@ -68,6 +71,7 @@ impl Servo {
             let step = Step { from: here, to: here, at_tick: 0 };
             control_loop.begin(Course::Follow(Reference::Step(step)));
         }
+        self.postpone();
         Ok(())
     }
 

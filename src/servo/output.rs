@@ -65,10 +65,37 @@ pub struct Output {
     pub clock: u32,
 }
 
+/// Command for a holding brake.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BrakeCommand {
+    /// The brake closes, or is closed.
+    Closed,
+    /// The brake opens, or is open.
+    Open,
+}
+
 impl Output {
     /// Returns the PWM setting for the timer.
     pub const fn duty(&self) -> Duty {
         self.tick.duty()
+    }
+
+    /// Returns the command for a holding brake, if there is one.
+    pub const fn brake(&self) -> BrakeCommand {
+        let is_on = self.enable || self.wakes;
+        if is_on && self.tick.status & Tick::HELD == 0 {
+            BrakeCommand::Open
+        } else {
+            BrakeCommand::Closed
+        }
+    }
+
+    /// Returns this output with a command for the holding brake.
+    pub(super) const fn with_brake(mut self, brake: BrakeCommand) -> Self {
+        if matches!(brake, BrakeCommand::Closed) {
+            self.tick.status |= Tick::HELD;
+        }
+        self
     }
 }
 

@@ -3,7 +3,7 @@
 //! ```text
 //! a stop, or a silent link -> theta_d from where the joint is, as fast as it is, slowing down by
 //!                             a = max(profile's acceleration, 1.5 |v| / stop_s)
-//! the joint rests, or stop_s is over -> the output is off
+//! the joint rests, or stop_s is over -> the holding brake closes, then the output is off
 //! ```
 //!
 //! The set point rests after two thirds of `stop_s` at the latest, so that the joint has time to
@@ -16,8 +16,9 @@
 //! Does badly: it relies on the encoder. A joint driven by its load moves on once the output is
 //! off, as after any stop.
 
-use super::{Servo, State};
+use super::{BrakeCommand, Output, Servo, State};
 use crate::control::reference::{Braking, Reference};
+use crate::control::signal::Tick;
 use crate::motion::Course;
 use crate::safety::fault::LatchedFault;
 use crate::units::position::Position;
@@ -25,13 +26,25 @@ use crate::units::position::Position;
 /// Longest time in which the set point comes to rest, as a part of `stop_s`.
 const SET_POINT: f32 = 2.0 / 3.0;
 
-/// A controlled stop under way.
+/// What the loop does before a motion starts, or before the output goes off.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Stopping {
-    /// Ticks until the output is off.
-    left: u32,
+pub(super) struct Transition {
+    pub phase: Phase,
+    /// Ticks until the phase is over.
+    pub left: u32,
     /// Fault that caused the stop; none for a commanded stop.
-    fault: Option<LatchedFault>,
+    pub fault: Option<LatchedFault>,
+}
+
+/// Phase of a transition.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Phase {
+    /// The joint is held until the holding brake is open.
+    Opening,
+    /// A controlled stop brakes the joint.
+    Stopping,
+    /// The joint is held until the holding brake is closed.
+    Closing,
 }
 
 /// Settings of a controlled stop, and units of a tick.
@@ -62,49 +75,90 @@ impl Brakes {
 }
 
 impl Servo {
-    /// Brakes the joint and turns the output off, within `stop_s`. If no controlled stop is
-    /// possible, or one is already under way, the output goes off at once.
+    /// Brakes the joint and turns the output off, within `stop_s` and the time of a holding brake.
+    /// If no controlled stop is possible, or one is already under way, the output goes off at once.
     pub fn come_to_rest(&mut self) {
-        if self.stopping.is_some() || !self.begin_stop(None) {
+        if self.is_stopping() || !self.begin_to_rest(None) {
             self.stop();
         }
     }
 
     /// Returns whether a controlled stop is under way.
     pub const fn is_stopping(&self) -> bool {
-        self.stopping.is_some()
+        matches!(self.transition, Some(Transition { phase: Phase::Stopping | Phase::Closing, .. }))
+    }
+
+    /// Begins a controlled stop of a joint that moves, or closes the holding brake of a joint at
+    /// rest. `fault` is latched afterwards. Returns whether either has begun.
+    #[inline(never)]
+    pub(super) fn begin_to_rest(&mut self, fault: Option<LatchedFault>) -> bool {
+        if self.is_at_rest() { self.begin_closing(fault) } else { self.begin_stop(fault) }
     }
 
     /// Begins a controlled stop, after which `fault` is latched. Returns whether the stop has
     /// begun.
-    #[inline(never)]
-    pub(super) fn begin_stop(&mut self, fault: Option<LatchedFault>) -> bool {
-        let rests = self.is_at_rest();
+    fn begin_stop(&mut self, fault: Option<LatchedFault>) -> bool {
         let (State::Armed, Some(control_loop)) = (self.state, &mut self.control_loop) else {
             return false;
         };
         let brakes = control_loop.brakes;
-        if rests || control_loop.course.is_open() || self.wake_up.is_on() || brakes.time <= 0.0 {
+        if control_loop.course.is_open() || self.wake_up.is_on() || brakes.time <= 0.0 {
             return false;
         }
         let reference = brakes.reference(control_loop.state.counts(), self.velocity);
         control_loop.begin(Course::Follow(reference));
         // The client that requested the stop need not be connected any more.
         control_loop.watch.ignore_link();
-        self.stopping = Some(Stopping { left: (brakes.time / brakes.tick) as u32, fault });
+        let left = (brakes.time / brakes.tick) as u32;
+        self.transition = Some(Transition { phase: Phase::Stopping, left, fault });
         true
     }
 
-    /// Runs a tick of a controlled stop, and ends the stop if the joint rests or the time is over.
+    /// Runs a tick of a transition, and ends its phase if it is over.
     #[inline(never)]
-    pub(super) fn go_on_stopping(&mut self) {
-        let rests = self.is_at_rest();
-        let Some(stopping) = &mut self.stopping else { return };
-        stopping.left = stopping.left.saturating_sub(1);
-        if stopping.left > 0 && !rests {
-            return;
+    pub(super) fn go_on(&mut self, tick: Tick) -> Output {
+        let brake = self.update_transition();
+        self.held(tick, brake)
+    }
+
+    /// Returns the output of a tick that can have turned the output off.
+    pub(super) fn held(&self, tick: Tick, brake: BrakeCommand) -> Output {
+        match &self.control_loop {
+            Some(control_loop) if self.state == State::Armed => {
+                self.output(tick, true, control_loop.watch.warning()).with_brake(brake)
+            }
+            _ => self.off(tick),
         }
-        match stopping.fault {
+    }
+
+    /// Counts a tick of a transition, and returns the command for the holding brake.
+    fn update_transition(&mut self) -> BrakeCommand {
+        let rests = self.is_at_rest();
+        let Some(Transition { phase, left, fault }) = &mut self.transition else {
+            return BrakeCommand::Open;
+        };
+        let (phase, before, fault) = (*phase, *left, *fault);
+        *left = before.saturating_sub(1);
+        let is_over = before <= 1;
+        match phase {
+            Phase::Opening => return self.go_on_opening(before),
+            Phase::Stopping if !is_over && !rests => return BrakeCommand::Open,
+            Phase::Stopping => {
+                if self.begin_closing(fault) {
+                    // This tick is the first one.
+                    return self.update_transition();
+                }
+                self.end_stop(fault);
+            }
+            Phase::Closing if is_over => self.end_stop(fault),
+            Phase::Closing => {}
+        }
+        BrakeCommand::Closed
+    }
+
+    /// Turns the output off at the end of a stop that `fault` has caused, or a command.
+    fn end_stop(&mut self, fault: Option<LatchedFault>) {
+        match fault {
             Some(fault) => self.latch(fault),
             None => self.stop(),
         }

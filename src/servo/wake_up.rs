@@ -12,7 +12,7 @@
 //! the joint rests again. A silent link, and any condition that forbids arming, are faults
 //! meanwhile.
 
-use super::{Output, Servo};
+use super::{BrakeCommand, Output, Servo};
 use crate::control::signal::Tick;
 use crate::parameters::Parameters;
 use crate::safety::fault::LatchedFault;
@@ -33,6 +33,8 @@ pub(super) struct WakeUp {
     left: u32,
     /// Ticks with the enable pin high before the first duty.
     high: u32,
+    /// Ticks before the first duty in which the holding brake opens.
+    open: u32,
 }
 
 impl DriverTimes {
@@ -55,13 +57,26 @@ impl WakeUp {
     /// Restarts the count of ticks with the enable pin low. A count is not valid after the sample
     /// time has changed. The pin is then low for a whole reset pulse again, longer than necessary.
     pub const fn forget(&mut self) {
-        *self = Self { low: 0, left: 0, high: 0 };
+        *self = Self { low: 0, left: 0, high: 0, open: 0 };
     }
 
     /// Begins a wake-up.
     pub const fn begin(&mut self, times: &DriverTimes) {
         let low = times.reset_pulse.saturating_sub(self.low);
-        *self = Self { low: 0, left: low.saturating_add(times.wake_up), high: times.wake_up };
+        let left = low.saturating_add(times.wake_up);
+        *self = Self { low: 0, left, high: times.wake_up, open: 0 };
+    }
+
+    /// Adds ticks in which the holding brake opens.
+    pub const fn open_brake(&mut self, ticks: u32) {
+        self.left = self.left.saturating_add(ticks);
+        self.high = self.high.saturating_add(ticks);
+        self.open = ticks;
+    }
+
+    /// Returns whether the holding brake opens in the next tick of the wake-up.
+    const fn opens_brake(&self) -> bool {
+        self.left <= self.open
     }
 
     /// Returns whether the wake-up is still going on.
@@ -71,10 +86,13 @@ impl WakeUp {
     }
 
     /// Counts a tick of the wake-up, and returns whether the enable pin is high in it. The last
-    /// tick is repeated until the joint is at rest.
+    /// tick is repeated until the joint is at rest. A joint that moves while its holding brake
+    /// opens ends the wake-up: the motion has bounds, and the wake-up has none.
     pub const fn step(&mut self, at_rest: bool) -> bool {
         let high = self.left <= self.high;
-        if at_rest || self.left > 1 {
+        if self.opens_brake() && !at_rest {
+            self.left = 0;
+        } else if at_rest || self.left > 1 {
             self.left = self.left.saturating_sub(1);
         }
         high
@@ -95,7 +113,11 @@ impl Servo {
         }
         // The joint may be turned meanwhile: the loop begins where it rests.
         control_loop.begin_at(seen.position);
-        let wakes = self.wake_up.step(control_loop.monitors.is_at_rest(seen));
-        Output { wakes, ..self.off(Tick::default()) }
+        let at_rest = control_loop.monitors.is_at_rest(seen);
+        // A joint without a brake is not held.
+        let opens = self.wake_up.opens_brake() || !control_loop.holding_brake.has_brake();
+        let brake = if opens { BrakeCommand::Open } else { BrakeCommand::Closed };
+        let wakes = self.wake_up.step(at_rest);
+        Output { wakes, ..self.off(Tick::default()) }.with_brake(brake)
     }
 }

@@ -232,6 +232,8 @@ fn machine() -> impl Strategy<Value = Parameters> {
                 stop_time: 10.0 * n[28],
                 bootstrapped: false,
                 emergency_stop: flags[1],
+                brake_open: 2.0 * n[8],
+                brake_close: 2.0 * n[9],
                 reference: if flags[3] {
                     PositionReference::PowerOn
                 } else {

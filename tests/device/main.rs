@@ -38,6 +38,7 @@ mod following_error;
 mod fuzz;
 mod heat;
 mod held_effort;
+mod holding_brake;
 mod homing;
 mod hostile;
 mod jog;

@@ -39,6 +39,8 @@ mod free_running;
 #[cfg(feature = "emulator")]
 mod hardware_faults;
 #[cfg(feature = "emulator")]
+mod holding_brake;
+#[cfg(feature = "emulator")]
 mod homing;
 #[cfg(feature = "emulator")]
 mod identification;

@@ -7,6 +7,7 @@ pub mod client;
 pub mod clock;
 pub mod contradiction;
 pub mod found_load;
+mod holding_brake;
 pub mod homed;
 pub mod identified;
 pub mod into;

@@ -12,6 +12,7 @@ use stiction::parameters::store::Store;
 use stiction::servo::{Boot, EncoderReading, Input, Output};
 use stiction::{Device, Parameters};
 
+pub use super::holding_brake::HoldingBrake;
 use crate::experiment::RunPlan;
 use crate::flash::{SECTOR, SimulatedFlash};
 pub use crate::plant::MotorWires;
@@ -92,6 +93,8 @@ pub struct SimulatedDevice {
     pub motor_wires: MotorWires,
     /// Whether the contact of the emergency stop is open.
     pub is_contact_open: bool,
+    /// Holding brake on the joint; `None` without one.
+    pub holding_brake: Option<HoldingBrake>,
     /// Whether the bridge was on since the last tick.
     was_on: bool,
     plant: Plant<RunJoint>,
@@ -144,6 +147,7 @@ impl SimulatedDevice {
             shunt: plan.shunt(),
             motor_wires: MotorWires::Sound,
             is_contact_open: false,
+            holding_brake: None,
             was_on: false,
             plant,
             encoder: WiredCounter::at(counter),
@@ -180,7 +184,12 @@ impl SimulatedDevice {
         let output = self.device.tick(Input { counter, supply: self.supply, lines, current, load });
         self.was_on = output.enable;
         self.remember(output.clock, ahead_deg);
-        self.plant.brake_v = self.brake_v;
+        let tick_s = self.plant.sample_time_s();
+        let held_v = match &mut self.holding_brake {
+            Some(brake) => brake.update(output.brake(), tick_s),
+            None => 0.0,
+        };
+        self.plant.brake_v = self.brake_v + held_v;
         self.plant.is_unpowered = self.is_unpowered;
         self.plant.load_v = self.load_v;
         self.plant.motor_wires = self.motor_wires;

@@ -16,7 +16,7 @@ const SIGN_OF_LIFE: Duration = Duration::from_millis(100);
 /// Time between two status requests during a stop.
 const STOP_POLL: Duration = Duration::from_millis(20);
 
-/// Twice the longest `device.stop_s`.
+/// More than the longest `device.stop_s` and `device.brake_close_s`.
 const LONGEST_STOP: Duration = Duration::from_secs(20);
 
 impl<W: Wire> Client<W> {

@@ -1,0 +1,135 @@
+//! The holding brake: a brake that is closed without power, for a joint that must not move while
+//! its output is off.
+//!
+//! ```text
+//!           arm                                    stop       the joint rests
+//!  bridge    |~~~~~~~~~~~~~~~~~~~~~~~~~~~~~~~~~~~~~~~~~~~~~~~~~~~~~~~~~~~|____ off
+//!  loop      | hold - - - - - - - - - -| motion - - |brakes - |hold - - -|
+//!  brake     |closed      |open ~~~~~~~~~~~~~~~~~~~~~~~~~~~~~~|closed
+//!            |-soft start-|- open_s - -|                      |- close_s |
+//! ```
+//!
+//! The brake opens after the soft start, since before that the loop cannot hold the joint. A motion
+//! that is commanded meanwhile starts once the brake is open. A joint at rest is held at its set
+//! point while the brake closes. Any fault but a silent link closes the brake and turns the output
+//! off in the same tick, and so does a second stop.
+//!
+//! A course with an open loop (a ramp, a jog, an identification) does not hold the joint: the brake
+//! opens while the bridge has no duty, for the same time, or until the joint moves. At the end of
+//! such a course the brake closes and the output is off at once.
+//!
+//! Does badly: there is no sensor of the brake. A brake that does not open is a stall of the first
+//! motion, and one that does not close is not detected.
+
+use super::stopping::{Phase, Transition};
+use super::{BrakeCommand, Servo, State};
+use crate::control::reference::{Reference, Step};
+use crate::motion::Course;
+use crate::parameters::Parameters;
+use crate::safety::fault::LatchedFault;
+
+/// The times of a holding brake, ticks; both are zero without a brake.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct BrakeTimes {
+    open: u32,
+    close: u32,
+}
+
+impl BrakeTimes {
+    pub fn of(parameters: &Parameters) -> Self {
+        let device = &parameters.device;
+        Self {
+            open: parameters.ticks_at_least(device.brake_open),
+            close: parameters.ticks_at_least(device.brake_close),
+        }
+    }
+
+    pub const fn has_brake(&self) -> bool {
+        self.open > 0 || self.close > 0
+    }
+}
+
+impl Servo {
+    /// Begins to hold the joint until the brake is open. The motion waits.
+    #[inline(never)]
+    pub(super) fn begin_opening(&mut self) {
+        let Some(control_loop) = &mut self.control_loop else { return };
+        let BrakeTimes { open, .. } = control_loop.holding_brake;
+        if !control_loop.holding_brake.has_brake() {
+            return;
+        }
+        if control_loop.course.is_open() {
+            self.wake_up.open_brake(open);
+            return;
+        }
+        let left = control_loop.state.soft_start_left(&control_loop.controller) + open;
+        if left > 0 {
+            self.transition = Some(Transition { phase: Phase::Opening, left, fault: None });
+            self.postpone();
+        }
+    }
+
+    const fn is_opening(&self) -> bool {
+        matches!(self.transition, Some(Transition { phase: Phase::Opening, .. }))
+    }
+
+    /// Keeps the motion of the loop until the brake is open, and holds the joint meanwhile.
+    pub(super) fn postpone(&mut self) {
+        if let (true, Some(control_loop)) = (self.is_opening(), &mut self.control_loop) {
+            self.pending = Course::default();
+            core::mem::swap(&mut control_loop.course, &mut self.pending);
+        }
+    }
+
+    /// Runs a tick of the opening, with `left` ticks left, this one included.
+    pub(super) fn go_on_opening(&mut self, left: u32) -> BrakeCommand {
+        let opens = |open| if left <= open { BrakeCommand::Open } else { BrakeCommand::Closed };
+        let open = self.control_loop.as_ref().map_or(0, |of_joint| of_joint.holding_brake.open);
+        if left <= 1 {
+            self.end_transition();
+            if let Some(control_loop) = &mut self.control_loop {
+                control_loop.course.restart(0);
+                if let Some(home) = &mut control_loop.home {
+                    home.restart(0);
+                }
+                control_loop.state.begin_motion();
+            }
+        }
+        opens(open)
+    }
+
+    /// Ends a transition. The motion that waited is that of the loop again.
+    pub(super) fn end_transition(&mut self) {
+        let is_opening = self.is_opening();
+        self.transition = None;
+        if let (true, Some(control_loop)) = (is_opening, &mut self.control_loop) {
+            core::mem::swap(&mut control_loop.course, &mut self.pending);
+        }
+    }
+
+    /// Begins to close the brake, while the loop holds the joint at its set point. `fault` is
+    /// latched afterwards. Returns whether this has begun: without a brake that is open, or without
+    /// a closed loop, there is nothing to hold for.
+    pub(super) fn begin_closing(&mut self, fault: Option<LatchedFault>) -> bool {
+        let (State::Armed, Some(control_loop)) = (self.state, &mut self.control_loop) else {
+            return false;
+        };
+        let BrakeTimes { open, close } = control_loop.holding_brake;
+        let is_closed = matches!(
+            self.transition,
+            Some(Transition { phase: Phase::Opening, left, .. }) if left >= open
+        );
+        if close == 0 || is_closed || control_loop.course.is_open() || self.wake_up.is_on() {
+            return false;
+        }
+        let at = control_loop.setpoint().position;
+        // Not a new motion: a law that has given up does not try again.
+        control_loop.course =
+            Course::Follow(Reference::Step(Step { from: at, to: at, at_tick: 0 }));
+        control_loop.replaced = true;
+        control_loop.watch.ignore_link();
+        // The tick in which the brake begins to close is the first one.
+        self.transition = Some(Transition { phase: Phase::Closing, left: close + 1, fault });
+        true
+    }
+}
