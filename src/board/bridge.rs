@@ -13,8 +13,9 @@
 //!
 //! The break input is active low with a pull-up, to suit the open-drain fault output of a bridge
 //! driver, and the contact of an emergency stop. It ends the PWM in hardware, without a clock, and
-//! the PWM stays off. A cut wire is not detected. If a driver's fault output needs blanking (`fault_blanking_s`), the input is off while
-//! the output is off and until the blanking is over, which is before the first duty.
+//! the PWM stays off. A cut wire is not detected. If a driver's fault output needs blanking
+//! (`fault_blanking_s`), the input is off while the output is off and until the blanking is over,
+//! which is before the first duty.
 
 use core::convert::Infallible;
 
@@ -273,8 +274,8 @@ const fn held(status: u32) -> u32 {
     status >> Tick::HELD.trailing_zeros()
 }
 
-/// Drives the enable pin and that of the holding brake low, before the parameters are read and before the clock is started, which
-/// may wait for a crystal for 50 ms.
+/// Drives the enable pin and that of the holding brake low, before the parameters are read and
+/// before the clock is started, which may wait for a crystal for 50 ms.
 /// Before this, and in reset, a resistor of the board holds each pin.
 pub fn hold_enable_low(rcc: &pac::RCC, port: &pac::GPIOB) {
     rcc.ahb1enr().modify(|_, w| w.gpioben().enabled());
@@ -284,8 +285,9 @@ pub fn hold_enable_low(rcc: &pac::RCC, port: &pac::GPIOB) {
     port.moder().modify(|_, w| w.moder0().output().moder14().output());
 }
 
-/// Turns the bridge off and closes the holding brake from anywhere, whatever state the program is in. With an analog amplifier
-/// this also releases the pin of the PWM, and the next [`Bridge::off`] restores the neutral duty.
+/// Turns the bridge off and closes the holding brake from anywhere, whatever state the program is
+/// in. With an analog amplifier this also releases the pin of the PWM, and the next [`Bridge::off`]
+/// restores the neutral duty.
 pub fn off_now() {
     // SAFETY: one write to a set/reset register, which cannot disturb another pin, and one that
     // only clears MOE; neither depends on anything that the program owns.

@@ -20,13 +20,15 @@ pub trait EncoderInput {
 /// The bridge that drives the motor.
 pub trait Bridge {
     /// Applies `duty`, turns the outputs on if they are off, and opens or closes the holding brake
-    /// by the `status` of a tick ([`HELD`](stiction::Tick::HELD)). Returns whether the outputs were off.
+    /// by the `status` of a tick ([`HELD`](stiction::Tick::HELD)). Returns whether the outputs were
+    /// off.
     fn drive(&mut self, duty: Duty, status: u32) -> bool;
 
     /// Enables the bridge's driver with the outputs off, for a tick in which it wakes up.
     fn wake(&mut self, neutral: Duty, brake: BrakeCommand);
 
-    /// Turns the outputs off, and closes the holding brake. They begin with `neutral` when they are turned on again.
+    /// Turns the outputs off, and closes the holding brake. The outputs begin with `neutral` when
+    /// they are turned on again.
     fn off(&mut self, neutral: Duty);
 }
 

@@ -1,5 +1,5 @@
-//! The holding brake's output, PB14, in the flash image: high only while the loop holds or moves the
-//! joint.
+//! The holding brake's output, PB14, in the flash image: high only while the loop holds or moves
+//! the joint.
 //!
 //! tests/device/holding_brake.rs has the times under every law. Ticks are 20 ms.
 
