@@ -43,6 +43,7 @@ enum AnyPlant {
 
 impl AnyPlant {
     fn of(plan: &RunPlan) -> Result<Self, Error> {
+        plan.refuse_current_loop()?;
         let closed_loop = plan.closed_loop()?;
         Ok(match plan.sheet_axis()? {
             Some(axis) => Self::Sheet(Box::new(closed_loop.plant(axis))),

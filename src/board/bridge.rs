@@ -134,6 +134,22 @@ impl TimerBridge {
         self.rest();
     }
 
+    /// Restarts the count at its lower end, with the output off.
+    pub fn restart(&mut self) {
+        self.pwm.timer.egr().write(|w| w.ug().set_bit());
+    }
+
+    /// Returns whether the outputs are on, as far as the program has set them.
+    pub const fn is_on(&self) -> bool {
+        self.on != OFF
+    }
+
+    /// As [`Bridge::drive`], for a duty that the current loop sets. The first one is neutral, as it
+    /// was left.
+    pub fn drive_regulated(&mut self, status: u32) -> bool {
+        self.on != held(status) && self.change(status)
+    }
+
     /// Turns the outputs off, whatever the last tick has set.
     pub fn rest(&mut self) {
         self.off(self.neutral);
@@ -294,6 +310,20 @@ pub fn off_now() {
     unsafe {
         (*pac::GPIOB::ptr()).bsrr().write(|w| w.br0().set_bit().br14().set_bit());
         (*pac::TIM1::ptr()).bdtr().modify(|_, w| w.moe().disabled_idle());
+    }
+}
+
+/// Sets a duty from the interrupt of the current loop.
+#[inline]
+pub fn set_duty(duty: Duty) {
+    // SAFETY: one write to a set/reset register, and one to the compare value. The control task
+    // writes both while the current loop's interrupt is disabled, or before it turns the bridge off.
+    unsafe {
+        (*pac::GPIOB::ptr()).bsrr().write(|w| match duty.reverse {
+            true => w.bs1().set_bit(),
+            false => w.br1().set_bit(),
+        });
+        (*pac::TIM1::ptr()).ccr1().write(|w| w.ccr().set(duty.compare));
     }
 }
 

@@ -3,16 +3,20 @@
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
+use heapless::spsc::Producer;
+use stiction::control::controller::EffortMode;
+use stiction::control::current_loop::CurrentLoop;
 use stiction::safety::deadline::Deadline;
 #[cfg(feature = "two-encoders")]
 use stiction::servo::EncoderReading;
 use stiction::servo::{Input, Output, State};
-use stiction::{Fault, Servo};
+use stiction::{Fault, Parameters, Servo};
 
 #[cfg(feature = "two-encoders")]
 use super::absolute_encoder::AbsoluteEncoder;
 use super::bridge::{self, TimerBridge};
 use super::converter::Converter;
+use super::current_loop;
 #[cfg(feature = "two-encoders")]
 use super::encoder::LoadQuadrature;
 use super::encoder::Quadrature;
@@ -31,6 +35,28 @@ pub const BREAK: u32 = 1 << 31;
 /// In [`TRIPPED`]: a reading of the motor's current, in the lower half, was beyond its limits. The
 /// next control task clears it.
 pub const OVER_CURRENT: u32 = 1 << 30;
+
+/// Use of the motor's current.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CurrentUse {
+    /// There is no sensor.
+    None,
+    /// The effort is a voltage; the current is measured and limited.
+    Sensed,
+    /// The effort is a current.
+    Regulated,
+}
+
+impl CurrentUse {
+    /// Returns the use that validated parameters define.
+    pub fn of(parameters: &Parameters) -> Self {
+        match parameters.controller.effort {
+            EffortMode::Current => Self::Regulated,
+            EffortMode::Voltage if parameters.current.is_there() => Self::Sensed,
+            EffortMode::Voltage => Self::None,
+        }
+    }
+}
 
 /// The servo and the parts of the chip that it works with.
 pub struct ControlTask {
@@ -53,6 +79,10 @@ pub struct ControlTask {
     pub bridge: TimerBridge,
     /// The converter of supply voltage and motor current.
     pub converter: Converter,
+    /// Whether the effort is a current, which the current loop makes.
+    pub is_regulated: bool,
+    /// Current loops that begin, on their way to the converter's interrupt.
+    pub loops: Producer<'static, CurrentLoop>,
     /// The timer of the control tick.
     pub timer: TickTimer,
     /// The clock of the deadline.
@@ -137,15 +167,21 @@ impl ControlTask {
             self.load_encoder.pull(self.servo.pulls_load_down());
         }
         if output.enable {
-            if self.bridge.drive(output.duty(), output.tick.status) {
+            let turns_on = if self.is_regulated {
+                self.regulate(&output)
+            } else {
+                self.bridge.drive(output.duty(), output.tick.status)
+            };
+            if turns_on {
                 self.guard();
             }
         } else if output.wakes {
+            self.converter.release();
             self.bridge.wake(output.duty(), output.brake());
-            self.converter.release();
         } else {
-            self.bridge.off(output.duty());
+            // Its interrupt must not set another duty behind this one.
             self.converter.release();
+            self.bridge.off(output.duty());
         }
         #[cfg(feature = "two-encoders")]
         if is_absolute {
@@ -154,13 +190,32 @@ impl ControlTask {
         output
     }
 
-    /// Starts the watchdog over the motor's current. The bridge is on already: an interrupt before
-    /// that would not have turned it off.
+    /// Hands a tick's effort to the current loop. Returns whether the bridge was off.
+    #[inline(never)]
+    fn regulate(&mut self, output: &Output) -> bool {
+        // The voltage of the motion before is none of this one.
+        let voltage = if self.bridge.is_on() { current_loop::voltage() } else { 0 };
+        current_loop::aim(self.servo.regulate(&output.tick, voltage));
+        self.bridge.drive_regulated(output.tick.status)
+    }
+
+    /// Starts the watchdog over the motor's current, and the current loop. The bridge is on already:
+    /// an interrupt before that would not have turned it off.
     #[cold]
     #[inline(never)]
     fn guard(&mut self) {
+        if let Some(with) = self.servo.current_loop() {
+            current_loop::rest();
+            if self.loops.enqueue(with).is_err() {
+                // The bridge was turned off before the first period of several motions. Without
+                // this loop the interrupt would run an older one.
+                self.bridge.rest();
+                self.servo.stop();
+                return;
+            }
+        }
         if let Some(window) = self.servo.current_window() {
-            self.converter.guard(window);
+            self.converter.guard(window, self.is_regulated);
         }
     }
 
@@ -184,6 +239,7 @@ impl ControlTask {
             // The hardware has turned the outputs off. Without a tick since then, the bridge's own
             // state is still on, and the bridge would not turn the outputs on for a servo that is
             // armed before the next tick.
+            self.converter.release();
             self.bridge.rest();
             TRIPPED.fetch_and(!BREAK, Ordering::Relaxed);
             bridge::hear_break();
@@ -194,18 +250,30 @@ impl ControlTask {
 
     /// Sets another sample time, PWM and dead time, with the output off. The next tick comes a
     /// whole sample time from now.
-    pub fn reconfigure(&mut self, bridge: &bridge::BridgeSettings, period: &Period) {
+    pub fn reconfigure(
+        &mut self,
+        bridge: &bridge::BridgeSettings,
+        period: &Period,
+        current: CurrentUse,
+    ) {
+        self.converter.release();
         self.bridge.reconfigure(bridge);
-        self.converter.sense(self.servo.current_window().is_some());
+        self.sense(current);
         self.period = *period;
         self.resume();
+    }
+
+    /// Starts or ends the conversions of the motor's current.
+    pub fn sense(&mut self, current: CurrentUse) {
+        self.is_regulated = current == CurrentUse::Regulated;
+        self.converter.sense(current != CurrentUse::None);
     }
 
     /// Stops the ticks and turns the output off: a stop that was commanded since the last tick may
     /// not have reached the bridge yet.
     pub fn pause(&mut self) {
-        self.bridge.rest();
         self.converter.release();
+        self.bridge.rest();
         self.timer.stop();
         #[cfg(feature = "two-encoders")]
         {
@@ -223,6 +291,11 @@ impl ControlTask {
 
     /// Restarts the ticks. The next one comes a whole sample time from now, and is never late.
     pub fn resume(&mut self) {
+        if self.is_regulated {
+            // A sample time is a whole number of periods: each tick is at the lower end of the
+            // count, half a period after a conversion of the current and before the next one.
+            self.bridge.restart();
+        }
         self.timer.set(&self.period);
         self.deadline = Deadline::new(self.period.clocks);
     }

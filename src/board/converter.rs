@@ -14,6 +14,9 @@
 //! limits of the current, and its interrupt turns the bridge off. The interrupt is above the
 //! control task, which it interrupts.
 //!
+//! If the effort is a current, the end of every conversion is an interrupt as well, which runs the
+//! [current loop](super::current_loop).
+//!
 //! The supply is converted once a tick (regular group), and read at the next one. A conversion of
 //! the current restarts it.
 //!
@@ -99,15 +102,15 @@ impl Converter {
     }
 
     /// Starts the watchdog over the current: a reading below the first limit or above the second
-    /// turns the bridge off.
+    /// turns the bridge off. `is_regulated` starts the interrupts of the current loop, too.
     #[inline(never)]
-    pub fn guard(&mut self, [low, high]: [u16; 2]) {
+    pub fn guard(&mut self, [low, high]: [u16; 2], is_regulated: bool) {
         self.adc.ltr().write(|w| w.lt().set(low));
         self.adc.htr().write(|w| w.ht().set(high));
-        // A conversion before the limits were written may have set the flag.
-        self.adc.sr().write(|w| w.awd().clear_bit());
+        // A conversion before the limits were written may have set the flags.
+        self.adc.sr().write(|w| w.awd().clear_bit().jeoc().clear_bit());
         self.is_guarded = true;
-        self.adc.cr1().modify(|_, w| w.awdie().set_bit());
+        self.adc.cr1().modify(|_, w| w.awdie().set_bit().jeocie().bit(is_regulated));
     }
 
     /// Ends the watchdog over the current.
@@ -115,19 +118,32 @@ impl Converter {
     pub fn release(&mut self) {
         if self.is_guarded {
             self.is_guarded = false;
-            self.adc.cr1().modify(|_, w| w.awdie().clear_bit());
+            self.adc.cr1().modify(|_, w| w.awdie().clear_bit().jeocie().clear_bit());
         }
     }
 }
 
-/// Turns the bridge off because of the current, and returns its reading. The watchdog's interrupt
-/// calls this, and is disabled until the next [`Converter::guard`].
-pub fn over_current() -> u16 {
-    bridge::off_now();
+/// If the current is beyond its limits, turns the bridge off and returns the reading. The
+/// converter's interrupt calls this, and is then disabled until the next [`Converter::guard`].
+#[inline]
+pub fn over_current() -> Option<u16> {
     // SAFETY: only the control task changes these registers, which this interrupts; what it
-    // overwrites is the enable bit of this interrupt, which the next tick clears again.
+    // overwrites are the enable bits of this interrupt, which the next tick clears again.
     let adc = unsafe { &*pac::ADC1::ptr() };
-    adc.cr1().modify(|_, w| w.awdie().clear_bit());
-    adc.sr().write(|w| w.awd().clear_bit());
+    if adc.sr().read().awd().bit_is_clear() {
+        return None;
+    }
+    bridge::off_now();
+    adc.cr1().modify(|_, w| w.awdie().clear_bit().jeocie().clear_bit());
+    adc.sr().write(|w| w.awd().clear_bit().jeoc().clear_bit());
+    Some(adc.jdr1().read().jdata().bits())
+}
+
+/// Acknowledges a conversion of the current, and returns its reading.
+#[inline]
+pub fn take_conversion() -> u16 {
+    // SAFETY: the flag belongs to the interrupt that calls this; the reading is only read.
+    let adc = unsafe { &*pac::ADC1::ptr() };
+    adc.sr().write(|w| w.jeoc().clear_bit());
     adc.jdr1().read().jdata().bits()
 }

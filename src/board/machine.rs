@@ -20,7 +20,7 @@ use stiction::{Hardware, Parameters, Servo};
 
 use super::HARDWARE;
 use super::bridge;
-use super::control_task::ControlTask;
+use super::control_task::{ControlTask, CurrentUse};
 use super::sectors::{Sectors, Unset};
 use super::tick::Period;
 use super::traits::Watchdog;
@@ -145,7 +145,8 @@ impl<C: Mutex<T = ControlTask>, W: Mutex<T = Independent>> Machine for BoardMach
             self.watchdog.lock(|watchdog| watchdog.set(before));
             return Err(refused);
         }
-        self.control_task.lock(|parts| parts.reconfigure(&bridge, &period));
+        let current = CurrentUse::of(parameters);
+        self.control_task.lock(|parts| parts.reconfigure(&bridge, &period, current));
         Ok(())
     }
 }

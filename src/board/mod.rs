@@ -12,6 +12,7 @@ pub mod control_task;
 pub mod converter;
 mod copy;
 pub mod crystal;
+pub mod current_loop;
 pub mod debugger;
 pub mod encoder;
 pub mod fatal;

@@ -3,6 +3,8 @@
 
 use core::mem::MaybeUninit;
 
+use heapless::spsc::Producer;
+use stiction::control::current_loop::CurrentLoop;
 use stiction::parameters::DecodeError;
 use stiction::parameters::store::Store;
 use stiction::safety::deadline::Deadline;
@@ -18,7 +20,7 @@ use super::HARDWARE;
 #[cfg(feature = "two-encoders")]
 use super::absolute_encoder::AbsoluteEncoder;
 use super::bridge::{self, Pins, TimerBridge};
-use super::control_task::ControlTask;
+use super::control_task::{ControlTask, CurrentUse};
 use super::converter::Converter;
 use super::crystal::Crystal;
 use super::debugger::FreezeBits;
@@ -108,6 +110,7 @@ pub fn start(
     mut core: cortex_m::Peripherals,
     settings: &BoardSettings,
     place: &'static mut MaybeUninit<Servo>,
+    loops: Producer<'static, CurrentLoop>,
     boot: impl FnOnce(Crystal) -> Boot,
 ) -> Board {
     core.DCB.enable_trace();
@@ -161,7 +164,7 @@ pub fn start(
         &mut rcc,
     );
     let converter_pins = (c.pc0.into_analog(), c.pc1.into_analog());
-    let mut converter = Converter::start(device.ADC1, converter_pins, &mut rcc);
+    let converter = Converter::start(device.ADC1, converter_pins, &mut rcc);
     let timer_clock = rcc.clocks.timclk1().raw();
     let period = Period::new(settings.sample_time(), timer_clock);
     let timer = TickTimer::start(device.TIM3, &period, &mut rcc);
@@ -172,9 +175,8 @@ pub fn start(
     let clock = rcc.clocks.sysclk().raw();
     let servo = blank(place);
     servo.boot(settings.parameters(), boot(crystal), &HARDWARE);
-    converter.sense(servo.current_window().is_some());
     let deadline = Deadline::new(period.clocks);
-    let control_task = ControlTask {
+    let mut control_task = ControlTask {
         servo,
         deadline,
         encoder,
@@ -186,10 +188,17 @@ pub fn start(
         paused_at: 0,
         bridge,
         converter,
+        is_regulated: false,
+        loops,
         timer,
         stopwatch,
         period,
     };
+    control_task.sense(settings.parameters().map_or(CurrentUse::None, CurrentUse::of));
+    if control_task.is_regulated {
+        // The phase of the ticks to the PWM.
+        control_task.resume();
+    }
     let store = Store::new(Sectors::new(device.FLASH, core.SYST), SLOTS);
     Board { control_task, watchdog, port, received, store, crystal, clock, timer_clock }
 }

@@ -12,7 +12,7 @@
 
 use crate::control::encoder::Direction;
 use crate::units::error::HUGE;
-use crate::units::value::table;
+use crate::units::value::{Table, table};
 
 /// Derived limit at which the bridge is turned off, as a part of the sensor's range: the rest of
 /// the range is for the offset, which may be a twentieth of the range on either side.
@@ -42,12 +42,32 @@ table! {
         /// Resistance of the winding with bridge, shunt and cable, ohm. Derived:
         /// `motor.resistance_ohm`. A derived `continuous_v` is the rated current times this one.
         resistance: f32 = 0x0D05 "resistance_ohm", Above(0.0, HUGE), Derived(2.0);
+        /// Inductance of the winding with filter and cable, H, for the current loop of `loop.effort
+        /// = "current"`; 0: unknown. Derived: `motor.inductance_h`.
+        inductance: f32 = 0x0D06 "inductance_h", Between(0.0, HUGE), Derived(0.001);
+        /// Bandwidth of that loop, Hz: 3 dB are lost there. Up to a tenth of `drive.pwm_hz`.
+        bandwidth: f32 = 0x0D07 "bandwidth_hz", Above(0.0, HUGE), Default(1000.0);
     }
+}
+
+/// What the last tick has done to the motor, and the joint since.
+#[derive(Clone, Copy, Debug)]
+pub struct Driven {
+    /// Effort since the last tick, V: the voltage of the bridge.
+    pub effort: f32,
+    /// Effort that a current loop is to make a current of, V; that effort without a loop.
+    pub target: f32,
+    /// Speed of the joint, deg/s.
+    pub speed: f32,
+    /// Ratio of the measured supply to the nominal one; 1 if either is unknown.
+    pub supply: f32,
+    /// Travel since the last tick, counts.
+    pub travel: i32,
 }
 
 impl CurrentSensor {
     /// A motor without a sensor of its current.
-    pub const NONE: Self = Self::derived(0.0, 0.0);
+    pub const NONE: Self = Self::derived(0.0, [0.0; 2]);
 
     /// Returns whether the motor has a sensor.
     #[inline]
@@ -56,11 +76,11 @@ impl CurrentSensor {
     }
 
     /// Returns the sensor with this full scale (A) and the limits that follow from it, for a
-    /// winding with a resistance (ohm).
+    /// winding with a resistance (ohm) and an inductance (H).
     #[must_use]
-    pub const fn derived(full_scale: f32, resistance: f32) -> Self {
+    pub const fn derived(full_scale: f32, [resistance, inductance]: [f32; 2]) -> Self {
         let trip = TRIP * full_scale;
-        let direction = Direction::Forward;
-        Self { full_scale, direction, trip, peak: PEAK * trip, resistance }
+        let (direction, bandwidth) = (Direction::Forward, Self::EXAMPLE.bandwidth);
+        Self { full_scale, direction, trip, peak: PEAK * trip, resistance, inductance, bandwidth }
     }
 }

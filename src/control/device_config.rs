@@ -27,7 +27,9 @@ table! {
         /// at once. The product of its ticks and the codes fits 32 bits up to 10 s at 10 kHz.
         soft_start: f32 = 0x0803 "soft_start_s", Between(0.0, 10.0), Default(0.5);
         /// Time between the switching of complementary outputs in locked antiphase, s. The other
-        /// modes have none. The board's timer sets the longest one: 6e-6 at 168 MHz.
+        /// modes have none from the board: in sign-magnitude it is that of the bridge's driver, for
+        /// which the faults of the current allow. The board's timer sets the longest one: 6e-6 at
+        /// 168 MHz.
         dead_time: f32 = 0x0804 "dead_time_s", Between(0.0, 1e-3), Default(1e-6);
         /// Supply for which the gains were found, V: the output is scaled by its ratio to the
         /// measured supply. 0 leaves the output alone. Up to `supply_full_scale_v`.

@@ -13,6 +13,7 @@
 
 pub mod controller;
 pub mod current_limit;
+pub mod current_loop;
 pub mod current_sensor;
 pub mod device_config;
 pub mod drive;

@@ -9,7 +9,8 @@ pub mod names;
 pub mod record;
 pub mod store;
 
-use crate::control::controller::{Controller, ControllerConfig};
+use crate::control::controller::{Controller, ControllerConfig, EffortMode};
+use crate::control::current_loop;
 use crate::control::current_sensor::CurrentSensor;
 pub use crate::control::device_config::DeviceConfig;
 use crate::control::drive::{DriveConfig, PwmMode, pwm_top};
@@ -42,6 +43,11 @@ const VELOCITY: Key = key(ProfileLimits::ABOUT, "velocity");
 const OVERSPEED: Key = key(Limits::ABOUT, "overspeed");
 const DUTY_MAX: Key = key(DriveConfig::ABOUT, "duty_max");
 const FULL_SCALE: Key = key(CurrentSensor::ABOUT, "full_scale");
+const INDUCTANCE: Key = key(CurrentSensor::ABOUT, "inductance");
+const RESISTANCE_OHM: Key = key(CurrentSensor::ABOUT, "resistance");
+const BANDWIDTH: Key = key(CurrentSensor::ABOUT, "bandwidth");
+const PEAK: Key = key(CurrentSensor::ABOUT, "peak");
+const STALL: Key = key(Limits::ABOUT, "stall_effort");
 const BACK_EMF: Key = key(Limits::ABOUT, "back_emf");
 const MODE: Key = key(DriveConfig::ABOUT, "mode");
 const PWM_HZ: Key = key(DriveConfig::ABOUT, "pwm_hz");
@@ -51,6 +57,10 @@ const BOOTSTRAPPED: Key = key(DeviceConfig::ABOUT, "bootstrapped");
 /// restarts that of the supply, which takes 156 of the converter's clocks, after 27 of its own: 8.7
 /// us at 21 MHz.
 const FASTEST_SENSED: f32 = 100e3;
+
+/// Longest time constant L/R of a winding in a current loop, s: windings have 0.1 to 20 ms, and a
+/// value in mH in the place of H must not become a gain.
+const SLOWEST_WINDING: f32 = 0.05;
 
 /// Time that a bootstrap capacitor takes to charge in each period, s: two time constants of 100 nF
 /// and 10 ohm.
@@ -121,14 +131,24 @@ impl Parameters {
     /// Sets the soft start (ticks) and the nominal supply (readings of the supply's converter) of a
     /// controller.
     pub(crate) fn on_device(&self, controller: &mut Controller, hardware: &Hardware) {
-        let DeviceConfig { soft_start, nominal_supply, supply_full_scale, .. } = self.device;
-        let nominal = match supply_full_scale {
+        let nominal = match self.controller.effort {
+            EffortMode::Voltage => self.nominal_supply(hardware),
+            // A current loop measures what the supply has caused.
+            EffortMode::Current => 0.0,
+        };
+        controller.on_device(self.in_ticks(self.device.soft_start), nominal);
+    }
+
+    /// Returns the nominal supply in readings of its converter; zero: the supply is not measured, or
+    /// has no nominal value.
+    pub(crate) fn nominal_supply(&self, hardware: &Hardware) -> f32 {
+        let DeviceConfig { nominal_supply, supply_full_scale, .. } = self.device;
+        match supply_full_scale {
             full_scale if full_scale > 0.0 => {
                 nominal_supply / full_scale * f32::from(hardware.supply_top)
             }
             _ => 0.0,
-        };
-        controller.on_device(self.in_ticks(soft_start), nominal);
+        }
     }
 
     /// Returns a time (s) in whole ticks.
@@ -161,7 +181,26 @@ impl Parameters {
     pub(crate) fn check_times(&self, hardware: &Hardware) -> Result<(), InvalidValue> {
         let [shortest, longest] = hardware.sample_time;
         between(SAMPLE_TIME, self.controller.sample_time, shortest, longest)?;
-        between(DEAD_TIME, self.device.dead_time, 0.0, hardware.dead_time_max)
+        between(DEAD_TIME, self.device.dead_time, 0.0, hardware.dead_time_max)?;
+        match self.controller.effort {
+            EffortMode::Voltage => Ok(()),
+            EffortMode::Current => self.periods(hardware).map(|_| ()),
+        }
+    }
+
+    /// Returns the number of the PWM's periods in a sample time.
+    ///
+    /// # Errors
+    /// Rejects a frequency of the PWM with which it is no whole number, and names the nearest one.
+    pub fn periods(&self, hardware: &Hardware) -> Result<u32, InvalidValue> {
+        let ControllerConfig { sample_time, drive, .. } = &self.controller;
+        let clocks = libm::roundf(sample_time * hardware.pwm_clock_hz) as u32;
+        let top = pwm_top(hardware, drive.pwm_hz)?;
+        current_loop::periods(clocks, top).map_err(|nearest| {
+            let hz = nearest as f32 * (hardware.pwm_clock_hz / clocks as f32);
+            let allowed = Allowed::SetBy(hz, SAMPLE_TIME);
+            InvalidValue { key: PWM_HZ, found: drive.pwm_hz, allowed }
+        })
     }
 
     /// Rejects a value that is not within its bounds, and values that contradict each other. The
@@ -242,6 +281,38 @@ impl Parameters {
                 let allowed = Allowed::DueTo(FASTEST_SENSED, FULL_SCALE);
                 return Err(InvalidValue { key: PWM_HZ, found, allowed });
             }
+            self.check_stall()?;
+        }
+        match self.controller.effort {
+            EffortMode::Voltage => Ok(()),
+            EffortMode::Current => self.check_current_loop(),
+        }
+    }
+
+    /// Rejects a stall threshold that the limit of the current keeps the effort below: a blocked
+    /// joint would never be reported, and a homing would never find its stop.
+    fn check_stall(&self) -> Result<(), InvalidValue> {
+        let (found, most) = (self.limits.stall_effort, self.current.peak * self.current.resistance);
+        if most > 0.0 && found > most {
+            let allowed = Allowed::DueTo(most, PEAK);
+            return Err(InvalidValue { key: STALL, found, allowed });
+        }
+        Ok(())
+    }
+
+    /// Rejects a current loop without a sensor or without the winding's inductance, and one that is
+    /// too fast for the PWM.
+    fn check_current_loop(&self) -> Result<(), InvalidValue> {
+        let CurrentSensor { full_scale, resistance, inductance, bandwidth, .. } = self.current;
+        above(FULL_SCALE, full_scale, 0.0, HUGE)?;
+        let slowest = Allowed::DueTo(SLOWEST_WINDING * resistance, RESISTANCE_OHM);
+        if !slowest.includes(inductance) {
+            return Err(InvalidValue { key: INDUCTANCE, found: inductance, allowed: slowest });
+        }
+        let most = current_loop::FASTEST * self.controller.drive.pwm_hz;
+        let allowed = Allowed::DueTo(most, PWM_HZ);
+        if !allowed.includes(bandwidth) {
+            return Err(InvalidValue { key: BANDWIDTH, found: bandwidth, allowed });
         }
         Ok(())
     }

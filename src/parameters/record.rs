@@ -123,7 +123,7 @@ impl Parameters {
         };
         self.limits = Limits::derived(&self.controller, &self.device, breakaway);
         self.jog = JogBounds::derived(&self.controller, &self.device, breakaway);
-        self.current = CurrentSensor::derived(self.current.full_scale, 0.0);
+        self.current = CurrentSensor::derived(self.current.full_scale, [0.0, 0.0]);
         // The body is applied again after each derivation: it may set some of the derived limits,
         // and some of the values that follow from them.
         take(self, body)?;

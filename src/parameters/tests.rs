@@ -22,6 +22,7 @@ fn example() -> Parameters {
             output: EncoderOutput::PushPull,
         },
         velocity_window: 5,
+        effort: EffortMode::Voltage,
         pd: PdGains { kp: 1.0, kd: 0.25 },
         compensator: Gains::EXAMPLES.iter().copied().take(4).collect(),
         motor: MotorEncoder::NONE,
@@ -340,4 +341,62 @@ fn the_newest_valid_sector_is_taken() {
     assert_eq!(Parameters::newest([&a, &b]).unwrap().2, 0);
     a[30] ^= 1;
     assert_eq!(Parameters::newest([&a, &b]), Err(DecodeError::Checksum));
+}
+
+/// A sensor whose limit of 3.7125 A causes 7.425 V through 2 ohm.
+fn sensed() -> Parameters {
+    let mut parameters = example();
+    parameters.controller.sample_time = 0.001;
+    parameters.controller.drive.pwm_hz = 21e3;
+    parameters.limits.back_emf = 0.05;
+    parameters.current = CurrentSensor::derived(8.25, [2.0, 1e-3]);
+    let overspeed = parameters.limits.overspeed;
+    parameters.profile = ProfileLimits::derived(&parameters.controller, overspeed, 0.0);
+    assert_eq!(parameters.check(), Ok(()));
+    parameters
+}
+
+#[test]
+fn a_stall_threshold_that_the_limit_of_the_current_keeps_away_is_refused() {
+    let mut parameters = sensed();
+    for (stall, fits) in [(7.42, true), (7.43, false), (0.0, true)] {
+        parameters.limits.stall_effort = stall;
+        let found = parameters.check().map_err(|error| (name(error.key), error.found));
+        assert_eq!(found, if fits { Ok(()) } else { Err(("stall_v", stall)) });
+    }
+    // Without a limit the effort reaches the full scale.
+    (parameters.current.peak, parameters.limits.stall_effort) = (0.0, 7.43);
+    assert_eq!(parameters.check(), Ok(()));
+}
+
+#[test]
+fn a_current_loop_needs_a_sensor_a_winding_and_a_pwm_that_is_fast_and_in_step() {
+    let board = Hardware {
+        pwm_clock_hz: 168e6,
+        supply_top: 4095,
+        dead_time_max: 6e-6,
+        sample_time: [1e-4, 0.02],
+    };
+    let mut parameters = sensed();
+    parameters.controller.effort = EffortMode::Current;
+    assert_eq!(parameters.prepare(&board).map(|_| ()), Ok(()));
+    assert_eq!(parameters.periods(&board), Ok(21));
+    let refused = |change: &dyn Fn(&mut Parameters)| {
+        let mut changed = parameters.clone();
+        change(&mut changed);
+        let error = changed.prepare(&board).unwrap_err();
+        (name(error.key), error.allowed)
+    };
+    assert_eq!(refused(&|of| of.current = CurrentSensor::NONE).0, "full_scale_a");
+    assert_eq!(refused(&|of| of.current.inductance = 0.0).0, "inductance_h");
+    let (key, allowed) = refused(&|of| of.current.bandwidth = 2200.0);
+    assert_eq!((key, allowed), ("bandwidth_hz", Allowed::DueTo(2100.0, PWM_HZ)));
+    let (key, allowed) = refused(&|of| of.controller.drive.pwm_hz = 22e3);
+    assert_eq!(key, "pwm_hz");
+    let Allowed::SetBy(nearest, SAMPLE_TIME) = allowed else { panic!("{allowed:?}") };
+    assert!((nearest - 21e3).abs() < 0.1, "{nearest}");
+    // A voltage needs none of it.
+    parameters.controller.effort = EffortMode::Voltage;
+    (parameters.current.inductance, parameters.controller.drive.pwm_hz) = (0.0, 22e3);
+    assert_eq!(parameters.prepare(&board).map(|_| ()), Ok(()));
 }

@@ -200,13 +200,13 @@ faults! {
         "current" "A", "a period of the PWM", Clear, [];
     /// The sensor of the motor's current is dead or reversed, or its offset is off.
     29 CurrentSensor "current sensor", "29 Current sensor",
-        "current" "A", "20 to 100 ms under effort", Clear, [];
+        "current" "A", "20 to 100 ms under effort; longer with a sample time above 5 ms", Clear, [];
     /// No current flows under effort: a wire of the motor is open, or the bridge does not drive.
     30 MotorOpen "no motor current", "30 No motor current",
-        "current" "A", "20 to 100 ms under effort", Clear, [];
+        "current" "A", "20 to 100 ms under effort; longer with a sample time above 5 ms", Clear, [];
     /// More current flows than the resistance of the winding allows.
     31 MotorShorted "too much motor current", "31 Too much motor current",
-        "current" "A", "20 to 100 ms", Clear, [];
+        "current" "A", "20 to 100 ms; longer with a sample time above 5 ms", Clear, [];
     /// The contact of the emergency stop, or its wire, is open.
     32 EmergencyStop "emergency stop", "32 Emergency stop",
         "" "", "at once, in hardware", Clear, [];

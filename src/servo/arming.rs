@@ -115,10 +115,10 @@ impl Servo {
         if !control_loop.monitors.is_at_rest(&seen) || is_due {
             return Err(Refusal::Moving);
         }
-        let ControlLoop { monitors, watch, current, .. } = &*control_loop;
-        if current.as_ref().is_some_and(|path| !path.is_calibrated()) {
+        if !control_loop.knows_offset() {
             return Err(Refusal::Moving);
         }
+        let ControlLoop { monitors, watch, current, .. } = &*control_loop;
         if current.as_ref().is_some_and(CurrentPath::is_off) {
             return Err(Refusal::WouldTrip(Fault::CurrentSensor));
         }

@@ -22,7 +22,6 @@ use crate::motion::{Course, CourseState};
 use crate::parameters::Parameters;
 use crate::safety::fault::Fault;
 use crate::safety::monitor::{MonitorState, Monitors, PositionLimits, Seen};
-use crate::safety::motor_current::Driven;
 use crate::safety::open_line::OpenLineTest;
 use crate::units::error::InvalidValue;
 use crate::units::position::Position;
@@ -99,6 +98,7 @@ impl ControlLoop {
         let Parameters { device, limits, controller: config, .. } = parameters;
         let mut controller = Controller::new(config, hardware)?;
         parameters.on_device(&mut controller, hardware);
+        let current = CurrentPath::of(parameters, *controller.drive(), hardware);
         *place = Some(Self {
             controller,
             course: Course::default(),
@@ -116,7 +116,7 @@ impl ControlLoop {
             #[cfg(feature = "two-encoders")]
             absolute: AbsoluteLoad::of(config),
             watch: MonitorState::default(),
-            current: CurrentPath::of(parameters, hardware),
+            current,
             autostart: device.autostart.then(|| parameters.in_ticks(device.autostart_delay)),
             reference: device.reference,
             driver_times: DriverTimes::of(parameters),
@@ -285,8 +285,8 @@ impl ControlLoop {
         speed: f32,
     ) -> Option<(Fault, f32)> {
         let path = self.current.as_mut()?;
-        let effort = self.state.controller().applied();
-        let driven = Driven { effort, speed, travel: seen.driven().travel };
+        let target = self.state.controller().applied();
+        let driven = path.driven(target, speed, seen.driven().travel);
         let found = path.measure(reading, &driven);
         self.monitors.measure(&mut self.watch, path.current(), path.heat_volts());
         match found {
@@ -298,6 +298,11 @@ impl ControlLoop {
             }
             Err(trip) => Some(trip),
         }
+    }
+
+    /// Returns whether the offset of the motor's current is known, or there is no sensor.
+    pub(super) fn knows_offset(&self) -> bool {
+        self.current.as_ref().is_none_or(CurrentPath::is_calibrated)
     }
 
     /// Updates a homing with the last tick, and returns whether the course has ended.

@@ -144,15 +144,16 @@ impl Servo {
     }
 
     /// Returns whether the joint is at rest. A load whose encoder does not answer is not known to
-    /// be.
+    /// be. A stopped joint with a sensor of its current is at rest once the sensor's offset is known.
     pub fn is_at_rest(&self) -> bool {
         #[cfg(feature = "two-encoders")]
         if self.follower.missing > 0 {
             return false;
         }
-        self.control_loop
-            .as_ref()
-            .is_some_and(|control_loop| control_loop.monitors.is_at_rest(&self.follower.seen))
+        self.control_loop.as_ref().is_some_and(|control_loop| {
+            control_loop.monitors.is_at_rest(&self.follower.seen)
+                && (self.state == State::Armed || control_loop.knows_offset())
+        })
     }
 
     /// Returns whether the compensator holds effort at standstill, which the motor turns into heat.

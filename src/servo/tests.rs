@@ -1,5 +1,5 @@
 use super::*;
-use crate::control::controller::ControllerConfig;
+use crate::control::controller::{ControllerConfig, EffortMode};
 use crate::control::current_sensor::CurrentSensor;
 use crate::control::drive::{DriveConfig, Duty, PwmMode};
 use crate::control::encoder::{CounterBits, Direction, Encoder};
@@ -42,6 +42,7 @@ fn parameters(device: DeviceConfig) -> Parameters {
         sample_time: 0.01,
         encoder,
         velocity_window: 5,
+        effort: EffortMode::Voltage,
         pd: PdGains { kp: 1.0, kd: 0.0 },
         compensator: heapless::Vec::new(),
         motor: MotorEncoder::NONE,

@@ -112,6 +112,7 @@ fn any_config() -> impl Strategy<Value = ControllerConfig> {
             sample_time,
             encoder,
             velocity_window,
+            effort: EffortMode::Voltage,
             motor: MotorEncoder::NONE,
             pd,
             compensator: laws.into_iter().collect(),

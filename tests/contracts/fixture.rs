@@ -4,6 +4,7 @@ use std::iter::repeat_n;
 
 use proptest::collection::vec;
 use proptest::prelude::*;
+pub use stiction::control::controller::EffortMode;
 pub use stiction::control::drive::{DriveConfig, Duty, PwmMode};
 pub use stiction::control::encoder::{
     CounterBits, Direction, Encoder, EncoderOutput, EncoderState,
@@ -81,6 +82,7 @@ pub fn configured(kd: f32, laws: &[Gains]) -> ControllerConfig {
             output: EncoderOutput::Unknown,
         },
         velocity_window: 5,
+        effort: EffortMode::Voltage,
         motor: MotorEncoder::NONE,
         pd: PdGains { kp: 1.0, kd },
         compensator: laws.iter().copied().collect(),

@@ -22,6 +22,7 @@ mod both_encoders;
 mod bumper;
 mod chaos;
 mod controlled_stop;
+mod current_loop;
 mod current_sensor;
 mod dead_encoder;
 mod dying_encoder;

@@ -20,6 +20,7 @@ mod cost;
 #[cfg(feature = "emulator")]
 mod crashes;
 #[cfg(feature = "emulator")]
+mod current_loop;
 mod current_sensor;
 #[cfg(feature = "emulator")]
 mod device_link;

@@ -9,8 +9,14 @@
 //! plant is then moved by a whole sample at once, and the edges to its new position are sent before
 //! the next tick. The motor's current at the end of that sample is on its pin from there on, and is
 //! converted once, at the next trigger of the timer: further conversions would read the same.
-//! Limits: a bridge that turns off within a sample is off for the joint from the
-//! next sample on.
+//!
+//! Under a current loop the plant is moved once a period of the PWM, at the upper end of its count:
+//! by half a period, of which the current is converted, and by the other half at once. Edges to the
+//! position at the lower end follow within the first part of that half. The duty is the one that
+//! the interrupt of the period before has set.
+//!
+//! Limits: a bridge that turns off within a sample (or a period) is off for the joint from the next
+//! one on.
 
 use rigless::time::{NO_DEADLINE, VirtualNanos};
 
@@ -79,11 +85,16 @@ impl<P: PlantInterface> Lockstep<P> {
     /// Plans the edges from the shown positions of the discs to their present ones, up to 0.9 of
     /// the sample. Must be called when the plant has moved.
     pub fn replan(&mut self, now: VirtualNanos) {
-        if self.sampling.is_open {
+        if self.sampling.is_open && !self.plant.is_regulated() {
             return;
         }
-        let distance = self.encoders.distance(&self.discs());
         let last = self.sampling.begun.0 + self.sampling.period_ns / 10 * 9;
+        self.replan_until(now, last);
+    }
+
+    /// Plans the edges to the present positions of the discs, up to an instant, ns.
+    fn replan_until(&mut self, now: VirtualNanos, last: u64) {
+        let distance = self.encoders.distance(&self.discs());
         match last.saturating_sub(now.0).checked_div(distance) {
             None => self.edge_at = NO_DEADLINE,
             Some(interval_ns) => {
@@ -91,6 +102,27 @@ impl<P: PlantInterface> Lockstep<P> {
                 self.edge_at = VirtualNanos(now.0 + self.interval_ns);
             }
         }
+    }
+}
+
+impl<P: PlantInterface> Lockstep<P> {
+    /// Moves a regulated plant by a period of the PWM, and converts its current.
+    fn period(&mut self, board: &mut EmulatedBoard, at: VirtualNanos) {
+        let next = board.next_trigger(at).unwrap_or(NO_DEADLINE);
+        self.convert_at = next;
+        // Before the first tick the plant rests, and its time does not count.
+        if self.sampling.has_ticked {
+            let bridge = BridgeInputs::read(board);
+            self.plant.hold_half(&bridge);
+            if let Some(pin_mv) = self.plant.current_mv() {
+                board.current(pin_mv);
+            }
+            self.plant.hold_half(&bridge);
+            self.encoders.show(board, at);
+            let period_ns = next.0.saturating_sub(at.0);
+            self.replan_until(at, at.0 + period_ns / 10 * 4);
+        }
+        board.trigger_current(at);
     }
 }
 
@@ -104,7 +136,8 @@ impl<P: PlantInterface> PlantCoupling for Lockstep<P> {
     }
 
     fn counter_read(&mut self, board: &mut EmulatedBoard, counter: u32, at: VirtualNanos) {
-        if self.sampling.read(board, counter, self.encoders.shown(), at) {
+        let begins = self.sampling.read(board, counter, self.encoders.shown(), at);
+        if begins && !self.plant.is_regulated() {
             self.edge_at = NO_DEADLINE;
         }
     }
@@ -114,11 +147,21 @@ impl<P: PlantInterface> PlantCoupling for Lockstep<P> {
     }
 
     fn act(&mut self, board: &mut EmulatedBoard, at: VirtualNanos) {
-        if self.convert_at <= at {
+        let is_regulated = self.plant.is_regulated();
+        if self.convert_at <= at && is_regulated {
+            self.period(board, at);
+        } else if self.convert_at <= at {
             self.convert_at = NO_DEADLINE;
             board.trigger_current(at);
         }
-        if self.sampling.due <= at {
+        if self.sampling.due <= at && is_regulated {
+            let bridge = BridgeInputs::read(board);
+            let code = self.plant.code(&bridge);
+            self.sampling.take(bridge, code);
+            if self.convert_at == NO_DEADLINE {
+                self.convert_at = board.next_trigger(at).unwrap_or(NO_DEADLINE);
+            }
+        } else if self.sampling.due <= at {
             let bridge = BridgeInputs::read(board);
             let Sampling { has_ticked, period_ns, .. } = self.sampling;
             // Before the first tick the plant rests, and its time does not count.

@@ -8,7 +8,7 @@ use dynamics::joint::RunJoint;
 use files::error::Error;
 use files::hardware::STM32F405;
 use simulator::experiment::RunPlan;
-use simulator::plant::{Discs, Plant};
+use simulator::plant::{Discs, EffortState, Plant};
 use simulator::shunt::Shunt;
 
 /// Plant that the bridge drives, and whose position the encoders show.
@@ -25,6 +25,20 @@ pub trait PlantInterface: Send + std::fmt::Debug + 'static {
     /// Moves the plant by a sample under the state of the bridge, and returns the drive code of
     /// this state.
     fn hold(&mut self, bridge: &BridgeInputs, period_ns: u64) -> i16;
+
+    /// Returns whether a current loop drives the plant: it is then moved once a period of the PWM,
+    /// and not once a sample.
+    fn is_regulated(&self) -> bool {
+        false
+    }
+
+    /// Returns the drive code of a state of the bridge of a regulated plant.
+    fn code(&mut self, _bridge: &BridgeInputs) -> i16 {
+        0
+    }
+
+    /// Moves a regulated plant by half a period of the PWM under the state of the bridge.
+    fn hold_half(&mut self, _bridge: &BridgeInputs) {}
 }
 
 /// Free discs. The caller turns them, the bridge does not.
@@ -86,6 +100,8 @@ pub struct DrivenPlant {
     pub shunt: Option<Shunt>,
     stage: PowerStage,
     code: i16,
+    /// Half a period of the PWM, s, if a current loop drives the motor.
+    half_s: Option<f64>,
 }
 
 impl DrivenPlant {
@@ -94,11 +110,14 @@ impl DrivenPlant {
     /// # Errors
     /// Returns an error that names the invalid value.
     pub fn at_rest(plan: &RunPlan) -> Result<Self, Error> {
+        let sample_s = plan.machine.sampling.sample_time_s();
+        let half_s = plan.pwm_periods()?.map(|number| 0.5 * sample_s / f64::from(number));
         Ok(Self {
             plant: plan.plant()?,
             shunt: plan.shunt(),
             stage: PowerStage::of(plan)?,
             code: 0,
+            half_s,
         })
     }
 }
@@ -119,6 +138,22 @@ impl PlantInterface for DrivenPlant {
         let sample_s = if is_usual { usual_s } else { period_ns as f64 * 1e-9 };
         self.plant.put_out_and_hold(self.code, bridge.is_on(), sample_s);
         self.code
+    }
+
+    fn is_regulated(&self) -> bool {
+        self.half_s.is_some()
+    }
+
+    fn code(&mut self, bridge: &BridgeInputs) -> i16 {
+        self.stage.code(bridge, self.code)
+    }
+
+    fn hold_half(&mut self, bridge: &BridgeInputs) {
+        self.code = self.stage.code(bridge, self.code);
+        if let Some(half_s) = self.half_s {
+            let effort = EffortState { volts: self.plant.volts(self.code), is_on: bridge.is_on() };
+            self.plant.hold_driven(effort, half_s);
+        }
     }
 }
 

@@ -2,8 +2,8 @@
 //! of its stack.
 //!
 //! A span begins before its first instruction and ends after its last. Instructions of an interrupt
-//! within the span would be counted as well. Only the break input and the faults can interrupt the
-//! control interrupt, and a run in which one of them comes is rejected.
+//! within the span would be counted as well. Only the converter, the break input and the faults can
+//! interrupt the control interrupt, and a run in which one of them comes meanwhile is rejected.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -22,6 +22,8 @@ const PAINT: u64 = 0xA5C3_96E1;
 
 /// The control interrupt.
 const HANDLER: &str = "TIM3";
+/// The converter's interrupt, which runs the current loop.
+const CONVERTED: &str = "ADC";
 /// The core's tick.
 const CORE: &str = "stiction::servo::control";
 /// Handlers that can interrupt the control interrupt.
@@ -147,6 +149,7 @@ pub struct TickCost {
 pub struct Points {
     handler: Span,
     core: Span,
+    converted: Span,
     above: Vec<u64>,
     stack: Range<u64>,
     route: Arc<Route>,
@@ -181,6 +184,7 @@ impl Points {
         Ok(Self {
             handler: Span::handler(handler)?,
             core: Span::called(code, core)?,
+            converted: Span::handler(code.function(CONVERTED)?)?,
             above,
             stack: end.into()..code.stack_start().into(),
             route: Arc::new(route),
@@ -193,8 +197,11 @@ impl Points {
 pub struct Probe {
     handler: Counter,
     core: Counter,
+    converted: Counter,
     tracer: Tracer,
     points: Arc<Points>,
+    /// Instructions of each period of a current loop.
+    pub periods: Vec<u32>,
     /// Cost of every tick in which the core ran.
     pub ticks: Vec<TickCost>,
     /// Bytes of the stack that have been written to.
@@ -211,6 +218,8 @@ impl Probe {
         Self {
             handler: Counter::new(points.handler.clone()),
             core: Counter::new(points.core.clone()),
+            converted: Counter::new(points.converted.clone()),
+            periods: Vec::new(),
             tracer: Tracer::new(points.route.clone()),
             points,
             ticks: Vec::new(),
@@ -230,6 +239,7 @@ impl Probe {
         }
         self.handler.attach(host)?;
         self.core.attach(host)?;
+        self.converted.attach(host)?;
         let begins = self.points.route.blocks.begins();
         watch(host, begins.map(|address| Watch::Instruction(address.into())))?;
         watch(host, self.points.above.iter().copied().map(Watch::Instruction))
@@ -242,6 +252,7 @@ impl Probe {
             self.end_interrupt(interrupt);
         }
         self.core.hit(hit);
+        self.periods.extend(self.converted.hit(hit));
         self.tracer.hit(hit);
     }
 

@@ -103,6 +103,7 @@ impl Emulation {
         let mut total = 0;
         for plan in plans {
             plan.validate()?;
+            plan.refuse_current_loop()?;
             parameters::blob(plan)?;
             total += expected_ticks(plan)?;
         }

@@ -9,6 +9,7 @@
 
 pub mod both_sides;
 pub mod closed_loop;
+pub mod current_periods;
 pub mod device;
 pub mod draft;
 pub mod experiment;

@@ -82,6 +82,8 @@ pub struct Winding {
     pub resistance_ohm: f64,
     /// Back-EMF k_e at the joint, V s/deg.
     pub back_emf_v_per_deg_per_s: f64,
+    /// Time constant L/R, s, by which the plant delays the effort; 0 if its solver does.
+    pub lag_s: f64,
 }
 
 impl Winding {
@@ -89,6 +91,15 @@ impl Winding {
     fn current_a(&self, effort_v: f64, speed: f64) -> f64 {
         (effort_v - self.back_emf_v_per_deg_per_s * speed) / self.resistance_ohm
     }
+}
+
+/// Effort that a bridge puts out.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct EffortState {
+    /// Effort, V at the supply of the plan.
+    pub volts: f64,
+    /// Whether the bridge is on.
+    pub is_on: bool,
 }
 
 /// State of the wires between bridge and motor.
@@ -117,12 +128,16 @@ pub struct Plant<S> {
     pub is_unpowered: bool,
     /// External load on the joint, V: a spring, a bumper.
     pub load_v: f64,
+    /// Ratio of the supply to that for which a code has its volts.
+    pub supply_ratio: f64,
     /// State of the wires between bridge and motor.
     pub motor_wires: MotorWires,
     /// Winding of the motor, if its resistance is known.
     winding: Option<Winding>,
     /// Current of the motor at the end of the last held effort, A.
     current_a: f64,
+    /// Effort behind the lag of the winding, V.
+    lagged_v: f64,
     axis: RobotAxis,
     encoder: EncoderModel,
     /// Encoder of the motor, if `encoder` is a second one on the load.
@@ -160,9 +175,11 @@ impl<S: AxisSolver> Plant<S> {
             brake_v: 0.0,
             is_unpowered: false,
             load_v: 0.0,
+            supply_ratio: 1.0,
             motor_wires: MotorWires::Sound,
             winding: None,
             current_a: 0.0,
+            lagged_v: 0.0,
             axis,
             encoder,
             motor_encoder: None,
@@ -283,17 +300,25 @@ impl<S: AxisSolver> Plant<S> {
         f64::from(self.delay.put(code)) * self.lsb_v
     }
 
-    /// Puts out a code and holds its effort for a time (s), with the external load. There is no
-    /// effort if the output is off or the amplifier has no supply.
+    /// Puts out a code and holds its effort for a time (s), as [`hold_driven`](Self::hold_driven)
+    /// does.
     pub fn put_out_and_hold(&mut self, code: i16, is_on: bool, duration_s: f64) {
-        let put_out_v = self.put_out(code);
+        let volts = self.put_out(code);
         // The enable pin turns the output off without delay.
-        let is_driven = is_on && !self.is_unpowered;
+        self.hold_driven(EffortState { volts, is_on }, duration_s);
+    }
+
+    /// Holds an effort for a time (s), with the external load. There is no effort if the output is
+    /// off or the amplifier has no supply.
+    pub fn hold_driven(&mut self, effort: EffortState, duration_s: f64) {
+        let put_out_v = self.supply_ratio * effort.volts;
+        let is_driven = effort.is_on && !self.is_unpowered;
         let reaches = is_driven && self.motor_wires == MotorWires::Sound;
         let effort_v = if reaches { put_out_v } else { 0.0 };
-        self.hold(effort_v + self.load_v, duration_s, &mut |_| {});
+        let [held_v, lag_left_v] = self.lagged(effort_v, duration_s);
+        self.hold(held_v + self.load_v, duration_s, &mut |_| {});
         let Some(winding) = &self.winding else { return };
-        let left_v = self.solver.effort_left();
+        let left_v = self.solver.effort_left() + lag_left_v;
         let speed = self.solver.motor_velocity();
         self.current_a = match self.motor_wires {
             MotorWires::Open => 0.0,
@@ -302,6 +327,19 @@ impl<S: AxisSolver> Plant<S> {
             // The diodes of the bridge conduct until the current has ended.
             MotorWires::Sound | MotorWires::Shorted => left_v / winding.resistance_ohm,
         };
+    }
+
+    /// Returns the mean over a time (s) of an effort (V) behind the lag of the winding, and what is
+    /// left of the former effort at its end, V.
+    fn lagged(&mut self, effort_v: f64, duration_s: f64) -> [f64; 2] {
+        let lag_s = self.winding.map_or(0.0, |winding| winding.lag_s);
+        if lag_s <= 0.0 || duration_s <= 0.0 {
+            return [effort_v, 0.0];
+        }
+        let left_v = self.lagged_v - effort_v;
+        let keeps = (-duration_s / lag_s).exp();
+        self.lagged_v = effort_v + left_v * keeps;
+        [effort_v + left_v * lag_s / duration_s * (1.0 - keeps), left_v * keeps]
     }
 
     /// Moves the joint for a time (s) under a held effort (V), which includes any load.

@@ -118,6 +118,7 @@ pub fn run(plan: &RunPlan) -> Result<RunResult, Error> {
 /// # Errors
 /// Returns an error that names the invalid value.
 pub fn run_driven(plan: &RunPlan, driven: RunDriver) -> Result<RunResult, Error> {
+    plan.refuse_current_loop()?;
     plan.as_case(|| run_on_its_joint(plan, driven))
 }
 

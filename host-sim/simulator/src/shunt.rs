@@ -69,7 +69,7 @@ mod tests {
 
     #[test]
     fn a_current_is_a_share_of_the_reference_around_its_middle_and_the_ends_are_the_rails() {
-        let mut shunt = Shunt::of(&CurrentSensor::derived(8.25, 1.0));
+        let mut shunt = Shunt::of(&CurrentSensor::derived(8.25, [1.0, 0.0]));
         // 1.65 V and 0.2 V for each ampere.
         for (current_a, mv) in [(0.0, 1650), (1.0, 1850), (-8.0, 50), (9.0, 3300), (-9.0, 0)] {
             assert_eq!(shunt.pin_mv(current_a), mv, "{current_a} A");

@@ -8,6 +8,7 @@
 //! [`ClosedLoop`](crate::closed_loop::ClosedLoop) steps each of them against a
 //! [`Plant`](crate::plant::Plant). The flash image in lockstep is `emulator/side_by_side.rs`.
 
+use stiction::control::controller::EffortMode;
 use stiction::control::current_sensor::CurrentSensor;
 use stiction::control::encoder::EncoderState;
 use stiction::control::profile::Profile;
@@ -130,6 +131,13 @@ impl WatchedServo {
     /// Returns an error if the servo refuses to be armed.
     pub fn new(mut parameters: Parameters, counters: Counters, counts: i32) -> Result<Self, Error> {
         parameters.device.autostart = false;
+        if parameters.controller.effort == EffortMode::Current {
+            return Err(Error::Input(
+                "a current loop is simulated by a simulated device only; set `loop.effort` to \
+                 \"voltage\""
+                    .into(),
+            ));
+        }
         // A run does not simulate the current; a simulated device does.
         parameters.current = CurrentSensor::NONE;
         from_start(&mut parameters.motion, counts);

@@ -5,6 +5,7 @@ use super::super::reply::{Reply, RequestRefusal, StateCode, Status};
 use super::super::request::Request;
 use super::super::telemetry::Subscription;
 use super::{Machine, Session};
+use crate::control::controller::EffortMode;
 use crate::control::drive::DriveConfig;
 use crate::control::laws::Gains;
 use crate::control::signal::{self, LawSignal, SIGNALS};
@@ -268,8 +269,10 @@ fn keep_off(servo: &mut Servo) -> Result<(), servo::Refusal> {
     Ok(())
 }
 
-/// Returns the settings of bridge, timers and watchdog: sample time, PWM, dead time, blanking.
-const fn timing(parameters: &Parameters) -> (f32, &DriveConfig, f32, f32) {
-    let Parameters { controller, device, .. } = parameters;
-    (controller.sample_time, &controller.drive, device.dead_time, device.fault_blanking)
+/// Returns the settings of bridge, timers, converter and watchdog: sample time, dead time, blanking,
+/// PWM, what an effort is, and whether there is a sensor of the current.
+const fn timing(parameters: &Parameters) -> ([f32; 3], &DriveConfig, EffortMode, bool) {
+    let Parameters { controller, device, current, .. } = parameters;
+    let times = [controller.sample_time, device.dead_time, device.fault_blanking];
+    (times, &controller.drive, controller.effort, current.is_there())
 }

@@ -15,7 +15,12 @@ pub const INTERRUPT_INSTRUCTIONS: u32 = 1400;
 pub const INTERRUPT_INSTRUCTIONS_ALONE: u32 = 2000;
 /// Instructions that a sensor of the motor's current may add to the control interrupt: measurement,
 /// limit of the effort, and the faults of wires and sensor.
-pub const INTERRUPT_INSTRUCTIONS_OF_SENSOR: u32 = 150;
+pub const INTERRUPT_INSTRUCTIONS_OF_SENSOR: u32 = 220;
+/// Instructions that a current loop may add to that: the target, the voltage, and the fault of a
+/// current that is missing.
+pub const INTERRUPT_INSTRUCTIONS_OF_LOOP: u32 = 100;
+/// Instructions of a period of the current loop: the converter's interrupt.
+pub const PERIOD_INSTRUCTIONS: u32 = 250;
 /// Bytes of flash, of the 768 KiB that `memory.x` leaves below the parameters' two sectors.
 ///
 /// They are sectors 0 to 5; sectors 0 to 4, 128 KiB, have no room for the homing. The
@@ -55,8 +60,8 @@ pub struct LawBudget {
 
 impl LawBudget {
     /// Returns the limits of a law in the image for this number of encoders. A name that ends in
-    /// `-bus` is that of a law with the load's encoder on a bus, and one that ends in `-sensor`
-    /// that of a law with a sensor of the motor's current.
+    /// `-bus` is that of a law with the load's encoder on a bus, one that ends in `-sensor` that
+    /// of a law with a sensor of the motor's current, and one in `-loop` with a current loop, too.
     pub fn of(law: &str, encoders: u8) -> Self {
         let is_alone = law.starts_with("robust");
         if encoders > 1 {
@@ -67,9 +72,12 @@ impl LawBudget {
             };
             return Self { core: None, interrupt, state };
         }
-        let of_sensor = match law.ends_with("-sensor") {
-            true => INTERRUPT_INSTRUCTIONS_OF_SENSOR,
-            false => 0,
+        let of_sensor = if law.ends_with("-loop") {
+            INTERRUPT_INSTRUCTIONS_OF_SENSOR + INTERRUPT_INSTRUCTIONS_OF_LOOP
+        } else if law.ends_with("-sensor") {
+            INTERRUPT_INSTRUCTIONS_OF_SENSOR
+        } else {
+            0
         };
         if is_alone {
             return Self {

@@ -13,6 +13,7 @@ use stiction::servo::{Boot, EncoderReading, Input, Output};
 use stiction::{Device, Parameters};
 
 pub use super::holding_brake::HoldingBrake;
+use crate::current_periods::CurrentPeriods;
 use crate::experiment::RunPlan;
 use crate::flash::{SECTOR, SimulatedFlash};
 pub use crate::plant::MotorWires;
@@ -91,12 +92,17 @@ pub struct SimulatedDevice {
     pub shunt: Option<Shunt>,
     /// State of the wires between bridge and motor.
     pub motor_wires: MotorWires,
+    /// Ratio of the bridge's supply to that for which a code has its volts; the reading of the
+    /// converter stays as it is.
+    pub supply_ratio: f64,
     /// Whether the contact of the emergency stop is open.
     pub is_contact_open: bool,
     /// Holding brake on the joint; `None` without one.
     pub holding_brake: Option<HoldingBrake>,
     /// Whether the bridge was on since the last tick.
     was_on: bool,
+    /// The current loop, if the effort is a current.
+    periods: CurrentPeriods,
     plant: Plant<RunJoint>,
     encoder: WiredCounter,
     /// Counter of the load's encoder, if there are two.
@@ -146,9 +152,11 @@ impl SimulatedDevice {
             load_v: 0.0,
             shunt: plan.shunt(),
             motor_wires: MotorWires::Sound,
+            supply_ratio: 1.0,
             is_contact_open: false,
             holding_brake: None,
             was_on: false,
+            periods: CurrentPeriods::default(),
             plant,
             encoder: WiredCounter::at(counter),
             load_encoder: has_two.then(|| WiredCounter::at(load.counter)),
@@ -173,8 +181,16 @@ impl SimulatedDevice {
             Some(load) => load.read(sound.load.counter, self.load_wires, pulls_down),
             None => EncoderReading::default(),
         };
-        let current = self.shunt.map_or(0, |shunt| shunt.reading(self.plant.current_a()));
-        if self.was_on
+        let has_loop = self.device.servo().has_current_loop();
+        let current = match self.shunt {
+            Some(_) if has_loop => self.periods.reading(),
+            Some(shunt) => shunt.reading(self.plant.current_a()),
+            None => 0,
+        };
+        if let Some(reading) = self.periods.take_trip() {
+            self.device.servo().over_current(reading);
+        } else if self.was_on
+            && !has_loop
             && let Some([low, high]) = self.device.servo().current_window()
             && !(low..=high).contains(&current)
         {
@@ -193,8 +209,22 @@ impl SimulatedDevice {
         self.plant.is_unpowered = self.is_unpowered;
         self.plant.load_v = self.load_v;
         self.plant.motor_wires = self.motor_wires;
-        self.plant.put_out_and_hold(output.tick.code, output.enable, self.plant.sample_time_s());
+        self.plant.supply_ratio = self.supply_ratio;
+        self.drive(&output);
         output
+    }
+
+    /// Moves the joint until the next tick.
+    fn drive(&mut self, output: &Output) {
+        let servo = self.device.servo();
+        if let (Some(of), Some(shunt)) = (servo.current_loop(), &self.shunt) {
+            let voltage = self.periods.voltage();
+            let target = output.enable.then(|| servo.regulate(&output.tick, voltage));
+            let window = servo.current_window();
+            self.periods.pass(&mut self.plant, shunt, &of, target, window);
+            return;
+        }
+        self.plant.put_out_and_hold(output.tick.code, output.enable, self.plant.sample_time_s());
     }
 
     /// Runs `count` ticks and returns the last output.
@@ -240,6 +270,12 @@ impl SimulatedDevice {
         if let Some(load) = &mut self.load_encoder {
             load.counter = load.counter.wrapping_add(counts as u32);
         }
+    }
+
+    /// Returns the true current of the motor once a period of the PWM between the last two ticks, A;
+    /// empty without a current loop.
+    pub fn currents_a(&self) -> &[f64] {
+        self.periods.currents_a()
     }
 
     /// Returns the true current of the motor, A.

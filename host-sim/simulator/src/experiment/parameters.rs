@@ -99,12 +99,20 @@ pub fn assembled(plan: &RunPlan) -> Result<Parameters, Error> {
             derived.continuous_effort *= current.resistance / winding.resistance_ohm as f32;
         }
     }
+    if current.is_there() && current.peak > 0.0 {
+        // The effort has to reach the threshold of a blocked joint.
+        let most = UNDER_THE_LIMIT * current.peak * current.resistance;
+        derived.stall_effort = derived.stall_effort.min(most);
+    }
     let limits = plan.machine.limits.core(derived);
     let profile =
         plan.machine.profile.core(ProfileLimits::derived(&controller, limits.overspeed, gain));
     let jog = plan.machine.jog.core(JogBounds::derived(&controller, &device, breakaway));
     Ok(Parameters { controller, motion, device, limits, profile, jog, current })
 }
+
+/// Derived stall threshold at most, as a part of the effort that the limit of the current allows.
+const UNDER_THE_LIMIT: f32 = 0.9;
 
 /// Returns the sensor of the motor's current, with the resistance of the file's motor if the
 /// sensor's table lacks it.
@@ -131,7 +139,8 @@ fn current_sensor(plan: &RunPlan) -> Result<CurrentSensor, Error> {
             plan.origin
         )));
     };
-    Ok(table.core(CurrentSensor::derived(full_scale, resistance as f32)))
+    let inductance_h = plan.inductance_h()?.unwrap_or(0.0);
+    Ok(table.core(CurrentSensor::derived(full_scale, [resistance as f32, inductance_h as f32])))
 }
 
 /// Returns the effort that starts the joint, V: `limits.breakaway_v` of the file, or else the

@@ -1,7 +1,10 @@
 //! Joint and plant of a run, for a device, which can run longer than the run. Unlike the
 //! Runge-Kutta axis, this joint can be moved by hand.
 
+use stiction::ControllerConfig;
+use stiction::control::controller::EffortMode;
 use stiction::control::motor_encoder::{self, MotorEncoder};
+use stiction::units::value::Table as _;
 
 use super::plan::RunPlan;
 use crate::plant::{Delay, Plant, Winding};
@@ -13,6 +16,7 @@ use files::data_sheet::{
     UnseenSlack, WrittenDrive,
 };
 use files::error::Error;
+use files::hardware::STM32F405;
 use files::machine::AxisSolverName;
 use stiction::control::current_sensor::CurrentSensor;
 
@@ -48,16 +52,69 @@ impl RunPlan {
             let resistance_ohm = sheet.motor.resistance_ohm.filter(|_| is_bridge);
             let back_emf_v_per_deg_per_s =
                 (sheet.gear.ratio * sheet.motor.kt_nm_per_a).to_radians();
-            return Ok(resistance_ohm
-                .map(|resistance_ohm| Winding { resistance_ohm, back_emf_v_per_deg_per_s }));
+            // The joint of a sheet with an inductance has its lag.
+            let inductance_h =
+                if sheet.lag_s() > 0.0 { 0.0 } else { self.sensed("inductance_h").unwrap_or(0.0) };
+            return Ok(resistance_ohm.map(|resistance_ohm| Winding {
+                resistance_ohm,
+                back_emf_v_per_deg_per_s,
+                lag_s: inductance_h / resistance_ohm,
+            }));
         }
-        let table = self.machine.current_sensor.as_ref();
-        let resistance_ohm = table.and_then(|table| table.number("resistance_ohm"));
         let back_emf = self.machine.limits.number("back_emf_v_per_deg_per_s");
-        Ok(resistance_ohm.map(|resistance_ohm| Winding {
+        Ok(self.sensed("resistance_ohm").map(|resistance_ohm| Winding {
             resistance_ohm,
             back_emf_v_per_deg_per_s: back_emf.unwrap_or(0.0),
+            lag_s: self.sensed("inductance_h").unwrap_or(0.0) / resistance_ohm,
         }))
+    }
+
+    /// Returns a number of `[current_sensor]`, if it is in the file.
+    fn sensed(&self, key: &str) -> Option<f64> {
+        self.machine.current_sensor.as_ref()?.number(key)
+    }
+
+    /// Returns the inductance of the data sheet's winding, H; `None` without one.
+    ///
+    /// # Errors
+    /// Returns an error that names the invalid value.
+    pub(super) fn inductance_h(&self) -> Result<Option<f64>, Error> {
+        let sheet = self.sheet()?;
+        Ok(sheet.map(|(sheet, _)| sheet.motor.inductance_h).filter(|henry| *henry > 0.0))
+    }
+
+    /// Returns what the bridge makes of an effort.
+    fn effort_mode(&self) -> EffortMode {
+        self.machine.sampling.core(ControllerConfig::EXAMPLE).effort
+    }
+
+    /// Returns the number of the PWM's periods in a sample time; `None` without a current loop.
+    ///
+    /// # Errors
+    /// Returns an error that names the invalid value.
+    pub fn pwm_periods(&self) -> Result<Option<u32>, Error> {
+        match self.effort_mode() {
+            EffortMode::Voltage => Ok(None),
+            EffortMode::Current => {
+                let parameters = super::for_a_device(self)?;
+                Ok(Some(parameters.periods(&STM32F405).map_err(|why| self.explain(&why))?))
+            }
+        }
+    }
+
+    /// Refuses a current loop where only voltages are simulated.
+    ///
+    /// # Errors
+    /// Returns an error that names the key.
+    pub fn refuse_current_loop(&self) -> Result<(), Error> {
+        match self.effort_mode() {
+            EffortMode::Voltage => Ok(()),
+            EffortMode::Current => Err(Error::Input(format!(
+                "{}: a current loop is simulated by a simulated device only; set `loop.effort` to \
+                 \"voltage\" here, or use `stiction device --simulate`",
+                self.origin.of("loop.effort")
+            ))),
+        }
     }
 
     /// Returns the shunt amplifier of the motor; `None` without `[current_sensor]`.

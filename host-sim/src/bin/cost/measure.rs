@@ -48,6 +48,13 @@ const SENSOR: [&str; 3] = [
 ];
 const WITH_SENSOR: [&str; 2] = ["observer", "robust"];
 pub const SENSOR_ROW: &str = "-sensor";
+/// A current loop behind that sensor, and the mark of its rows.
+const LOOP: [&str; 3] = [
+    "loop.effort=current",
+    "current_sensor.inductance_h=0.0005",
+    "current_sensor.bandwidth_hz=100",
+];
+pub const LOOP_ROW: &str = "-loop";
 /// Time of each run of two encoders: the soft start, and two seconds of the motion.
 const SECONDS_OF_TWO: &str = "run.duration_s=4";
 /// Controller whose runs provide the set points and positions for the yardsticks.
@@ -60,6 +67,8 @@ pub struct CostMeasurement {
     pub encoders: u8,
     /// Every tick of each controller's runs, in the benchmark's order.
     pub laws: Vec<(String, Vec<TickCost>)>,
+    /// Every period of a current loop; none in the image for two encoders.
+    pub periods: Vec<u32>,
     /// Every call of each yardstick; none beside the image for two encoders.
     pub yardsticks: Vec<(&'static str, Vec<u32>)>,
     /// Sizes of the image's sections.
@@ -96,16 +105,22 @@ pub fn measure(image: &Path, yardstick: Option<&Path>) -> Result<CostMeasurement
             known.label == plan.label
                 && known.absolute_zero() == plan.absolute_zero()
                 && known.shunt() == plan.shunt()
+                && known.machine.sampling == plan.machine.sampling
         };
         let first = fast.iter().zip(&probes).find(|(known, _)| is_same(known));
         repeats(&plan.label, first.map_or(&[], |(_, probe)| &probe.ticks), ticks)?;
     }
-    for (plan, Probe { ticks, .. }) in fast.iter().zip(probes).chain(profiled.iter().zip(moved)) {
+    let mut periods = Vec::new();
+    let counted = fast.iter().zip(probes).chain(profiled.iter().zip(moved));
+    for (plan, Probe { ticks, periods: of_loop, .. }) in counted {
         let mut name = plan.controller.clone().unwrap_or_default();
         if plan.absolute_zero().is_some() {
             name += ON_THE_BUS;
         }
-        if plan.shunt().is_some() {
+        if plan.pwm_periods()?.is_some() {
+            name += LOOP_ROW;
+            periods.extend(of_loop);
+        } else if plan.shunt().is_some() {
             name += SENSOR_ROW;
         }
         match laws.iter_mut().find(|(known, _)| *known == name) {
@@ -117,6 +132,7 @@ pub fn measure(image: &Path, yardstick: Option<&Path>) -> Result<CostMeasurement
     Ok(CostMeasurement {
         encoders,
         laws,
+        periods,
         yardsticks: yardstick.map_or_else(|| Ok(Vec::new()), yardsticks)?,
         size,
         painted,
@@ -147,7 +163,8 @@ impl Motions {
     fn of_one_encoder() -> Result<Self, Error> {
         let mut fast = every_motion(&[&counted::EVERYTHING_ON[..], &[FAST]].concat())?;
         let sensed = one_motion(SENSED, &[&SENSOR[..], &[FAST]].concat())?;
-        fast.extend(sensed.into_iter().filter(|plan| {
+        let regulated = one_motion(SENSED, &[&SENSOR[..], &LOOP[..], &[FAST]].concat())?;
+        fast.extend(sensed.into_iter().chain(regulated).filter(|plan| {
             plan.controller.as_deref().is_some_and(|law| WITH_SENSOR.contains(&law))
         }));
         Ok(Self { fast, again: one_motion(AGAIN, &[])?, profiled: one_motion(PROFILED, &[FAST])? })

@@ -3,17 +3,18 @@
 use emulator::board::CLOCK_HZ;
 use emulator::firmware::budgets::{
     CONTROLLER_STATE_BYTES, FLASH_BYTES, LAW_STATE_BYTES, LAW_STATE_BYTES_OF_TWO, LawBudget,
-    RAM_BYTES,
+    PERIOD_INSTRUCTIONS, RAM_BYTES,
 };
 use emulator::probe::{PassageCost, TickCost};
 use files::Error;
 use stiction::ControllerState;
+use stiction::control::current_loop::CurrentLoopState;
 use stiction::control::laws::robust::RobustState;
 use stiction::control::laws::robust_dual::RobustDualState;
 use stiction::control::laws::{Gains, LawState};
 use stiction::positioner::{PdState, PositionerState, RunawayState};
 
-use crate::measure::{CostMeasurement, ON_THE_BUS, SENSOR_ROW};
+use crate::measure::{CostMeasurement, LOOP_ROW, ON_THE_BUS, SENSOR_ROW};
 
 /// Returns the size of the state of a yardstick on the `positioner` interface, bytes; `None` for
 /// another yardstick.
@@ -31,7 +32,7 @@ fn state_of(name: &str, encoders: u8) -> usize {
     if name.starts_with("robust") && encoders > 1 {
         return size_of::<RobustDualState>();
     }
-    let name = name.trim_end_matches(SENSOR_ROW);
+    let name = name.trim_end_matches(SENSOR_ROW).trim_end_matches(LOOP_ROW);
     Gains::EXAMPLES.iter().find(|law| law.name() == name).map_or(0, Gains::state_bytes)
 }
 
@@ -51,6 +52,15 @@ pub fn table(measured: &CostMeasurement, compiler: &str) -> String {
         let [core, interrupt] = columns(ticks).map(|counts| three(&counts));
         line(format!("{name:12} {core} {interrupt} {:>5}", state_of(name, measured.encoders)));
     }
+    if !measured.periods.is_empty() {
+        let counts = three(&measured.periods);
+        line(format!(
+            "{:12} {:>23} {counts} {:>5}",
+            "loop, a period",
+            "",
+            size_of::<CurrentLoopState>()
+        ));
+    }
     for (name, counts) in &measured.yardsticks {
         let state = state_of_face(name).map(|bytes| bytes.to_string()).unwrap_or_default();
         line(format!("{name:12} {} {:>23} {state:>5}", three(counts), ""));
@@ -62,6 +72,7 @@ pub fn table(measured: &CostMeasurement, compiler: &str) -> String {
         heads.push(("on a bus", &with_bus));
     } else {
         heads.extend([("with sensor", "-sensor"), ("of robust", "robust-sensor")]);
+        heads.extend([("with loop", "-loop"), ("of robust", "robust-loop")]);
     }
     for (head, law) in heads {
         let LawBudget { core, interrupt, state } = LawBudget::of(law, measured.encoders);
@@ -70,6 +81,9 @@ pub fn table(measured: &CostMeasurement, compiler: &str) -> String {
             "{head:12} {:>7} {:>7} {core:>7} {:>7} {:>7} {interrupt:>7} {state:>5}",
             "", "", "", ""
         ));
+    }
+    if !measured.periods.is_empty() {
+        line(format!("{:12} {PERIOD_INSTRUCTIONS:>47}", "of a period"));
     }
     line(String::new());
     cycles(&measured.laws).into_iter().for_each(&mut line);
@@ -128,6 +142,8 @@ pub fn within_budgets(measured: &CostMeasurement) -> Result<(), Error> {
         let state = state_of(name, measured.encoders);
         check(format!("{name}: bytes of state"), state as u64, budget.state as u64);
     }
+    let period = measured.periods.iter().max().copied().unwrap_or(0);
+    check("instructions of a period".into(), period.into(), PERIOD_INSTRUCTIONS.into());
     check(
         "bytes of state of a controller".into(),
         controller_state(measured.encoders) as u64,

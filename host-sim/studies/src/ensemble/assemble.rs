@@ -1,6 +1,7 @@
 //! Parameters of a servo for a law on a joint: the same as from a machine's file with the same
 //! figures, with every limit and every time at its default.
 
+use stiction::control::controller::EffortMode;
 use stiction::control::current_sensor::CurrentSensor;
 use stiction::control::drive::DriveConfig;
 use stiction::control::encoder::{CounterBits, Encoder};
@@ -33,6 +34,7 @@ pub fn parameters(bounds: &JointBounds, gains: &ControllerGains) -> Parameters {
         motor: bounds.motor_config(),
         drive: DriveConfig { full_scale, lsb, ..DriveConfig::EXAMPLE },
         velocity_window: gains.velocity_window,
+        effort: EffortMode::Voltage,
         pd: gains.pd,
         compensator: gains.laws.iter().copied().collect(),
     };

@@ -307,6 +307,7 @@ fn drive_with<S: AxisSolver>(
     samples: u32,
     mut see: impl FnMut(&CaseSample),
 ) -> Result<Option<String>, Error> {
+    joint.refuse_current_loop()?;
     let closed_loop = joint.closed_loop()?;
     let h = closed_loop.sample_time_s;
     let mut plant = closed_loop.plant(solver);
