@@ -173,8 +173,8 @@ mod app {
     ///
     /// Its budget is 1400 instructions from entry to exit, 2000 under `robust`, and 220 more with a
     /// sensor of the current (tests/evidence/cost.md). 1400 are a twelfth of the shortest sample
-    /// time, if each took one cycle, and by the estimate there more than that. If the task begins late or takes more than half the sample time, the output
-    /// is turned off for good.
+    /// time, if each took one cycle, and by the estimate there more than that. If the task begins
+    /// late or takes more than half the sample time, the output is turned off for good.
     #[task(binds = TIM3, priority = 3, local = [before, output_producer], shared = [control_task])]
     fn control(mut cx: control::Context) {
         let local = cx.local;

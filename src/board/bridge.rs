@@ -317,7 +317,8 @@ pub fn off_now() {
 #[inline]
 pub fn set_duty(duty: Duty) {
     // SAFETY: one write to a set/reset register, and one to the compare value. The control task
-    // writes both while the current loop's interrupt is disabled, or before it turns the bridge off.
+    // writes both while the current loop's interrupt is disabled, or before it turns the bridge
+    // off.
     unsafe {
         (*pac::GPIOB::ptr()).bsrr().write(|w| match duty.reverse {
             true => w.bs1().set_bit(),

@@ -199,8 +199,8 @@ impl ControlTask {
         self.bridge.drive_regulated(output.tick.status)
     }
 
-    /// Starts the watchdog over the motor's current, and the current loop. The bridge is on already:
-    /// an interrupt before that would not have turned it off.
+    /// Starts the watchdog over the motor's current, and the current loop. The bridge is on
+    /// already: an interrupt before that would not have turned it off.
     #[cold]
     #[inline(never)]
     fn guard(&mut self) {

@@ -25,8 +25,8 @@ choice! {
     pub enum EffortMode {
         /// The effort is the motor's voltage. Its current follows from winding, speed and supply.
         Voltage = 0 "voltage",
-        /// A current loop makes the effort the motor's current: that which the effort, as a voltage,
-        /// causes at standstill.
+        /// A current loop makes the effort the motor's current: that which the effort, as a
+        /// voltage, causes at standstill.
         Current = 1 "current",
     }
 }
@@ -43,8 +43,8 @@ table! {
             0x0102 "velocity_window", Between(2.0, MAX_WINDOW as f32), Default(5);
         /// What the bridge makes of an effort: the motor's voltage, or by a current loop its
         /// current. Efforts are volts in either case: 1 V is the current that 1 V causes through
-        /// `current_sensor.resistance_ohm` at standstill. `current` needs `[current_sensor]` with an
-        /// inductance, and a whole number of the PWM's periods in a sample time.
+        /// `current_sensor.resistance_ohm` at standstill. `current` needs `[current_sensor]` with
+        /// an inductance, and a whole number of the PWM's periods in a sample time.
         effort: EffortMode = 0x0103 "effort", Any, Default(EffortMode::Voltage);
     }
     with {

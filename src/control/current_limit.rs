@@ -79,8 +79,8 @@ impl CurrentLimit {
         Self { back_emf: 0.0, least: 1.0, ..self }
     }
 
-    /// Returns the lowest and the highest effort of a tick, V, at a measured current (A), after what
-    /// the last tick has done.
+    /// Returns the lowest and the highest effort of a tick, V, at a measured current (A), after
+    /// what the last tick has done.
     #[inline]
     pub fn bounds(&self, state: &mut CurrentLimitState, current: f32, driven: &Driven) -> [f32; 2] {
         let [back, forth] = state.factors;
@@ -173,8 +173,8 @@ mod tests {
         }
     }
 
-    /// At 400 deg/s 20 V are induced, and 30 V are configured: 8 V across the resistance would leave
-    /// a lowest effort of 22 V, which drives the motor on by 1 A.
+    /// At 400 deg/s 20 V are induced, and 30 V are configured: 8 V across the resistance would
+    /// leave a lowest effort of 22 V, which drives the motor on by 1 A.
     #[test]
     fn a_back_emf_that_is_far_too_high_leaves_the_brake() {
         for sign in [1.0, -1.0f32] {

@@ -16,9 +16,9 @@
 //!
 //! The zero of the PI cancels the pole of the winding `a` (internal model control; Harnefors and
 //! Nee, IEEE Trans. Ind. Appl. 34 (1998) 133). What is left is `m g exp(-j w D) / (j w)`: the
-//! current is sampled at the upper end of the PWM's count, its duty acts from the lower end on, half
-//! a period later, and is held for a period. `g` is the gain at which the closed loop has lost 3 dB
-//! at the configured bandwidth `w_b`: `|1 + j w_b / (m g) exp(j w_b D)|^2 = 2`.
+//! current is sampled at the upper end of the PWM's count, its duty acts from the lower end on,
+//! half a period later, and is held for a period. `g` is the gain at which the closed loop has lost
+//! 3 dB at the configured bandwidth `w_b`: `|1 + j w_b / (m g) exp(j w_b D)|^2 = 2`.
 //!
 //! `c I` is the voltage across the resistance of a model of the winding, which gets the limited
 //! voltage. So a limit leaves nothing behind, and there is no other anti-windup.

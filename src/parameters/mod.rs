@@ -46,6 +46,8 @@ const FULL_SCALE: Key = key(CurrentSensor::ABOUT, "full_scale");
 const INDUCTANCE: Key = key(CurrentSensor::ABOUT, "inductance");
 const RESISTANCE_OHM: Key = key(CurrentSensor::ABOUT, "resistance");
 const BANDWIDTH: Key = key(CurrentSensor::ABOUT, "bandwidth");
+const BRAKE_OPEN: Key = key(DeviceConfig::ABOUT, "brake_open");
+const BRAKE_CLOSE: Key = key(DeviceConfig::ABOUT, "brake_close");
 const PEAK: Key = key(CurrentSensor::ABOUT, "peak");
 const STALL: Key = key(Limits::ABOUT, "stall_effort");
 const BACK_EMF: Key = key(Limits::ABOUT, "back_emf");
@@ -139,8 +141,8 @@ impl Parameters {
         controller.on_device(self.in_ticks(self.device.soft_start), nominal);
     }
 
-    /// Returns the nominal supply in readings of its converter; zero: the supply is not measured, or
-    /// has no nominal value.
+    /// Returns the nominal supply in readings of its converter; zero: the supply is not measured,
+    /// or has no nominal value.
     pub(crate) fn nominal_supply(&self, hardware: &Hardware) -> f32 {
         let DeviceConfig { nominal_supply, supply_full_scale, .. } = self.device;
         match supply_full_scale {
@@ -218,6 +220,9 @@ impl Parameters {
         self.check_current()?;
         self.profile.check(self.controller.sample_time, self.controller.encoder.resolution)?;
         self.motion.is_soft(self.device.soft_start, self.controller.drive.full_scale)?;
+        if matches!(self.motion, Motion::Ramp { .. }) {
+            self.check_brake()?;
+        }
         self.jog.check(self.controller.drive.full_scale, &self.device)?;
         self.motion.check(&self.controller)
     }
@@ -263,6 +268,13 @@ impl Parameters {
             return Err(InvalidValue { key: DUTY_MAX, found: duty_max, allowed });
         }
         Ok(())
+    }
+
+    /// Rejects a holding brake where a ramp is to run: nothing bounds the travel of a load that
+    /// falls once the brake is open.
+    fn check_brake(&self) -> Result<(), InvalidValue> {
+        between(BRAKE_OPEN, self.device.brake_open, 0.0, 0.0)?;
+        between(BRAKE_CLOSE, self.device.brake_close, 0.0, 0.0)
     }
 
     /// Rejects a sensor of the motor's current where the effort is not the motor's voltage, where
@@ -325,6 +337,7 @@ impl Parameters {
     pub fn ramp(&self, rate: f32, hold: f32) -> Result<Ramp, InvalidValue> {
         let ControllerConfig { sample_time, drive, .. } = &self.controller;
         Motion::Ramp { rate, hold }.is_soft(self.device.soft_start, drive.full_scale)?;
+        self.check_brake()?;
         Ramp::new(rate, hold, *sample_time, drive.full_scale)
     }
 

@@ -16,12 +16,12 @@
 //! target. I, E and E_d are i, e and e_d behind the same first-order lag of 20 ms, which a winding
 //! with an inductance is small against. J is |i|, and J* the current i* that the loop is to make,
 //! as far as its largest voltage suffices, behind a lag of 5 ms and a period of its bandwidth. They
-//! have no sign, since a law may change that of its effort in every tick. In every tick of a time one of the conditions has to hold:
-//! 20 ms (silent: that lag), three ticks, or the ticks of the velocity window, whichever is longest.
-//! The last tick names the fault. If no current is measured, and the encoder moves the way of the effort without
-//! losing a tenth of its speed meanwhile, the sensor is dead, not the wire. `i_0` is a fiftieth of
-//! the sensor's range. An offset more than a twentieth of the range away from its middle forbids
-//! arming.
+//! have no sign, since a law may change that of its effort in every tick. In every tick of a time
+//! one of the conditions has to hold: 20 ms (silent: that lag), three ticks, or the ticks of the
+//! velocity window, whichever is longest. The last tick names the fault. If no current is measured,
+//! and the encoder moves the way of the effort without losing a tenth of its speed meanwhile, the
+//! sensor is dead, not the wire. `i_0` is a fiftieth of the sensor's range. An offset more than a
+//! twentieth of the range away from its middle forbids arming.
 //!
 //! Guarantees: with a sample time of up to 5 ms, a velocity window of up to four positions per 20
 //! ms and an effort of twice `R i_0 + V_d`, an open wire is found within 0.1 s.
@@ -164,8 +164,8 @@ impl MotorCurrentState {
 impl MotorCurrent {
     /// Prepares a sensor. `top` is the largest reading of the converter, `back_emf` in V s/deg,
     /// `dead_time` the largest voltage that is lost by it (V), `sample_time` in s, and the number
-    /// of positions over which the speed is measured. `most` is the largest voltage (V) of a current
-    /// loop, if there is one. None without a sensor.
+    /// of positions over which the speed is measured. `most` is the largest voltage (V) of a
+    /// current loop, if there is one. None without a sensor.
     pub fn of(
         sensor: &CurrentSensor,
         top: u16,

@@ -10,9 +10,10 @@
 //! ```
 //!
 //! The brake opens after the soft start, since before that the loop cannot hold the joint. A motion
-//! that is commanded meanwhile starts once the brake is open. A joint at rest is held at its set
-//! point while the brake closes. Any fault but a silent link closes the brake and turns the output
-//! off in the same tick, and so does a second stop.
+//! that is commanded meanwhile starts once the brake is open. A stop before the brake has begun to
+//! open turns the output off at once. A joint at rest is held where it is while the brake closes.
+//! Any fault but a silent link closes the brake and turns the output off in the same tick, and so
+//! does a second stop.
 //!
 //! A course with an open loop (a ramp, a jog, an identification) does not hold the joint: the brake
 //! opens while the bridge has no duty, for the same time, or until the joint moves. At the end of
@@ -27,6 +28,7 @@ use crate::control::reference::{Reference, Step};
 use crate::motion::Course;
 use crate::parameters::Parameters;
 use crate::safety::fault::LatchedFault;
+use crate::units::position::Position;
 
 /// The times of a holding brake, ticks; both are zero without a brake.
 #[derive(Clone, Copy, Debug, Default)]
@@ -69,6 +71,15 @@ impl Servo {
         }
     }
 
+    /// Returns whether the brake has not begun to open: the joint needs nothing that holds it.
+    pub(super) fn is_still_closed(&self) -> bool {
+        let open = self.control_loop.as_ref().map_or(0, |of_joint| of_joint.holding_brake.open);
+        let Some(Transition { phase: Phase::Opening, left, .. }) = self.transition else {
+            return false;
+        };
+        left >= open
+    }
+
     const fn is_opening(&self) -> bool {
         matches!(self.transition, Some(Transition { phase: Phase::Opening, .. }))
     }
@@ -107,22 +118,18 @@ impl Servo {
         }
     }
 
-    /// Begins to close the brake, while the loop holds the joint at its set point. `fault` is
-    /// latched afterwards. Returns whether this has begun: without a brake that is open, or without
-    /// a closed loop, there is nothing to hold for.
+    /// Begins to close the brake, while the loop holds the joint where it is: a set point ahead of
+    /// it would drive it on after a stop. `fault` is latched afterwards. Returns whether this has
+    /// begun: without a brake that is open, or without a closed loop, there is nothing to hold for.
     pub(super) fn begin_closing(&mut self, fault: Option<LatchedFault>) -> bool {
         let (State::Armed, Some(control_loop)) = (self.state, &mut self.control_loop) else {
             return false;
         };
-        let BrakeTimes { open, close } = control_loop.holding_brake;
-        let is_closed = matches!(
-            self.transition,
-            Some(Transition { phase: Phase::Opening, left, .. }) if left >= open
-        );
-        if close == 0 || is_closed || control_loop.course.is_open() || self.wake_up.is_on() {
+        let BrakeTimes { close, .. } = control_loop.holding_brake;
+        if close == 0 || control_loop.course.is_open() || self.wake_up.is_on() {
             return false;
         }
-        let at = control_loop.setpoint().position;
+        let at = Position::from_counts(control_loop.state.counts());
         // Not a new motion: a law that has given up does not try again.
         control_loop.course =
             Course::Follow(Reference::Step(Step { from: at, to: at, at_tick: 0 }));

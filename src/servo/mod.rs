@@ -144,7 +144,8 @@ impl Servo {
     }
 
     /// Returns whether the joint is at rest. A load whose encoder does not answer is not known to
-    /// be. A stopped joint with a sensor of its current is at rest once the sensor's offset is known.
+    /// be. A stopped joint with a sensor of its current is at rest once the sensor's offset is
+    /// known.
     pub fn is_at_rest(&self) -> bool {
         #[cfg(feature = "two-encoders")]
         if self.follower.missing > 0 {

@@ -92,6 +92,9 @@ impl Servo {
     /// rest. `fault` is latched afterwards. Returns whether either has begun.
     #[inline(never)]
     pub(super) fn begin_to_rest(&mut self, fault: Option<LatchedFault>) -> bool {
+        if self.is_still_closed() {
+            return false;
+        }
         if self.is_at_rest() { self.begin_closing(fault) } else { self.begin_stop(fault) }
     }
 

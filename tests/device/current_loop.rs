@@ -1,5 +1,5 @@
-//! A device whose efforts are currents: what its current loop does to a step, a move, and a winding,
-//! a supply or a wire that is not that of the file.
+//! A device whose efforts are currents: what its current loop does to a step, a move, and a
+//! winding, a supply or a wire that is not that of the file.
 
 use experiments::current_sensor::current_sensor;
 use simulator::device::simulated::{MotorWires, ShuntState, SimulatedDevice};
@@ -159,8 +159,8 @@ fn fails(law: &str, fail: impl Fn(&mut SimulatedDevice)) -> (Fault, u32, f64) {
 }
 
 /// A current that is missing takes 6 ms ln 4 and 6 ms more, one that is too large a period of the
-/// PWM. The farthest is 1.0 deg: the loop drives with up to its largest voltage until the fault, and
-/// the joint coasts.
+/// PWM. The farthest is 1.0 deg: the loop drives with up to its largest voltage until the fault,
+/// and the joint coasts.
 #[test]
 fn each_failure_in_a_current_loop_is_its_own_fault() {
     for law in LAWS {

@@ -269,8 +269,8 @@ fn keep_off(servo: &mut Servo) -> Result<(), servo::Refusal> {
     Ok(())
 }
 
-/// Returns the settings of bridge, timers, converter and watchdog: sample time, dead time, blanking,
-/// PWM, what an effort is, and whether there is a sensor of the current.
+/// Returns the settings of bridge, timers, converter and watchdog: sample time, dead time,
+/// blanking, PWM, what an effort is, and whether there is a sensor of the current.
 const fn timing(parameters: &Parameters) -> ([f32; 3], &DriveConfig, EffortMode, bool) {
     let Parameters { controller, device, current, .. } = parameters;
     let times = [controller.sample_time, device.dead_time, device.fault_blanking];

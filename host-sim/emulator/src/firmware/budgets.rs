@@ -41,9 +41,9 @@ pub const CONTROLLER_STATE_BYTES: usize = 384;
 pub const INTERRUPT_INSTRUCTIONS_OF_TWO: u32 = 2600;
 /// The same with a chip on SPI as the load's encoder: its second frame takes 512 clocks, and chip
 /// select is high for 64 and low for 64 before it. A tick waits for most of that, and the emulator
-/// counts an instruction for each clock of the wait. The driver takes some 160. The requirement was
+/// counts an instruction for each clock of the wait. The driver takes some 200. The requirement was
 /// 2600 for these, too.
-pub const INTERRUPT_INSTRUCTIONS_ON_A_BUS: u32 = 2600 + 512 + 2 * 64 + 160;
+pub const INTERRUPT_INSTRUCTIONS_ON_A_BUS: u32 = 2600 + 512 + 2 * 64 + 200;
 /// Largest state of `robust` with two encoders, bytes.
 pub const LAW_STATE_BYTES_OF_TWO: usize = 384;
 

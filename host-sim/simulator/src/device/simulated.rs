@@ -272,8 +272,8 @@ impl SimulatedDevice {
         }
     }
 
-    /// Returns the true current of the motor once a period of the PWM between the last two ticks, A;
-    /// empty without a current loop.
+    /// Returns the true current of the motor once a period of the PWM between the last two ticks,
+    /// A; empty without a current loop.
     pub fn currents_a(&self) -> &[f64] {
         self.periods.currents_a()
     }
