@@ -11,15 +11,16 @@
 //!
 //! The brake opens after the soft start, since before that the loop cannot hold the joint. A motion
 //! that is commanded meanwhile starts once the brake is open. A stop before the brake has begun to
-//! open turns the output off at once. A joint at rest is held where it is while the brake closes.
-//! Any fault but a silent link closes the brake and turns the output off in the same tick, and so
-//! does a second stop.
+//! open turns the output off at once. A joint at rest is held at its set point while the brake
+//! closes. Any fault but a silent link closes the brake and turns the output off in the same tick,
+//! and so does a second stop.
 //!
 //! A course with an open loop (a ramp, a jog, an identification) does not hold the joint: the brake
 //! opens while the bridge has no duty, for the same time, or until the joint moves. At the end of
 //! such a course the brake closes and the output is off at once.
 //!
-//! Does badly: there is no sensor of the brake. A brake that does not open is a stall of the first
+//! Does badly: a joint that is blocked before its target is pressed on until the brake is closed.
+//! There is no sensor of the brake. A brake that does not open is a stall of the first
 //! motion, and one that does not close is not detected.
 
 use super::stopping::{Phase, Transition};
@@ -28,7 +29,6 @@ use crate::control::reference::{Reference, Step};
 use crate::motion::Course;
 use crate::parameters::Parameters;
 use crate::safety::fault::LatchedFault;
-use crate::units::position::Position;
 
 /// The times of a holding brake, ticks; both are zero without a brake.
 #[derive(Clone, Copy, Debug, Default)]
@@ -118,9 +118,10 @@ impl Servo {
         }
     }
 
-    /// Begins to close the brake, while the loop holds the joint where it is: a set point ahead of
-    /// it would drive it on after a stop. `fault` is latched afterwards. Returns whether this has
-    /// begun: without a brake that is open, or without a closed loop, there is nothing to hold for.
+    /// Begins to close the brake, while the loop holds the joint at its set point: a law without an
+    /// integral needs the error to hold a load. `fault` is latched afterwards. Returns whether this
+    /// has begun: without a brake that is open, or without a closed loop, there is nothing to hold
+    /// for.
     pub(super) fn begin_closing(&mut self, fault: Option<LatchedFault>) -> bool {
         let (State::Armed, Some(control_loop)) = (self.state, &mut self.control_loop) else {
             return false;
@@ -129,7 +130,7 @@ impl Servo {
         if close == 0 || control_loop.course.is_open() || self.wake_up.is_on() {
             return false;
         }
-        let at = Position::from_counts(control_loop.state.counts());
+        let at = control_loop.setpoint().position;
         // Not a new motion: a law that has given up does not try again.
         control_loop.course =
             Course::Follow(Reference::Step(Step { from: at, to: at, at_tick: 0 }));

@@ -194,3 +194,10 @@ fn each_failure_in_a_current_loop_is_its_own_fault() {
         }
     }
 }
+
+#[test]
+fn a_run_refuses_a_current_loop_that_it_does_not_simulate() {
+    let why = simulator::run::run(&current_sensor(&["pd"], &CURRENT)[0]).unwrap_err().to_string();
+    assert!(why.contains("loop.effort") && why.contains("device --simulated"), "{why}");
+    assert!(simulator::run::run(&current_sensor(&["pd"], &VOLTAGE)[0]).is_ok());
+}

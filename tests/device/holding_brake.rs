@@ -266,3 +266,30 @@ fn a_device_without_a_brake_is_as_before() {
     device.device.servo().stop();
     assert_eq!(phase(&device.tick()), Off);
 }
+
+/// The play of the brake lets the joint move before the brake opens, and the loop has no effort
+/// yet.
+#[test]
+fn a_stop_in_the_soft_start_leaves_the_brake_closed_though_the_joint_moves() {
+    for law in experiments::controllers() {
+        let mut device = at_rest(law, &[]);
+        device.device.servo().arm_for_link(None).unwrap();
+        device.ticks(2);
+        device.push(0.05, 0.0);
+        device.tick();
+        assert!(!device.device.servo().is_at_rest(), "{law}");
+        device.device.servo().come_to_rest();
+        assert_eq!(phases(&mut device, 20), [Off; 20], "{law}");
+    }
+}
+
+#[test]
+fn a_ramp_whose_travel_nothing_bounds_is_refused_with_a_brake() {
+    for set in [[0.1, 0.0], [0.0, 0.1]] {
+        let mut parameters = at_rest("pd", &[]).device.parameters().unwrap().clone();
+        [parameters.device.brake_open, parameters.device.brake_close] = set;
+        assert!(parameters.ramp(0.5, 0.1).is_err(), "{set:?}");
+        [parameters.device.brake_open, parameters.device.brake_close] = [0.0; 2];
+        assert!(parameters.ramp(0.5, 0.1).is_ok());
+    }
+}

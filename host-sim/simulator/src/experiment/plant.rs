@@ -111,7 +111,7 @@ impl RunPlan {
             EffortMode::Voltage => Ok(()),
             EffortMode::Current => Err(Error::Input(format!(
                 "{}: a current loop is simulated by a simulated device only; set `loop.effort` to \
-                 \"voltage\" here, or use `stiction device --simulate`",
+                 \"voltage\" here, or use `stiction device --simulated`",
                 self.origin.of("loop.effort")
             ))),
         }
