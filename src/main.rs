@@ -26,7 +26,6 @@ mod app {
     use core::sync::atomic::Ordering;
 
     use heapless::spsc::{Consumer, Producer, Queue};
-    use stiction::control::current_loop::CurrentLoop;
     use stiction::link::{DeviceKind, Session};
     use stiction::parameters::store::Store;
     use stiction::safety::fault::LatchedFault;
@@ -39,7 +38,7 @@ mod app {
     use crate::board::control_task::{BREAK, ControlTask, OVER_CURRENT, TRIPPED};
     use crate::board::converter;
     use crate::board::crystal::Crystal;
-    use crate::board::current_loop::{self, RunningLoop};
+    use crate::board::current_loop::RunningLoop;
     use crate::board::last_tick;
     use crate::board::liveness;
     use crate::board::machine::BoardMachine;
@@ -89,13 +88,11 @@ mod app {
         session: MaybeUninit<Session<WAITING>> = MaybeUninit::uninit(),
         servo: MaybeUninit<Servo> = MaybeUninit::uninit(),
         to_wire: Queue<u8, TO_WIRE> = Queue::new(),
-        loops: Queue<CurrentLoop, { current_loop::WAITING }> = Queue::new(),
     ])]
     fn init(cx: init::Context) -> (Shared, Local) {
         // First of all: reading the parameters takes longer than any of what follows.
         bridge::hold_enable_low(&cx.device.RCC, &cx.device.GPIOB);
-        let init::LocalResources { outputs, session, servo, to_wire, loops, .. } = cx.local;
-        let (loops_producer, loops_consumer) = loops.split();
+        let init::LocalResources { outputs, session, servo, to_wire, .. } = cx.local;
         let session = session.write(Session::new(DeviceKind::Board, None));
         let (output_producer, output_consumer) = outputs.split();
         let (to_wire_producer, to_wire_consumer) = to_wire.split();
@@ -111,7 +108,7 @@ mod app {
         let brown_out = reset::brown_out(&cx.device.FLASH);
         let may_be_dip = cause.may_be_dip(brown_out);
         let settings = setup::BoardSettings::read();
-        let board = setup::start(cx.device, cx.core, &settings, servo, loops_producer, |crystal| {
+        let board = setup::start(cx.device, cx.core, &settings, servo, |crystal| {
             let crystal = match crystal {
                 Crystal::Measured(_) | Crystal::NotMeasured => None,
                 Crystal::Absent => Some(LatchedFault::from(Fault::ClockAbsent)),
@@ -147,7 +144,7 @@ mod app {
         let before = (control_task.servo.state(), is_encoder_in_doubt);
         let shared = Shared { control_task, session, watchdog };
         let local = Local {
-            current_loop: RunningLoop::new(loops_consumer),
+            current_loop: RunningLoop::NONE,
             before,
             output_producer,
             output_consumer,

@@ -3,9 +3,7 @@
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
-use heapless::spsc::Producer;
 use stiction::control::controller::EffortMode;
-use stiction::control::current_loop::CurrentLoop;
 use stiction::safety::deadline::Deadline;
 #[cfg(feature = "two-encoders")]
 use stiction::servo::EncoderReading;
@@ -81,8 +79,6 @@ pub struct ControlTask {
     pub converter: Converter,
     /// Whether the effort is a current, which the current loop makes.
     pub is_regulated: bool,
-    /// Current loops that begin, on their way to the converter's interrupt.
-    pub loops: Producer<'static, CurrentLoop>,
     /// The timer of the control tick.
     pub timer: TickTimer,
     /// The clock of the deadline.
@@ -205,14 +201,7 @@ impl ControlTask {
     #[inline(never)]
     fn guard(&mut self) {
         if let Some(with) = self.servo.current_loop() {
-            current_loop::rest();
-            if self.loops.enqueue(with).is_err() {
-                // The bridge was turned off before the first period of several motions. Without
-                // this loop the interrupt would run an older one.
-                self.bridge.rest();
-                self.servo.stop();
-                return;
-            }
+            current_loop::begin(with);
         }
         if let Some(window) = self.servo.current_window() {
             self.converter.guard(window, self.is_regulated);

@@ -6,11 +6,12 @@
 //! ```
 //!
 //! The interrupt is above the control task. A word is written and read at once, so neither waits
-//! for the other. A loop that begins comes through a queue.
+//! for the other. A loop that begins is written while the interrupt is
+//! disabled.
 
-use core::sync::atomic::{AtomicU32, Ordering};
+use core::cell::UnsafeCell;
+use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
-use heapless::spsc::Consumer;
 use stiction::control::current_loop::{CurrentLoop, CurrentLoopState, CurrentTarget};
 
 use super::{bridge, converter};
@@ -21,12 +22,24 @@ static TARGET: AtomicU32 = AtomicU32::new(0);
 /// Code of the voltage of the last period.
 static VOLTAGE: AtomicU32 = AtomicU32::new(0);
 
-/// Current loops that can begin before the interrupt takes them.
-pub const WAITING: usize = 4;
+/// A loop that begins, on its way to the interrupt.
+struct Begins(UnsafeCell<Option<CurrentLoop>>);
 
-/// Sets the code of the voltage to none: a loop begins.
-pub fn rest() {
+// SAFETY: the control task writes the cell while the converter's interrupt is disabled, and the
+// interrupt alone reads it.
+unsafe impl Sync for Begins {}
+
+static BEGINS: Begins = Begins(UnsafeCell::new(None));
+
+/// Whether the interrupt has not taken that loop.
+static IS_NEW: AtomicBool = AtomicBool::new(false);
+
+/// Begins a loop. The converter's interrupt must be disabled.
+pub fn begin(with: CurrentLoop) {
+    // SAFETY: the interrupt is disabled, and the control task is the only one that calls this.
+    unsafe { *BEGINS.0.get() = Some(with) };
     VOLTAGE.store(0, Ordering::Relaxed);
+    IS_NEW.store(true, Ordering::Release);
 }
 
 /// Sets the target until the next tick.
@@ -41,27 +54,23 @@ pub fn voltage() -> i16 {
 }
 
 /// The current loop of the present motion, in the converter's interrupt.
-pub struct RunningLoop {
-    /// Loops that begin.
-    begins: Consumer<'static, CurrentLoop>,
-    running: Option<(CurrentLoop, CurrentLoopState)>,
-}
+pub struct RunningLoop(Option<(CurrentLoop, CurrentLoopState)>);
 
 impl RunningLoop {
     /// Waits for the first loop.
-    pub const fn new(begins: Consumer<'static, CurrentLoop>) -> Self {
-        Self { begins, running: None }
-    }
+    pub const NONE: Self = Self(None);
 
     /// Runs a period: reads the current, and sets the duty that acts from the lower end of the
     /// count on.
     pub fn period(&mut self) {
         let reading = converter::take_conversion();
-        // The last one, if the bridge was turned off before its first period.
-        while let Some(with) = self.begins.dequeue() {
-            self.running = Some((with, CurrentLoopState::default()));
+        if IS_NEW.load(Ordering::Acquire) {
+            IS_NEW.store(false, Ordering::Relaxed);
+            // SAFETY: the control task does not write while this interrupt is enabled.
+            let with = unsafe { *BEGINS.0.get() };
+            self.0 = with.map(|with| (with, CurrentLoopState::default()));
         }
-        let Some((with, state)) = &mut self.running else { return };
+        let Some((with, state)) = &mut self.0 else { return };
         let target = CurrentTarget::unpack(TARGET.load(Ordering::Relaxed));
         let code = with.step(state, target, reading);
         bridge::set_duty(with.duty(code));

@@ -3,8 +3,6 @@
 
 use core::mem::MaybeUninit;
 
-use heapless::spsc::Producer;
-use stiction::control::current_loop::CurrentLoop;
 use stiction::parameters::DecodeError;
 use stiction::parameters::store::Store;
 use stiction::safety::deadline::Deadline;
@@ -110,7 +108,6 @@ pub fn start(
     mut core: cortex_m::Peripherals,
     settings: &BoardSettings,
     place: &'static mut MaybeUninit<Servo>,
-    loops: Producer<'static, CurrentLoop>,
     boot: impl FnOnce(Crystal) -> Boot,
 ) -> Board {
     core.DCB.enable_trace();
@@ -189,7 +186,6 @@ pub fn start(
         bridge,
         converter,
         is_regulated: false,
-        loops,
         timer,
         stopwatch,
         period,
