@@ -63,18 +63,20 @@ fn every_parameter_of_the_controller_changes_the_output() {
     // The gains of laws come next; which laws there are, is the list itself.
     let parameters: Vec<_> =
         keys(&configured(0.17, &[])).into_iter().filter(|key| *key < FIRST_LAW).collect();
-    // The loop has 2, the encoder 4, the drive 5, PD 2.
-    assert_eq!(parameters.len(), 13);
+    // The loop has 3, the encoder 4, the drive 5, PD 2.
+    assert_eq!(parameters.len(), 14);
     for (name, config) in controllers() {
         let unchanged = output(&config);
         assert_eq!(output(&config), unchanged);
         let replaces_pd = config.compensator.first().is_some_and(Gains::replaces_pd);
         // The gains of a PD that is not there do nothing, and `robust` measures no speed. The
-        // encoder's output is the servo's: tests/device/open_line.rs.
+        // encoder's output is the servo's: tests/device/open_line.rs. What an effort is concerns
+        // servo and board: tests/device/current_loop.rs.
         let has_effect = |key: &&Key| {
             let is_of_pd = replaces_pd && keys(&config.pd).contains(key);
             let field = parameters::about(**key).unwrap().name;
-            !(is_of_pd || field == "output" || name == "robust" && field == "velocity_window")
+            let is_elsewhere = ["output", "effort"].contains(&field);
+            !(is_of_pd || is_elsewhere || name == "robust" && field == "velocity_window")
         };
         for key in parameters.iter().filter(has_effect) {
             let mut changed = config.clone();
