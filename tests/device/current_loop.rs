@@ -4,10 +4,9 @@
 use experiments::current_sensor::current_sensor;
 use simulator::device::simulated::{MotorWires, ShuntState, SimulatedDevice};
 use stiction::Fault;
-use stiction::motion::Motion;
-use stiction::servo::{Output, State};
-use stiction::units::position::Position;
+use stiction::servo::State;
 
+use crate::current_sensor::{STEP_A, heard, moves};
 use crate::dead_encoder::step;
 
 /// Laws of an image, of which the file of the joint has gains.
@@ -20,9 +19,6 @@ const CURRENT: [&str; 3] =
 /// The same joint without a loop.
 const VOLTAGE: [&str; 1] = ["motor.inductance_h=0.001255"];
 
-/// Current of a step of the converter: 30 A / 2047.5, and a millivolt of the pin.
-const STEP_A: f64 = 30.0 / 2047.5 + 30.0 / 1650.0;
-
 /// A device of the file, around a joint of the file with other values.
 fn device(law: &str, file: &[&str], truth: &[&str]) -> SimulatedDevice {
     let plan = |set: &[&[&str]]| current_sensor(&[law], &set.concat()).remove(0);
@@ -31,26 +27,6 @@ fn device(law: &str, file: &[&str], truth: &[&str]) -> SimulatedDevice {
     let mut device = SimulatedDevice::new(&of).unwrap();
     device.ticks(200);
     device
-}
-
-/// Runs a tick of a link that goes on talking.
-fn heard(device: &mut SimulatedDevice) -> Output {
-    device.device.servo().heard();
-    device.tick()
-}
-
-/// Arms the device, and begins a move after the soft start.
-fn moves(device: &mut SimulatedDevice, to_deg: f64) {
-    let parameters = device.device.parameters().unwrap().clone();
-    device.device.servo().arm_for_link(None).unwrap();
-    (0..600).for_each(|_| {
-        heard(device);
-    });
-    let counts = to_deg / f64::from(parameters.controller.encoder.resolution);
-    let motion = Motion::Profiled(Position::from_counts(counts.round() as i32));
-    let course = motion.course(&parameters.controller, &parameters.profile).unwrap();
-    let stiction::Course::Profile(profile) = course else { unreachable!("it is a profiled move") };
-    device.device.servo().go_to(profile).unwrap();
 }
 
 /// Moves by 20 deg in 2 s. Returns the largest error on the way and the last one, deg.

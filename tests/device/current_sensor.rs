@@ -17,7 +17,7 @@ use crate::dead_encoder::step;
 const LAWS: [&str; 3] = ["robust", "srnf", "pd"];
 
 /// Current of a step of the converter: 30 A / 2047.5, and a millivolt of the pin.
-const STEP_A: f64 = 30.0 / 2047.5 + 30.0 / 1650.0;
+pub const STEP_A: f64 = 30.0 / 2047.5 + 30.0 / 1650.0;
 
 fn device(law: &str, set: &[&str]) -> SimulatedDevice {
     let mut device = SimulatedDevice::new(&current_sensor(&[law], set)[0]).unwrap();
@@ -26,7 +26,7 @@ fn device(law: &str, set: &[&str]) -> SimulatedDevice {
 }
 
 /// Arms the device, and begins a move.
-fn moves(device: &mut SimulatedDevice, to_deg: f64) {
+pub fn moves(device: &mut SimulatedDevice, to_deg: f64) {
     let parameters = device.device.parameters().unwrap().clone();
     device.device.servo().arm_for_link(None).unwrap();
     // The soft start.
@@ -41,7 +41,7 @@ fn moves(device: &mut SimulatedDevice, to_deg: f64) {
 }
 
 /// Runs a tick of a link that goes on talking.
-fn heard(device: &mut SimulatedDevice) -> Output {
+pub fn heard(device: &mut SimulatedDevice) -> Output {
     device.device.servo().heard();
     device.tick()
 }
