@@ -14,14 +14,21 @@
 //!
 //! The effort u is the bridge's voltage: under a current loop that of its last period, not the
 //! target. I, E and E_d are i, e and e_d behind the same first-order lag of 20 ms, which a winding
-//! with an inductance is small against. J is |i|, and J* the current i* that the loop is to make,
-//! as far as its largest voltage suffices, behind a lag of 5 ms and a period of its bandwidth. They
-//! have no sign, since a law may change that of its effort in every tick. In every tick of a time
-//! one of the conditions has to hold: 20 ms (silent: that lag), three ticks, or the ticks of the
-//! velocity window, whichever is longest. The last tick names the fault. If no current is measured,
-//! and the encoder moves the way of the effort without losing a tenth of its speed meanwhile, the
-//! sensor is dead, not the wire. `i_0` is a fiftieth of the sensor's range. An offset more than a
-//! twentieth of the range away from its middle forbids arming.
+//! with an inductance is small against. In a current loop, that one voltage stands for a tick only
+//! while the current is the target, to a quarter of it and `i_0`, and was so a tick before: else e_d
+//! is no larger than |i|.
+//!
+//! J is |i|, and J* the size of the current that the loop is to make, behind a lag of 5 ms and a
+//! period of its bandwidth. That current is the target as far as the largest voltage u_m suffices,
+//! and changes by no more than `u_m / L` in a second. Neither has a sign, since a law may change
+//! that of its effort in every tick.
+//!
+//! In every tick of a time one of the first three conditions has to hold, or the last one: 20 ms
+//! (silent: that lag), three ticks, or the ticks of the velocity window, whichever is longest. The
+//! last tick names the fault. If no current is measured, and the encoder moves the way of the
+//! effort without losing a tenth of its speed meanwhile, the sensor is dead, not the wire. `i_0` is
+//! a fiftieth of the sensor's range. An offset more than a twentieth of the range away from its
+//! middle forbids arming.
 //!
 //! Guarantees: with a sample time of up to 5 ms, a velocity window of up to four positions per 20
 //! ms and an effort of twice `R i_0 + V_d`, an open wire is found within 0.1 s.
@@ -62,6 +69,9 @@ const NONE: f32 = 0.25;
 /// current of 0.4 times the voltage, which a winding of 1.4 times the resistance has with 0.56 of
 /// the supply.
 const NONE_REGULATED: f32 = 0.4;
+
+/// Part of its target by which the current of a loop may be off while its voltage is judged.
+const SETTLED: f32 = 0.25;
 
 /// Factor of the expected current beyond which there is a short.
 const SHORT: f32 = 2.0;
@@ -121,8 +131,9 @@ pub struct MotorCurrent {
 /// What is known of a current loop.
 #[derive(Clone, Copy, Debug)]
 struct Regulated {
-    /// Largest voltage, V.
+    /// Largest voltage, V, and the change of the current that it causes in a tick, A.
     most: f32,
+    slope: f32,
     /// Share of a tick in the lag, and ticks in a row in which the condition has to hold.
     share: f32,
     ticks: u16,
@@ -146,8 +157,13 @@ pub struct MotorCurrentState {
     /// Lagged size of the current, and of the one that a current loop is to make, A.
     size: f32,
     target: f32,
-    /// Ticks in a row in which a condition holds.
+    /// Current that a loop can make of its targets, A.
+    reached: f32,
+    /// Whether the current of a loop was its target.
+    is_settled: bool,
+    /// Ticks in a row in which a condition holds; and in which a current loop is silent.
     odd: u16,
+    silent: u16,
     /// Travel the way of the effort meanwhile, counts.
     travel: i32,
     /// Speed at the first of these ticks, deg/s.
@@ -178,6 +194,7 @@ impl MotorCurrent {
         let lag = REGULATED + 1.0 / sensor.bandwidth;
         let regulated = most.map(|most| Regulated {
             most,
+            slope: most * sample_time / sensor.inductance,
             share: sample_time / (sample_time + lag),
             ticks: in_ticks(lag).max(fewest),
         });
@@ -272,7 +289,16 @@ impl MotorCurrent {
     pub fn check(&self, state: &mut MotorCurrentState, driven: &Driven) -> Option<(Fault, f32)> {
         let induced = self.back_emf * driven.speed;
         let (drives, doubt) = (driven.effort - induced, INDUCED * induced.abs());
-        let at_least = (drives.abs() - doubt - self.lost).max(0.0).copysign(drives);
+        let mut at_least = (drives.abs() - doubt - self.lost).max(0.0).copysign(drives);
+        if self.regulated.is_some() {
+            let off = (driven.target - state.current * self.resistance).abs();
+            let is_settled = off <= SETTLED * driven.target.abs() + self.least * self.resistance;
+            let was_settled = core::mem::replace(&mut state.is_settled, is_settled);
+            if !(is_settled && was_settled) {
+                let most = state.current.abs() * self.resistance;
+                at_least = at_least.abs().min(most).copysign(drives);
+            }
+        }
         let lag = |before: f32, now: f32| before + (now - before) * self.share;
         state.lagged = lag(state.lagged, state.current);
         state.expected = lag(state.expected, (drives.abs() + doubt) / self.resistance);
@@ -287,19 +313,21 @@ impl MotorCurrent {
             Some(of) => (self.is_silent(of, state, driven), of.ticks),
             None => (false, self.ticks),
         };
-        if !(is_short || is_reversed || is_silent || (is_driven && is_none)) {
-            (state.odd, state.travel) = (0, 0);
+        let is_odd = is_short || is_reversed || (is_driven && is_none);
+        if !(is_odd || is_silent) {
+            (state.odd, state.silent, state.travel) = (0, 0, 0);
             return None;
         }
-        if state.odd == 0 {
+        if state.odd.max(state.silent) == 0 {
             state.speed = driven.speed;
         }
-        state.odd = state.odd.saturating_add(1);
+        state.odd = if is_odd { state.odd.saturating_add(1) } else { 0 };
+        state.silent = if is_silent { state.silent.saturating_add(1) } else { 0 };
         // An effort that changes its sign has no way.
         let towards = if is_silent { state.speed } else { driven.effort };
         let way = if towards < 0.0 { -1 } else { 1 };
         state.travel = state.travel.saturating_add(driven.travel.saturating_mul(way));
-        if state.odd < if is_silent { ticks } else { self.ticks } {
+        if state.odd < self.ticks && state.silent < ticks {
             return None;
         }
         let fault = if is_reversed {
@@ -319,9 +347,12 @@ impl MotorCurrent {
         let induced = self.back_emf * driven.speed;
         let against = if driven.target < 0.0 { -induced } else { induced };
         let room = of.most * driven.supply - against - INDUCED * induced.abs() - self.lost;
-        let target = driven.target.abs().min(room).max(0.0) / self.resistance;
+        let target = driven.target.abs().min(room).max(0.0).copysign(driven.target);
+        let slope = of.slope * driven.supply;
+        let change = target / self.resistance - state.reached;
+        state.reached += change.min(slope).max(-slope);
         state.size += (state.current.abs() - state.size) * of.share;
-        state.target += (target - state.target) * of.share;
+        state.target += (state.reached.abs() - state.target) * of.share;
         state.target > self.least && state.size < NONE * state.target
     }
 }
@@ -404,6 +435,31 @@ mod tests {
             assert_eq!(trips(&sensor, driven(200.0), |_| 0.0), None);
             let found = trips(&sensor, driven(-200.0), |_| 0.0);
             assert_eq!(found.map(|(fault, _)| fault), Some(Fault::MotorOpen));
+        }
+    }
+
+    /// L/R = 5 ms and 12 V: 1.2 A a tick. In the tick of a pulse of 4 A the loop puts out 12 V, and
+    /// in the next one it has ended the current of 1.2 A.
+    #[test]
+    fn pulses_that_a_slow_winding_cannot_follow_are_no_fault_and_an_open_wire_is_one() {
+        let sensor = CurrentSensor::derived(10.0, [2.0, 0.01]);
+        let sensor = MotorCurrent::of(&sensor, 4095, [0.05, 0.5, 0.001], 5, Some(12.0)).unwrap();
+        for (every, is_alternating) in [(2, false), (2, true), (4, false), (1, true)] {
+            let mut state = at_rest(&sensor, 2100);
+            let found = (0..4000u32).find_map(|tick| {
+                let is_back = is_alternating && (tick / every) % 2 == 1;
+                let sign = if is_back { -1.0 } else { 1.0 };
+                let target = if tick % every == 0 { sign * 8.0 } else { 0.0 };
+                let follows = tick < 2000;
+                let current = if follows { 1.2 / 8.0 * target } else { 0.0 };
+                sensor.measure(&mut state, (2100.0 + current / sensor.unit).round() as u16);
+                let effort = 1.5 * target;
+                let driven = Driven { effort, target, speed: 0.0, supply: 1.0, travel: 0 };
+                sensor.check(&mut state, &driven).map(|(fault, _)| (fault, tick))
+            });
+            let (fault, tick) = found.unwrap();
+            let is_found = fault == Fault::MotorOpen && (2005..2040).contains(&tick);
+            assert!(is_found, "{every}, {is_alternating}: {fault:?} in tick {tick}");
         }
     }
 

@@ -10,11 +10,63 @@
 //! its target counts from the next one on.
 
 use stiction::control::current_loop::{CurrentLoop, CurrentLoopState, CurrentTarget, periods};
+use stiction::servo::{Output, Servo};
 
 use crate::plant::{EffortState, Plant};
 use crate::shunt::Shunt;
 use dynamics::joint::RunJoint;
 use files::hardware::STM32F405;
+
+/// A motor on a bridge, with a sensor of its current.
+pub trait SensedMotor {
+    /// Holds the duty of a code for a time (s), and returns the current at its end, A.
+    fn hold(&mut self, code: i16, is_on: bool, duration_s: f64) -> f64;
+
+    /// Returns the converter's reading of a current, A.
+    fn read(&mut self, current_a: f64) -> u16;
+}
+
+/// The motor of a plant, with its shunt.
+#[derive(Debug)]
+pub struct PlantMotor<'a> {
+    /// The plant.
+    pub plant: &'a mut Plant<RunJoint>,
+    /// Its shunt.
+    pub shunt: &'a Shunt,
+}
+
+impl SensedMotor for PlantMotor<'_> {
+    fn hold(&mut self, code: i16, is_on: bool, duration_s: f64) -> f64 {
+        let effort = EffortState { volts: self.plant.volts(code), is_on };
+        self.plant.hold_driven(effort, duration_s);
+        self.plant.current_a()
+    }
+
+    fn read(&mut self, current_a: f64) -> u16 {
+        self.shunt.reading(current_a)
+    }
+}
+
+/// What a tick of the servo commands its current loop.
+#[derive(Clone, Copy, Debug)]
+pub struct RegulatedTick {
+    /// The loop.
+    pub of: CurrentLoop,
+    /// Target until the next tick; `None` with the bridge off.
+    pub target: Option<CurrentTarget>,
+    /// Limits of the converter's watchdog.
+    pub window: Option<[u16; 2]>,
+}
+
+impl RegulatedTick {
+    /// Returns the command of a tick; `None` if the effort is a voltage. `voltage` is the code that
+    /// the loop has put out last.
+    pub fn of(servo: &mut Servo, output: &Output, voltage: i16) -> Option<Self> {
+        let of = servo.current_loop()?;
+        let target = output.enable.then(|| servo.regulate(&output.tick, voltage));
+        Some(Self { of, target, window: servo.current_window() })
+    }
+}
 
 /// The periods of the PWM between two ticks.
 #[derive(Clone, Debug, Default)]
@@ -52,31 +104,27 @@ impl CurrentPeriods {
         self.tripped.take()
     }
 
-    /// Moves a plant from a tick to the next one. `of` is the loop of the servo, `target` the
-    /// command of the tick if the bridge is on, and `window` the limits of the watchdog.
+    /// Drives a motor from a tick to the next one, `sample_time_s` later.
     pub fn pass(
         &mut self,
-        plant: &mut Plant<RunJoint>,
-        shunt: &Shunt,
-        of: &CurrentLoop,
-        target: Option<CurrentTarget>,
-        window: Option<[u16; 2]>,
+        motor: &mut impl SensedMotor,
+        sample_time_s: f64,
+        RegulatedTick { of, target, window }: RegulatedTick,
     ) {
-        let clocks = plant.sample_time_s() * f64::from(STM32F405.pwm_clock_hz);
+        let clocks = sample_time_s * f64::from(STM32F405.pwm_clock_hz);
         let number = periods(clocks.round() as u32, of.top()).unwrap_or(1);
-        let half_s = 0.5 * plant.sample_time_s() / f64::from(number);
+        let half_s = 0.5 * sample_time_s / f64::from(number);
         self.currents_a.clear();
         for _ in 0..number {
             let is_on = target.is_some() && self.tripped.is_none();
-            let running = is_on.then(|| self.running.take().unwrap_or((*of, Default::default())));
+            let running = is_on.then(|| self.running.take().unwrap_or((of, Default::default())));
             if running.is_none() {
                 self.code = 0;
             }
-            let effort = EffortState { volts: plant.volts(self.code), is_on };
-            plant.hold_driven(effort, half_s);
-            self.currents_a.push(plant.current_a());
-            self.reading = shunt.reading(plant.current_a());
-            plant.hold_driven(effort, half_s);
+            let current_a = motor.hold(self.code, is_on, half_s);
+            self.currents_a.push(current_a);
+            self.reading = motor.read(current_a);
+            motor.hold(self.code, is_on, half_s);
             self.running = running;
             let (Some((running, state)), Some(target)) = (&mut self.running, target) else {
                 continue;

@@ -26,19 +26,26 @@ pub enum Delay {
 
 /// Delay of the outputs by the computation time of a run.
 #[derive(Clone, Copy, Debug)]
-pub struct DelayLine {
+pub struct DelayLine<T = i16> {
     delay: Delay,
     /// Last output, and the one before it.
-    before: [i16; 2],
+    before: [T; 2],
 }
 
 impl DelayLine {
     /// Creates a line with zero as the previous output.
     pub const fn new(delay: Delay) -> Self {
-        Self { delay, before: [0; 2] }
+        Self::after(delay, 0)
+    }
+}
+
+impl<T: Copy> DelayLine<T> {
+    /// Creates a line with a previous output.
+    pub const fn after(delay: Delay, before: T) -> Self {
+        Self { delay, before: [before; 2] }
     }
 
-    /// Stores the code of this sample, and returns the one that takes effect now.
+    /// Stores the output of this sample, and returns the one that takes effect now.
     ///
     /// ```
     /// use simulator::plant::{Delay, DelayLine};
@@ -51,11 +58,11 @@ impl DelayLine {
     /// assert_eq!(puts(Delay::TwoSamples), [0, 0, 1]);
     /// ```
     #[inline]
-    pub const fn put(&mut self, code: i16) -> i16 {
+    pub const fn put(&mut self, output: T) -> T {
         let [last, oldest] = self.before;
-        self.before = [code, last];
+        self.before = [output, last];
         match self.delay {
-            Delay::None => code,
+            Delay::None => output,
             Delay::OneSample => last,
             Delay::TwoSamples => oldest,
         }

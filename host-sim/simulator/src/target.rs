@@ -9,6 +9,7 @@
 //! [`Plant`](crate::plant::Plant). The flash image in lockstep is `emulator/side_by_side.rs`.
 
 use stiction::control::controller::EffortMode;
+use stiction::control::current_loop::CurrentTarget;
 use stiction::control::current_sensor::CurrentSensor;
 use stiction::control::encoder::EncoderState;
 use stiction::control::profile::Profile;
@@ -17,6 +18,8 @@ use stiction::safety::fault::LatchedFault;
 use stiction::servo::{Boot, EncoderReading, Input, Refusal, State};
 use stiction::{Controller, Course, CourseState, Motion, Parameters, Reading, Servo, Tick};
 
+use crate::current_periods::{CurrentPeriods, RegulatedTick, SensedMotor};
+use crate::plant::DelayLine;
 use files::error::Error;
 use files::hardware::STM32F405;
 
@@ -109,6 +112,11 @@ impl Target for BareLoop<'_> {
 pub struct WatchedServo {
     servo: Servo,
     supply: u16,
+    /// Converter's reading of the motor's current.
+    current: u16,
+    periods: CurrentPeriods,
+    /// Command of the last tick for the current loop, if the effort is a current.
+    regulated: Option<RegulatedTick>,
     /// Position at arming, in counts of the host; it is zero for the servo.
     start: i32,
     ticks: u32,
@@ -126,20 +134,34 @@ const LONGEST_REST: u32 = 1000;
 
 impl WatchedServo {
     /// Creates an armed servo with the joint at rest at `counts` and its counters at `counters`.
+    /// The current of its motor is not simulated.
     ///
     /// # Errors
-    /// Returns an error if the servo refuses to be armed.
+    /// Returns an error if the servo refuses to be armed, or if its efforts are currents.
     pub fn new(mut parameters: Parameters, counters: Counters, counts: i32) -> Result<Self, Error> {
-        parameters.device.autostart = false;
         if parameters.controller.effort == EffortMode::Current {
             return Err(Error::Input(
-                "a current loop is simulated by a simulated device only; set `loop.effort` to \
-                 \"voltage\""
+                "a current loop is simulated by a simulated device and by `stiction ensemble \
+                 --effort current` only; set `loop.effort` to \"voltage\""
                     .into(),
             ));
         }
-        // A run does not simulate the current; a simulated device does.
         parameters.current = CurrentSensor::NONE;
+        Self::sensed(parameters, counters, counts, 0)
+    }
+
+    /// Creates an armed servo as [`new`](Self::new) does, with a sensor of its motor's current;
+    /// `reading` is the converter's reading without a current.
+    ///
+    /// # Errors
+    /// Returns an error if the servo refuses to be armed.
+    pub fn sensed(
+        mut parameters: Parameters,
+        counters: Counters,
+        counts: i32,
+        reading: u16,
+    ) -> Result<Self, Error> {
+        parameters.device.autostart = false;
         from_start(&mut parameters.motion, counts);
         let device = &parameters.device;
         // Without a nominal value, the middle of the converter's range.
@@ -148,7 +170,7 @@ impl WatchedServo {
         let supply = (share * f32::from(STM32F405.supply_top)).round() as u16;
         let mut servo = Servo::new(Ok(&parameters), Boot::at_zero(), &STM32F405);
         for _ in 0..LONGEST_REST {
-            servo.tick(counters.input(supply));
+            servo.tick(Input { current: reading, ..counters.input(supply) });
             if servo.is_at_rest() {
                 break;
             }
@@ -157,6 +179,9 @@ impl WatchedServo {
             Ok(()) => Ok(Self {
                 servo,
                 supply,
+                current: reading,
+                periods: CurrentPeriods::default(),
+                regulated: None,
                 start: counts,
                 ticks: 0,
                 is_led: false,
@@ -189,6 +214,20 @@ impl WatchedServo {
         self.servo.go_to(profile)
     }
 
+    /// Drives a motor by the current loop until the next tick, `sample_time_s` later, with a
+    /// computation delay of the targets. Does nothing if the effort is a voltage.
+    pub fn regulate(
+        &mut self,
+        motor: &mut impl SensedMotor,
+        sample_time_s: f64,
+        delay: &mut DelayLine<CurrentTarget>,
+    ) {
+        let Some(mut regulated) = self.regulated else { return };
+        regulated.target = regulated.target.map(|target| delay.put(target));
+        self.periods.pass(motor, sample_time_s, regulated);
+        self.current = self.periods.reading();
+    }
+
     /// Returns the friction levels that a ramp has found.
     pub fn levels(&self) -> Option<stiction::servo::FrictionLevels> {
         self.servo.levels()
@@ -202,7 +241,13 @@ impl Target for WatchedServo {
         if self.is_led {
             self.servo.heard();
         }
-        let mut tick = self.servo.tick(counters.input(self.supply)).tick;
+        if let Some(reading) = self.periods.take_trip() {
+            self.servo.over_current(reading);
+        }
+        let output =
+            self.servo.tick(Input { current: self.current, ..counters.input(self.supply) });
+        self.regulated = RegulatedTick::of(&mut self.servo, &output, self.periods.voltage());
+        let mut tick = output.tick;
         if was_armed && let Some(latched) = self.servo.latched() {
             self.fault = Some((latched, self.ticks));
         }

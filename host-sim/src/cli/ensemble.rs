@@ -20,11 +20,11 @@ use files::typed_number;
 use simulator::output::{OutputDirectory, OutputFile, OverwriteGuard, grid};
 use simulator::rules::{TUNING_SEEDS, rules};
 use studies::ensemble::{
-    Approach, Case, CaseResult, Condition, ConstantTrial, DrawOptions, Ensemble, EnsembleHeader,
-    Family, MachineEnsemble, MachineOptions, RATE_HZ, Rates, ResumeFile, Shard, allowed_rate,
-    charts, families, families_under, identified_names, markdown, merge, object, rates_markdown,
-    rates_table, rates_within, read_rows, render, render_rows, run, sort_rows, summaries, traces,
-    tune, written_spreads,
+    Approach, Bridge, Case, CaseResult, Condition, ConstantTrial, DrawOptions, Ensemble,
+    EnsembleHeader, Family, MachineEnsemble, MachineOptions, RATE_HZ, Rates, ResumeFile, Shard,
+    allowed_rate, charts, families, families_under, identified_names, markdown, merge, object,
+    rates_markdown, rates_table, rates_within, read_rows, render, render_rows, run, sort_rows,
+    summaries, traces, tune, written_spreads,
 };
 
 #[derive(Debug, clap::Args)]
@@ -63,10 +63,14 @@ pub struct EnsembleArguments {
     /// Samples per second, Hz; thesis-axis and a machine's own file have their own [default: 1000]
     #[arg(long, value_name = "HZ", value_parser = typed_number::parse)]
     rate: Option<f64>,
-    /// Condition that no law knows: drifting, uneven or growing friction, a slow or hot winding, a
-    /// supply that sags, ticks that jitter, an eccentric disc
+    /// Condition that no law knows: drifting, uneven or growing friction, a slow, hot or cold
+    /// winding, a supply that is low, high or sags, ticks that jitter, an eccentric disc
     #[arg(long, value_name = "CONDITION", default_value = "nominal", hide_default_value = true)]
     condition: Condition,
+    /// What the bridge makes of an effort: ideal, a torque at once; or of a motor with winding,
+    /// back-EMF and supply, its voltage, or by sensor and current loop its current
+    #[arg(long, value_name = "BRIDGE", default_value = "ideal", hide_default_value = true)]
+    bridge: Bridge,
     /// How the set point goes to the target: profiled, as `device move` does it, within the limits
     /// that `new` writes; or in one step. Of a machine's own file it steps [default: profiled]
     #[arg(long, value_name = "MOTION")]
@@ -270,6 +274,7 @@ impl EnsembleArguments {
             ("--motion profiled", self.motion == Some(Approach::Profiled)),
             ("--case", self.case.is_some()),
             ("--condition", self.condition != Condition::Nominal),
+            ("--bridge", self.bridge != Bridge::Ideal),
             ("another family", self.plant.len() > 1),
         ];
         if let Some((option, _)) = foreign.iter().find(|(_, given)| *given) {
@@ -345,10 +350,15 @@ impl EnsembleArguments {
         Ok(Ensemble {
             seed: self.seed,
             cases: self.cases,
-            kind: DrawOptions { hard: self.hard, rate_hz, condition: self.condition },
+            kind: DrawOptions {
+                hard: self.hard,
+                rate_hz,
+                condition: self.condition,
+                bridge: self.bridge,
+            },
             approach: self.motion.unwrap_or_default(),
             moves: self.moves,
-            families: families_under(&self.plant, self.condition)?,
+            families: families_under(&self.plant, self.condition, self.bridge)?,
             rules: self.own.after(&self.controller)?,
         })
     }

@@ -12,9 +12,10 @@ use files::typed_number;
 use simulator::output::{OutputFile, OverwriteGuard};
 use simulator::rules::rules;
 use studies::ensemble::{
-    Approach, Condition, DrawOptions, Ensemble, Family, RATE_HZ, allowed_rate, families_under,
-    follow, follow_charts, follow_csv, follow_json, follow_sines, follow_summaries, follow_table,
-    followed_families, sine_charts, sine_json, sine_summaries, sine_table, slowest_table,
+    Approach, Bridge, Condition, DrawOptions, Ensemble, Family, RATE_HZ, allowed_rate,
+    families_under, follow, follow_charts, follow_csv, follow_json, follow_sines, follow_summaries,
+    follow_table, followed_families, sine_charts, sine_json, sine_summaries, sine_table,
+    slowest_table,
 };
 
 /// Set points that a joint follows.
@@ -52,6 +53,9 @@ pub struct EnsembleFollowArguments {
     /// Condition that no law knows, as of `ensemble`
     #[arg(long, value_name = "CONDITION", default_value = "nominal", hide_default_value = true)]
     condition: Condition,
+    /// What the bridge makes of an effort, as of `ensemble`
+    #[arg(long, value_name = "BRIDGE", default_value = "ideal", hide_default_value = true)]
+    bridge: Bridge,
     /// One JSON object instead of tables
     #[arg(long)]
     json: bool,
@@ -73,17 +77,22 @@ pub struct EnsembleFollowArguments {
 impl EnsembleFollowArguments {
     pub(super) fn follow(&self) -> Result<(), Error> {
         let is_all = self.plant.iter().any(|name| name == "all");
-        let fits = |family: &Family| self.condition.fits(*family);
+        let fits = |family: &Family| self.condition.fits(*family) && self.bridge.fits(*family);
         let families = if is_all {
             followed_families().filter(fits).collect()
         } else {
-            families_under(&self.plant, self.condition)?
+            families_under(&self.plant, self.condition, self.bridge)?
         };
         let rate_hz = allowed_rate(self.rate.unwrap_or(RATE_HZ))?;
         let ensemble = Ensemble {
             seed: self.seed,
             cases: self.cases,
-            kind: DrawOptions { hard: self.hard, rate_hz, condition: self.condition },
+            kind: DrawOptions {
+                hard: self.hard,
+                rate_hz,
+                condition: self.condition,
+                bridge: self.bridge,
+            },
             approach: Approach::default(),
             moves: 0,
             families,

@@ -13,7 +13,7 @@ use stiction::servo::{Boot, EncoderReading, Input, Output};
 use stiction::{Device, Parameters};
 
 pub use super::holding_brake::HoldingBrake;
-use crate::current_periods::CurrentPeriods;
+use crate::current_periods::{CurrentPeriods, PlantMotor, RegulatedTick};
 use crate::experiment::RunPlan;
 use crate::flash::{SECTOR, SimulatedFlash};
 pub use crate::plant::MotorWires;
@@ -216,12 +216,12 @@ impl SimulatedDevice {
 
     /// Moves the joint until the next tick.
     fn drive(&mut self, output: &Output) {
-        let servo = self.device.servo();
-        if let (Some(of), Some(shunt)) = (servo.current_loop(), &self.shunt) {
-            let voltage = self.periods.voltage();
-            let target = output.enable.then(|| servo.regulate(&output.tick, voltage));
-            let window = servo.current_window();
-            self.periods.pass(&mut self.plant, shunt, &of, target, window);
+        let voltage = self.periods.voltage();
+        let regulated = RegulatedTick::of(self.device.servo(), output, voltage);
+        if let (Some(regulated), Some(shunt)) = (regulated, &self.shunt) {
+            let sample_time_s = self.plant.sample_time_s();
+            let mut motor = PlantMotor { plant: &mut self.plant, shunt };
+            self.periods.pass(&mut motor, sample_time_s, regulated);
             return;
         }
         self.plant.put_out_and_hold(output.tick.code, output.enable, self.plant.sample_time_s());

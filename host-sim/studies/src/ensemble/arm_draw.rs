@@ -100,6 +100,7 @@ pub(super) fn arm(draws: &mut Draws, family: Family, number: u64, kind: DrawOpti
         jump_counts: None,
         condition: Condition::Nominal,
         phase: 0.0,
+        electrics: None,
         arm: Some(Box::new(ArmCase {
             arm,
             is_coupled: family == Family::Arm,

@@ -43,11 +43,12 @@ impl ArmRig {
         let scale = [case.scale.effort, case.scale.angle];
         let armed_at = [at(0), at(1)];
         let at_rest = |counts: i64| Counters::one(counts as u32);
-        let (first, lead_in) = armed(case, &case.bounds, gains, at_rest(armed_at[0]))?;
-        let (other, _) = armed(case, &second.bounds, gains_of_second, at_rest(armed_at[1]))?;
+        let first = armed(case, &case.bounds, gains, at_rest(armed_at[0]))?;
+        let other = armed(case, &second.bounds, gains_of_second, at_rest(armed_at[1]))?;
+        let lead_in = first.lead_in;
         let joints = [
-            Amplified::new(first, &case.bounds, case.delay, scale),
-            Amplified::new(other, &second.bounds, second.delay, scale),
+            Amplified::new(first.servo, &case.bounds, case.delay, scale),
+            Amplified::new(other.servo, &second.bounds, second.delay, scale),
         ];
         let bounds = [case.bounds, second.bounds];
         let sample_time_s = case.bounds.sampled.sample_time;

@@ -7,6 +7,10 @@
 //! dwell                 stick friction x (1 + 0.5 (1 - exp(-t / 1 s))) after a rest of t
 //! slow-winding-1, -5    the effort lags by the winding's L/R = 1 ms and 5 ms
 //! hot-winding           R x 1.4: effort / 1.4
+//! cold-winding          R x 0.7: effort / 0.7
+//! low-supply            the supply is 20 % low: effort x 0.8
+//! high-supply           the supply is 20 % high: effort x 1.2
+//! hot-low               both: effort x 0.8 / 1.4
 //! sag                   the supply sags by 30 % for 0.1 s in each second: effort x 0.7
 //! late-output           the output is two samples late; usually half of the joints have one sample
 //! sampling-jitter       each tick comes up to 5 % of the sample time early or late
@@ -15,9 +19,10 @@
 //! ```
 //!
 //! With `drift`, friction rises on half of the joints and falls on the other half. With an
-//! eccentric disc, a joint is judged by the position that its disc shows. The back-EMF of a hot
-//! winding is part of the viscous friction and stays the same. A bristle has no drift, unevenness
-//! or dwell, and arms have no conditions.
+//! eccentric disc, a joint is judged by the position that its disc shows. With an ideal bridge, the
+//! back-EMF of a winding is part of the viscous friction and stays the same; with
+//! [electrics](super::electrics) it does not. A bristle has no drift, unevenness or dwell, and arms
+//! have no conditions.
 
 use std::f64::consts::TAU;
 
@@ -59,6 +64,14 @@ pub enum Condition {
     SlowWinding5,
     /// The winding's resistance is 1.4 times the configured one.
     HotWinding,
+    /// The winding's resistance is 0.7 times the configured one.
+    ColdWinding,
+    /// The supply is 20 % below its nominal voltage.
+    LowSupply,
+    /// The supply is 20 % above its nominal voltage.
+    HighSupply,
+    /// The winding's resistance is 1.4 times the configured one, and the supply is 20 % low.
+    HotLow,
     /// The supply sags by 30 % for 0.1 s in each second.
     Sag,
     /// The output is two samples late.
@@ -77,8 +90,12 @@ const DRIFT_S: f64 = 5.0;
 const DEPTH: f64 = 0.3;
 /// Growth of the stick friction at rest, and its time constant.
 const GROWTH: Dwell = Dwell { growth: 0.5, time_s: 1.0 };
-/// Resistance of a hot winding, relative.
+/// Resistance of a hot and of a cold winding, relative.
 const HOT: f64 = 1.4;
+const COLD: f64 = 0.7;
+/// Voltage of a low and of a high supply, relative.
+const LOW: f64 = 0.8;
+const HIGH: f64 = 1.2;
 /// Effort while the supply sags, relative; its length and its period, s.
 const SAG: (f64, [f64; 2]) = (0.7, [0.1, 1.0]);
 /// Largest shift of a tick, in sample times.
@@ -88,7 +105,7 @@ const ECCENTRICITY: f64 = 0.02 / 15.0;
 
 impl Condition {
     /// Every condition.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 16] = [
         Self::Nominal,
         Self::Drift,
         Self::Uneven40,
@@ -97,6 +114,10 @@ impl Condition {
         Self::SlowWinding1,
         Self::SlowWinding5,
         Self::HotWinding,
+        Self::ColdWinding,
+        Self::LowSupply,
+        Self::HighSupply,
+        Self::HotLow,
         Self::Sag,
         Self::LateOutput,
         Self::SamplingJitter,
@@ -153,10 +174,13 @@ impl Condition {
                 friction.ripple = Some(Ripple { depth: DEPTH, cycles: periods * per_turn, phase });
             }),
             Self::Dwell => each_friction(joint, |friction| friction.dwell = Some(GROWTH)),
-            Self::SlowWinding1 => joint.lag_s = lag_s.max(1e-3),
-            Self::SlowWinding5 => joint.lag_s = lag_s.max(5e-3),
+            Self::SlowWinding1 | Self::SlowWinding5 => joint.lag_s = lag_s.max(self.winding_s()),
             Self::Nominal
             | Self::HotWinding
+            | Self::ColdWinding
+            | Self::LowSupply
+            | Self::HighSupply
+            | Self::HotLow
             | Self::Sag
             | Self::LateOutput
             | Self::SamplingJitter
@@ -170,14 +194,36 @@ impl Condition {
         if self == Self::LateOutput { Delay::TwoSamples } else { drawn }
     }
 
-    /// Returns the share of the effort that reaches the joint at a time since arming, s.
+    /// Returns the least time constant L/R of the winding, s.
+    pub(super) const fn winding_s(self) -> f64 {
+        match self {
+            Self::SlowWinding1 => 1e-3,
+            Self::SlowWinding5 => 5e-3,
+            _ => 0.0,
+        }
+    }
+
+    /// Returns the supply over its nominal voltage at a time since arming (s), and the resistance
+    /// of the winding over the configured one.
+    #[inline]
+    pub(super) fn ratios(self, time_s: f64) -> [f64; 2] {
+        match self {
+            Self::HotWinding => [1.0, HOT],
+            Self::ColdWinding => [1.0, COLD],
+            Self::LowSupply => [LOW, 1.0],
+            Self::HighSupply => [HIGH, 1.0],
+            Self::HotLow => [LOW, HOT],
+            Self::Sag if time_s % SAG.1[1] >= SAG.1[1] - SAG.1[0] => [SAG.0, 1.0],
+            _ => [1.0; 2],
+        }
+    }
+
+    /// Returns the share of the effort that reaches the joint at a time since arming (s), if the
+    /// bridge is ideal.
     #[inline]
     pub(super) fn share(self, time_s: f64) -> f64 {
-        match self {
-            Self::HotWinding => HOT.recip(),
-            Self::Sag if time_s % SAG.1[1] >= SAG.1[1] - SAG.1[0] => SAG.0,
-            _ => 1.0,
-        }
+        let [supply, ohm] = self.ratios(time_s);
+        supply / ohm
     }
 }
 

@@ -24,6 +24,8 @@ pub enum Purpose {
     Moves,
     /// The condition that a joint is run under.
     Condition,
+    /// The electrics of the motor.
+    Electrics,
 }
 
 /// The draws of one case, in their order.

@@ -12,6 +12,7 @@ use super::drawn_case::{
     BREAKAWAY, Case, DrawOptions, EFFORT, GEAR_BACKLASH_DEG, HARD_BREAKAWAY, NOMINAL, Trapezoid,
     UnitScale, wall,
 };
+use super::electrics::Electrics;
 use super::family::Family;
 use super::thesis_draw;
 use dynamics::joint::{
@@ -44,6 +45,8 @@ impl Case {
         case.phase = kind.condition.apply(&mut case.joint, case.scale.angle, draws);
         case.delay = kind.condition.delay(case.delay);
         case.condition = kind.condition;
+        let draws = &mut Draws::new(seed, family.number(), Purpose::Electrics, number);
+        case.electrics = Electrics::draw(kind.bridge, &mut case, draws);
         case
     }
 }
@@ -202,6 +205,7 @@ fn in_si(draws: &mut Draws, family: Family, number: u64, kind: DrawOptions) -> C
         jump_counts,
         condition: Condition::Nominal,
         phase: 0.0,
+        electrics: None,
         arm: None,
     }
 }

@@ -5,6 +5,7 @@ use simulator::plant::Delay;
 use simulator::rules::{ControllerGains, GainRule, JointBounds, SampledLoop};
 
 use super::condition::Condition;
+use super::electrics::{Bridge, Electrics};
 use super::family::Family;
 
 /// Nominal inertia of the SI families, kg m^2, and viscous friction, N m s/rad.
@@ -34,11 +35,20 @@ pub struct DrawOptions {
     pub rate_hz: f64,
     /// Condition of the joint and its drive.
     pub condition: Condition,
+    /// What the bridge makes of an effort.
+    pub bridge: Bridge,
 }
 
 impl DrawOptions {
     /// Ordinary joints at 1 kHz, as their family is drawn.
-    pub const ORDINARY: Self = Self { hard: false, rate_hz: 1000.0, condition: Condition::Nominal };
+    pub const ORDINARY: Self =
+        Self { hard: false, rate_hz: 1000.0, condition: Condition::Nominal, bridge: Bridge::Ideal };
+
+    /// Returns the suffix that tables append to the name of a family; empty for an ideal bridge
+    /// and no condition.
+    pub(super) fn suffix(&self) -> String {
+        self.condition.suffix() + &self.bridge.suffix()
+    }
 }
 
 /// Factors from the core's units to those of the joint.
@@ -95,6 +105,8 @@ pub struct Case {
     pub condition: Condition,
     /// Phase of uneven friction or of an eccentric disc, rad.
     pub phase: f64,
+    /// Winding and current loop of the motor; `None` with an ideal bridge.
+    pub electrics: Option<Electrics>,
     /// Both joints of an arm; `joint` is then the first one, without the motion of the links.
     pub arm: Option<Box<ArmCase>>,
 }

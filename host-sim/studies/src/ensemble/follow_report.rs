@@ -66,7 +66,7 @@ fn quantile(values: &SortedValues, p: f64) -> Option<f64> {
 
 /// Returns the options of the command, with which each JSON report begins.
 fn options(ensemble: &Ensemble) -> Map<String, Value> {
-    let DrawOptions { hard, rate_hz, condition } = ensemble.kind;
+    let DrawOptions { hard, rate_hz, condition, bridge } = ensemble.kind;
     Map::from_iter([
         ("version".to_owned(), json!(env!("CARGO_PKG_VERSION"))),
         ("seed".into(), json!(ensemble.seed)),
@@ -74,6 +74,7 @@ fn options(ensemble: &Ensemble) -> Map<String, Value> {
         ("hard".into(), json!(hard)),
         ("rate_hz".into(), json!(rate_hz)),
         ("condition".into(), json!(condition.name())),
+        ("bridge".into(), json!(bridge.name())),
     ])
 }
 
@@ -106,7 +107,7 @@ pub fn follow_table(ensemble: &Ensemble, summaries: &[FollowSummary]) -> String 
             }
             text += &format!(
                 "{family}{}, {joints} joints, by counts a second: {what}\n\n",
-                ensemble.kind.condition.suffix()
+                ensemble.kind.suffix()
             );
             text += &format!("{}\n\n", table.trim_fmt());
         }
@@ -205,7 +206,7 @@ pub fn sine_table(ensemble: &Ensemble, summaries: &[SinesSummary]) -> String {
                 let cells = law.sines.iter().map(|sine| number(finite(sine), 2));
                 table.add_row(std::iter::once(law.law.clone()).chain(cells));
             }
-            let condition = ensemble.kind.condition.suffix();
+            let condition = ensemble.kind.suffix();
             text += &format!("{}{condition}, {joints} joints: {what}\n\n", first.family);
             text += &format!("{}\n\n", table.trim_fmt());
         }

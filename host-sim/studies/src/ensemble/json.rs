@@ -32,6 +32,7 @@ pub fn object(header: &EnsembleHeader, families: &[(Group, Vec<LawSummary>)]) ->
         "moves": header.moves,
         "motion": header.motion.name(),
         "condition": header.condition.name(),
+        "bridge": header.bridge.name(),
         "effort_units": of_groups(|group| json!(group.effort_unit)),
         "settles_within_s": of_groups(|group| json!(group.settles_within_s)),
         "goals": of_groups(|group| json!(group.goal)),

@@ -27,9 +27,14 @@ mod case_result;
 mod condition;
 #[cfg(test)]
 mod condition_tests;
+#[cfg(test)]
+mod current_bars_tests;
 mod distribution;
 mod draw;
 mod drawn_case;
+mod electrics;
+#[cfg(test)]
+mod electrics_tests;
 mod family;
 #[cfg(test)]
 mod family_tests;
@@ -80,6 +85,7 @@ pub use case::run_and_show;
 pub use case_result::{CaseResult, JudgedMotion};
 pub use condition::Condition;
 pub use drawn_case::{Case, DrawOptions};
+pub use electrics::Bridge;
 pub use family::{Family, FamilyUnits};
 pub use figures::{charts, traces};
 pub use follow::{

@@ -6,6 +6,7 @@
 //! joint opens at the same time.
 
 use stiction::Tick;
+use stiction::control::current_loop::CurrentTarget;
 use stiction::control::laws::Gains;
 use stiction::control::reference::Reference;
 use stiction::control::signal::MAX_LAW_SIGNALS;
@@ -14,6 +15,7 @@ use stiction::safety::fault::Fault;
 use super::assemble::parameters;
 use super::condition::{Condition, EccentricDisc, JitteringTicks};
 use super::drawn_case::Case;
+use super::electrics::{Bridge, DrivenWinding, Winding};
 #[cfg(test)]
 use super::failed_sensor::FailedSensor;
 use super::measures::CaseSample;
@@ -44,6 +46,9 @@ pub struct Rig {
     /// Time since arming, s.
     time_s: f64,
     amplified: Amplified,
+    /// Winding of the motor, with the delay of a current loop's targets; `None` with an ideal
+    /// bridge.
+    winding: Option<(Winding, DelayLine<CurrentTarget>)>,
     bounds: JointBounds,
     /// Position at arming, counts.
     armed_at: i64,
@@ -64,15 +69,24 @@ pub(super) struct Amplified {
     published: [f32; MAX_LAW_SIGNALS],
 }
 
-/// Arms a servo whose encoders have these counters at rest. Returns the servo and the length of its
-/// soft start, ticks.
+/// A servo that is armed, with the length of its soft start (ticks) and the winding that it drives.
+pub(super) struct ArmedServo {
+    pub servo: WatchedServo,
+    pub lead_in: u32,
+    pub winding: Option<Winding>,
+}
+
+/// Arms a servo whose encoders have these counters at rest.
 pub(super) fn armed(
     case: &Case,
     bounds: &JointBounds,
     gains: &ControllerGains,
     at_rest: Counters,
-) -> Result<(WatchedServo, u32), Error> {
-    let parameters = parameters(bounds, gains);
+) -> Result<ArmedServo, Error> {
+    let mut parameters = parameters(bounds, gains);
+    if let Some(electrics) = &case.electrics {
+        electrics.configure(&mut parameters, case.scale);
+    }
     let law = gains.laws.iter().map(Gains::name).collect::<Vec<_>>().join(" + ");
     let (family, number) = (case.family.name(), case.number);
     parameters.check().map_err(|error| {
@@ -84,7 +98,15 @@ pub(super) fn armed(
         ))
     })?;
     let lead_in = parameters.ticks_at_least(parameters.device.soft_start);
-    Ok((WatchedServo::new(parameters, at_rest, at_rest.position as i32)?, lead_in))
+    let winding = case.electrics.map(|electrics| Winding::new(electrics, case, &parameters));
+    let counts = at_rest.position as i32;
+    let servo = match &winding {
+        Some(winding) if winding.bridge() == Bridge::Current => {
+            WatchedServo::sensed(parameters, at_rest, counts, winding.reading_at_rest())?
+        }
+        _ => WatchedServo::new(parameters, at_rest, counts)?,
+    };
+    Ok(ArmedServo { servo, lead_in, winding })
 }
 
 impl Amplified {
@@ -139,7 +161,7 @@ impl Rig {
         let armed_at = read(&case.encoder, disc.as_ref(), &joint);
         let motor = case.motor_encoder.as_ref().map(|motor| motor.read(&joint) as u32);
         let at_rest = Counters { position: armed_at as u32, motor };
-        let (servo, lead_in) = armed(case, &case.bounds, gains, at_rest)?;
+        let ArmedServo { servo, lead_in, winding } = armed(case, &case.bounds, gains, at_rest)?;
         if case.is_braked {
             joint.set_brake(BRAKE * case.bounds.sampled.largest_effort * case.scale.effort);
         }
@@ -160,6 +182,8 @@ impl Rig {
             failed: None,
             time_s: 0.0,
             amplified: Amplified::new(servo, &case.bounds, case.delay, scale),
+            winding: winding
+                .map(|winding| (winding, DelayLine::after(case.delay, CurrentTarget::default()))),
             bounds: case.bounds,
             armed_at,
         };
@@ -255,9 +279,26 @@ impl Rig {
         let (count, sample_time_s) = (self.encoder.count, self.bounds.sampled.sample_time);
         let sample = self.amplified.sample(&tick, [turn, load], [count, sample_time_s]);
         let lasts_s = sample_time_s * self.jitter.as_mut().map_or(1.0, JitteringTicks::next);
-        self.joint.hold(sample.effort * self.condition.share(self.time_s), lasts_s);
+        self.drive(sample.effort, lasts_s);
         self.time_s += sample_time_s;
         sample
+    }
+
+    /// Moves the joint for a time (s) under an effort.
+    #[inline]
+    fn drive(&mut self, effort: f64, duration_s: f64) {
+        let Some((winding, delay)) = &mut self.winding else {
+            self.joint.hold(effort * self.condition.share(self.time_s), duration_s);
+            return;
+        };
+        let bridge = winding.bridge();
+        let ratios = self.condition.ratios(self.time_s);
+        let mut motor = DrivenWinding { winding, joint: &mut self.joint, ratios };
+        if bridge == Bridge::Current {
+            self.amplified.servo.regulate(&mut motor, duration_s, delay);
+        } else {
+            motor.hold_voltage(effort, duration_s);
+        }
     }
 }
 

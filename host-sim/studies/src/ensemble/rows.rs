@@ -21,6 +21,7 @@ use serde::{Deserialize, Serialize};
 
 use super::case_result::CaseResult;
 use super::condition::Condition;
+use super::electrics::Bridge;
 use super::group::Group;
 use super::machine_file::MachineEnsemble;
 use super::motions::Approach;
@@ -72,6 +73,9 @@ pub struct EnsembleHeader {
     /// Condition of the joints; older files, which lack the key, have none.
     #[serde(default)]
     pub condition: Condition,
+    /// What the bridge of the joints makes of an effort; left out with an ideal one.
+    #[serde(default, skip_serializing_if = "is_ideal")]
+    pub bridge: Bridge,
     /// Versions of the laws of other programs, by their names; left out without such laws.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub guests: BTreeMap<String, String>,
@@ -85,6 +89,10 @@ fn commit() -> Option<String> {
 /// Returns the versions of the rules that are laws of other programs.
 fn guests(rules: impl Iterator<Item = &'static GainRule>) -> BTreeMap<String, String> {
     rules.filter_map(|rule| Some((rule.law.to_owned(), guest::version(rule)?))).collect()
+}
+
+fn is_ideal(bridge: &Bridge) -> bool {
+    *bridge == Bridge::Ideal
 }
 
 const fn step() -> Approach {
@@ -111,6 +119,7 @@ impl EnsembleHeader {
             machine: Vec::new(),
             motion: ensemble.approach,
             condition: ensemble.kind.condition,
+            bridge: ensemble.kind.bridge,
             guests: guests(ensemble.rules.iter().copied()),
         }
     }
@@ -131,6 +140,7 @@ impl EnsembleHeader {
             machine: machine.written(),
             motion: Approach::Step,
             condition: Condition::Nominal,
+            bridge: Bridge::Ideal,
             guests: guests(machine.laws.iter().filter_map(|law| guest::find(law))),
         }
     }

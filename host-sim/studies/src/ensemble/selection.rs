@@ -3,6 +3,7 @@
 use std::ops::RangeInclusive;
 
 use super::condition::Condition;
+use super::electrics::Bridge;
 use super::family::Family;
 use files::error::Error;
 
@@ -40,15 +41,26 @@ pub fn families(names: &[String]) -> Result<Vec<Family>, Error> {
     Ok(families)
 }
 
-/// Returns the named families under a condition. If `all` is among the names, families that the
-/// condition does not fit are left out.
+/// Returns the named families under a condition and with a bridge. If `all` is among the names,
+/// families that either does not fit are left out.
 ///
 /// # Errors
-/// Returns an error with a name that no family has, or with a family that lacks the condition.
-pub fn families_under(names: &[String], condition: Condition) -> Result<Vec<Family>, Error> {
+/// Returns an error with a name that no family has, or with a family that lacks the condition or
+/// the bridge.
+pub fn families_under(
+    names: &[String],
+    condition: Condition,
+    bridge: Bridge,
+) -> Result<Vec<Family>, Error> {
     let mut found = families(names)?;
     if names.iter().any(|name| name == "all") {
-        found.retain(|family| condition.fits(*family));
+        found.retain(|family| condition.fits(*family) && bridge.fits(*family));
+    }
+    if let Some(family) = found.iter().find(|family| !bridge.fits(**family)) {
+        let (name, of) = (bridge.name(), family.name());
+        return Err(Error::Input(format!(
+            "--bridge {name} does not go with --plant {of}: the motors of an arm have no electrics"
+        )));
     }
     match found.iter().find(|family| !condition.fits(**family)) {
         Some(family) => {

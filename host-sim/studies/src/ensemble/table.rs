@@ -23,8 +23,9 @@ pub fn render(header: &EnsembleHeader, families: &[(Group, Vec<LawSummary>)]) ->
         // Writing to a string does not fail.
         let _ = write!(
             text,
-            "{name}{}: {} joints; success{}: {}\n\n{}\n\n{}{}\n\n",
+            "{name}{}{}: {} joints; success{}: {}\n\n{}\n\n{}{}\n\n",
             header.condition.suffix(),
+            header.bridge.suffix(),
             ranked.first().map_or(0, |summary| summary.cases),
             if is_two_sided { judged_side(group) } else { "" },
             goal.describe(),

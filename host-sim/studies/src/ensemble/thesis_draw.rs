@@ -50,6 +50,7 @@ pub(super) fn axis(draws: &mut Draws, family: Family, number: u64) -> Case {
         jump_counts: None,
         condition: Condition::Nominal,
         phase: 0.0,
+        electrics: None,
         arm: None,
     }
 }
