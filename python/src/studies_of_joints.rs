@@ -19,7 +19,7 @@ use simulator::rules::rules;
 use simulator::run::{RunDriver, RunResult, run_all_driven};
 use studies::benchmark::{Weights, benchmark as ranked};
 use studies::ensemble::{
-    Approach, CASES_ALLOWED, CaseResult, Condition, DrawOptions, Ensemble, EnsembleHeader,
+    Approach, Bridge, CASES_ALLOWED, CaseResult, Condition, DrawOptions, Ensemble, EnsembleHeader,
     MachineEnsemble, MachineOptions, allowed_rate, families_under, object, run as run_ensemble,
     sort_rows, summaries, written_spreads,
 };
@@ -109,6 +109,7 @@ pub struct FamilyArguments {
     hard: bool,
     rate: f64,
     condition: String,
+    bridge: String,
     motion: String,
     moves: u32,
 }
@@ -149,6 +150,7 @@ pub fn ensemble(
     let FamilyArguments { families, cases, seed, controllers, hard, rate, moves, .. } = arguments;
     checked_cases(cases)?;
     let condition: Condition = word("condition", &arguments.condition)?;
+    let bridge: Bridge = word("bridge", &arguments.bridge)?;
     let approach: Approach = word("motion", &arguments.motion)?;
     let own = Registered::new(laws).map_err(|error| exception(&error))?;
     let made = interruptible(py, |interrupt| {
@@ -156,10 +158,10 @@ pub fn ensemble(
         let ensemble = Ensemble {
             seed,
             cases,
-            kind: DrawOptions { hard, rate_hz: allowed_rate(rate)?, condition },
+            kind: DrawOptions { hard, rate_hz: allowed_rate(rate)?, condition, bridge },
             approach,
             moves,
-            families: families_under(&families, condition)?,
+            families: families_under(&families, condition, bridge)?,
             rules,
         };
         let rows = Rows::default();

@@ -39,6 +39,7 @@ def ensemble(
     hard: bool = False,
     rate: float | None = None,
     condition: str = "nominal",
+    bridge: str = "ideal",
     motion: str = "profiled",
     moves: int = 0,
     law: Law | Mapping[str, Law] | None = None,
@@ -48,9 +49,9 @@ def ensemble(
     ``plant`` is a family such as ``"rigid"`` or ``"flexible-load"``, a list of families, or a
     machine's own file (``.toml``), whose controllers then run on joints around the file's. Laws are
     named by ``controller``; all of them run without it. ``spread`` belongs to a file: the range of
-    a key, instead of the file's ``[spread]``. ``hard``, ``condition``, ``motion`` and ``moves``
-    belong to families; docs/how-to/ensembles.md explains them. ``rate`` is in Hz, 1000 for
-    families unless given.
+    a key, instead of the file's ``[spread]``. ``hard``, ``condition``, ``bridge``, ``motion`` and
+    ``moves`` belong to families; docs/how-to/ensembles.md explains them. ``rate`` is in Hz, 1000
+    for families unless given.
 
     ``law`` runs a law of your own beside them: a callable that takes a :class:`LawJoint` and
     returns a controller, which takes a :class:`LawSample` in each tick and returns the effort. Its
@@ -69,6 +70,7 @@ def ensemble(
         foreign = {
             "hard": hard,
             "condition": condition != "nominal",
+            "bridge": bridge != "ideal",
             "motion": motion != "profiled",
             "moves": moves > 0,
             "another plant": len(names) > 1,
@@ -92,6 +94,7 @@ def ensemble(
                 "hard": hard,
                 "rate": 1000.0 if rate is None else rate,
                 "condition": condition,
+                "bridge": bridge,
                 "motion": motion,
                 "moves": moves,
             },

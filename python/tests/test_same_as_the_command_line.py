@@ -58,17 +58,20 @@ def test_a_ranking_has_the_rows_of_the_command(report, arm):
 
 def test_an_ensemble_has_the_rows_and_the_summary_of_the_command(program, report, tmp_path):
     arguments = ["ensemble", "--plant", "rigid,gear-backlash", "--cases", 4, "--seed", 9,
-                 "--controller", "pd,robust", "--condition", "sag", "--moves", 3]
+                 "--controller", "pd,robust", "--condition", "sag", "--bridge", "current",
+                 "--moves", 3]
     program(*arguments, "--csv", tmp_path / "rows.csv")
     written = columns((tmp_path / "rows.csv").read_text())
     found = stiction.ensemble(["rigid", "gear-backlash"], cases=4, seed=9, moves=3,
-                              controller=["pd", "robust"], condition="sag")
+                              controller=["pd", "robust"], condition="sag",
+                              bridge="current")
     assert found.summary == report(*arguments)
     assert len(found.rows) == 16 and set(found.rows[0]) == set(written)
     for name in ("rest_counts", "settled_s", "tracking_rms"):
         expected = [float(cell) if cell else None for cell in written[name]]
         assert [row[name] for row in found.rows] == expected
     assert found.header["seed"] == 9 and found.header["condition"] == "sag"
+    assert found.header["bridge"] == "current"
 
 
 def test_an_ensemble_around_a_file_has_the_rows_of_the_command(report, arm):

@@ -115,7 +115,7 @@ impl ClosedLoop {
             let moment = self.moment(time_s, tick, effort_v, &plant.solver);
             on_moment(&LoopSample { motor_counts: plant.motor_counts(), ..moment });
             if k < samples {
-                plant.hold(effort_v, self.sample_time_s, &mut on_event);
+                target.drive(plant, &tick, effort_v, &mut on_event);
             }
         }
         None

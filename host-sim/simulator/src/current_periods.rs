@@ -10,12 +10,18 @@
 //! its target counts from the next one on.
 
 use stiction::control::current_loop::{CurrentLoop, CurrentLoopState, CurrentTarget, periods};
-use stiction::servo::{Output, Servo};
+use stiction::servo::{Boot, Output, Servo};
+use stiction::{Parameters, Tick};
 
 use crate::plant::{EffortState, Plant};
 use crate::shunt::Shunt;
-use dynamics::joint::RunJoint;
+use dynamics::solver::{AxisSolver, Event};
 use files::hardware::STM32F405;
+
+/// Returns half a period of the PWM, s, for the number of periods in a sample time.
+pub fn half_period_s(sample_time_s: f64, periods: u32) -> f64 {
+    0.5 * sample_time_s / f64::from(periods)
+}
 
 /// A motor on a bridge, with a sensor of its current.
 pub trait SensedMotor {
@@ -28,17 +34,19 @@ pub trait SensedMotor {
 
 /// The motor of a plant, with its shunt.
 #[derive(Debug)]
-pub struct PlantMotor<'a> {
+pub struct PlantMotor<'a, S, F> {
     /// The plant.
-    pub plant: &'a mut Plant<RunJoint>,
+    pub plant: &'a mut Plant<S>,
     /// Its shunt.
     pub shunt: &'a Shunt,
+    /// Called with each event of the joint.
+    pub on_event: F,
 }
 
-impl SensedMotor for PlantMotor<'_> {
+impl<S: AxisSolver, F: FnMut(Event)> SensedMotor for PlantMotor<'_, S, F> {
     fn hold(&mut self, code: i16, is_on: bool, duration_s: f64) -> f64 {
         let effort = EffortState { volts: self.plant.volts(code), is_on };
-        self.plant.hold_driven(effort, duration_s);
+        self.plant.hold_driven_and_report(effort, duration_s, &mut self.on_event);
         self.plant.current_a()
     }
 
@@ -65,6 +73,42 @@ impl RegulatedTick {
         let of = servo.current_loop()?;
         let target = output.enable.then(|| servo.regulate(&output.tick, voltage));
         Some(Self { of, target, window: servo.current_window() })
+    }
+}
+
+/// A current loop without a servo around it: no limit of the current, no faults.
+#[derive(Clone, Debug)]
+pub struct BareCurrentLoop {
+    of: CurrentLoop,
+    /// Back-EMF of a speed of one deg/s, codes.
+    back_emf: f32,
+    shunt: Shunt,
+    periods: CurrentPeriods,
+}
+
+impl BareCurrentLoop {
+    /// Prepares the loop of validated parameters; `None` if the effort is a voltage.
+    pub fn of(parameters: &Parameters) -> Option<Self> {
+        let servo = Servo::new(Ok(parameters), Boot::at_zero(), &STM32F405);
+        let shunt = Shunt::of(&parameters.current);
+        let of = servo.current_loop()?.with_offset(shunt.reading(0.0).into());
+        let back_emf = parameters.limits.back_emf / parameters.controller.drive.lsb;
+        Some(Self { of, back_emf, shunt, periods: CurrentPeriods::default() })
+    }
+
+    /// Drives the motor of a plant from a tick to the next one.
+    pub fn drive<S: AxisSolver>(
+        &mut self,
+        plant: &mut Plant<S>,
+        tick: &Tick,
+        on_event: &mut impl FnMut(Event),
+    ) {
+        let induced = (self.back_emf * tick.velocity) as i16;
+        let target = Some(CurrentTarget { effort: tick.code, induced });
+        let sample_time_s = plant.sample_time_s();
+        let mut motor = PlantMotor { plant, shunt: &self.shunt, on_event };
+        let regulated = RegulatedTick { of: self.of, target, window: None };
+        self.periods.pass(&mut motor, sample_time_s, regulated);
     }
 }
 
@@ -113,7 +157,7 @@ impl CurrentPeriods {
     ) {
         let clocks = sample_time_s * f64::from(STM32F405.pwm_clock_hz);
         let number = periods(clocks.round() as u32, of.top()).unwrap_or(1);
-        let half_s = 0.5 * sample_time_s / f64::from(number);
+        let half_s = half_period_s(sample_time_s, number);
         self.currents_a.clear();
         for _ in 0..number {
             let is_on = target.is_some() && self.tripped.is_none();

@@ -318,12 +318,22 @@ impl<S: AxisSolver> Plant<S> {
     /// Holds an effort for a time (s), with the external load. There is no effort if the output is
     /// off or the amplifier has no supply.
     pub fn hold_driven(&mut self, effort: EffortState, duration_s: f64) {
+        self.hold_driven_and_report(effort, duration_s, &mut |_| {});
+    }
+
+    /// Holds an effort as [`hold_driven`](Self::hold_driven) does, and reports each event.
+    pub fn hold_driven_and_report(
+        &mut self,
+        effort: EffortState,
+        duration_s: f64,
+        on_event: &mut impl FnMut(Event),
+    ) {
         let put_out_v = self.supply_ratio * effort.volts;
         let is_driven = effort.is_on && !self.is_unpowered;
         let reaches = is_driven && self.motor_wires == MotorWires::Sound;
         let effort_v = if reaches { put_out_v } else { 0.0 };
         let [held_v, lag_left_v] = self.lagged(effort_v, duration_s);
-        self.hold(held_v + self.load_v, duration_s, &mut |_| {});
+        self.hold(held_v + self.load_v, duration_s, on_event);
         let Some(winding) = &self.winding else { return };
         let left_v = self.solver.effort_left() + lag_left_v;
         let speed = self.solver.motor_velocity();

@@ -118,11 +118,13 @@ pub fn run(plan: &RunPlan) -> Result<RunResult, Error> {
 /// # Errors
 /// Returns an error that names the invalid value.
 pub fn run_driven(plan: &RunPlan, driven: RunDriver) -> Result<RunResult, Error> {
-    plan.refuse_current_loop()?;
     plan.as_case(|| run_on_its_joint(plan, driven))
 }
 
 fn run_on_its_joint(plan: &RunPlan, driven: RunDriver) -> Result<RunResult, Error> {
+    if plan.has_current_loop() {
+        return run_with(plan, driven, plan.joint()?);
+    }
     if let Some(axis) = plan.sheet_axis()? {
         return run_with(plan, driven, axis);
     }
@@ -142,7 +144,7 @@ fn run_with<S: AxisSolver>(
     solver: S,
 ) -> Result<RunResult, Error> {
     let mut recording = Recording::new(plan)?;
-    let mut plant = recording.closed_loop.plant(solver);
+    let mut plant = recording.closed_loop.plant(solver).with_winding(plan.winding()?);
     let (counter, counts) = (plant.counter(), plant.counts());
     if driven == RunDriver::ByServo {
         if let Task::Ramp(_) = plan.task {
@@ -165,7 +167,9 @@ fn run_with<S: AxisSolver>(
         return Ok(result);
     }
     let ClosedLoop { controller, course, .. } = recording.closed_loop.clone();
-    let mut target = BareLoop::new(&controller, &course, counter, counts);
+    let current_loop = plan.current_loop()?;
+    let mut target =
+        BareLoop::new(&controller, &course, counter, counts).with_current_loop(current_loop);
     recording.step(&mut target, &mut plant);
     recording.judged(&plant.solver, &target.state.ramp().findings())
 }

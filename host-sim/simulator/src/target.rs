@@ -18,8 +18,12 @@ use stiction::safety::fault::LatchedFault;
 use stiction::servo::{Boot, EncoderReading, Input, Refusal, State};
 use stiction::{Controller, Course, CourseState, Motion, Parameters, Reading, Servo, Tick};
 
-use crate::current_periods::{CurrentPeriods, RegulatedTick, SensedMotor};
-use crate::plant::DelayLine;
+use crate::current_periods::{
+    BareCurrentLoop, CurrentPeriods, PlantMotor, RegulatedTick, SensedMotor,
+};
+use crate::plant::{DelayLine, Plant};
+use crate::shunt::Shunt;
+use dynamics::solver::{AxisSolver, Event};
 use files::error::Error;
 use files::hardware::STM32F405;
 
@@ -60,6 +64,19 @@ impl Counters {
 pub trait Target {
     /// Runs one tick; returns `None` at the end of the motion.
     fn tick(&mut self, counters: Counters) -> Option<Tick>;
+
+    /// Moves the plant to the next sample under the effort of a tick, V: that of the code that
+    /// takes effect now.
+    #[inline(always)]
+    fn drive<S: AxisSolver>(
+        &mut self,
+        plant: &mut Plant<S>,
+        _tick: &Tick,
+        effort_v: f64,
+        on_event: &mut impl FnMut(Event),
+    ) {
+        plant.hold(effort_v, plant.sample_time_s(), on_event);
+    }
 }
 
 /// The control loop alone: no soft start, no monitors.
@@ -70,6 +87,8 @@ pub struct BareLoop<'a> {
     encoder: EncoderState,
     /// State of the motor's own encoder, from the first tick on.
     motor: Option<EncoderState>,
+    /// The current loop, if the effort is a current.
+    current_loop: Option<BareCurrentLoop>,
     /// State of the core.
     pub state: CourseState,
 }
@@ -80,7 +99,13 @@ impl<'a> BareLoop<'a> {
         let encoder = EncoderState::start(counter, counts);
         let course = course.clone();
         let state = CourseState::start(controller, counts);
-        Self { controller, course, encoder, motor: None, state }
+        Self { controller, course, encoder, motor: None, current_loop: None, state }
+    }
+
+    /// Adds a current loop, which makes currents of the efforts.
+    #[must_use]
+    pub fn with_current_loop(self, current_loop: Option<BareCurrentLoop>) -> Self {
+        Self { current_loop, ..self }
     }
 
     /// Runs one tick; also returns whether a ramp has already ended.
@@ -105,6 +130,20 @@ impl Target for BareLoop<'_> {
         let (tick, is_over) = self.follow(counters);
         (!is_over).then_some(tick)
     }
+
+    #[inline(always)]
+    fn drive<S: AxisSolver>(
+        &mut self,
+        plant: &mut Plant<S>,
+        tick: &Tick,
+        effort_v: f64,
+        on_event: &mut impl FnMut(Event),
+    ) {
+        match &mut self.current_loop {
+            Some(current_loop) => current_loop.drive(plant, tick, on_event),
+            None => plant.hold(effort_v, plant.sample_time_s(), on_event),
+        }
+    }
 }
 
 /// The servo of a device, with soft start, all monitors, and a nominal supply.
@@ -114,6 +153,7 @@ pub struct WatchedServo {
     supply: u16,
     /// Converter's reading of the motor's current.
     current: u16,
+    shunt: Shunt,
     periods: CurrentPeriods,
     /// Command of the last tick for the current loop, if the effort is a current.
     regulated: Option<RegulatedTick>,
@@ -133,34 +173,17 @@ pub struct WatchedServo {
 const LONGEST_REST: u32 = 1000;
 
 impl WatchedServo {
-    /// Creates an armed servo with the joint at rest at `counts` and its counters at `counters`.
-    /// The current of its motor is not simulated.
-    ///
-    /// # Errors
-    /// Returns an error if the servo refuses to be armed, or if its efforts are currents.
-    pub fn new(mut parameters: Parameters, counters: Counters, counts: i32) -> Result<Self, Error> {
-        if parameters.controller.effort == EffortMode::Current {
-            return Err(Error::Input(
-                "a current loop is simulated by a simulated device and by `stiction ensemble \
-                 --effort current` only; set `loop.effort` to \"voltage\""
-                    .into(),
-            ));
-        }
-        parameters.current = CurrentSensor::NONE;
-        Self::sensed(parameters, counters, counts, 0)
-    }
-
-    /// Creates an armed servo as [`new`](Self::new) does, with a sensor of its motor's current;
-    /// `reading` is the converter's reading without a current.
+    /// Creates an armed servo with the joint at rest at `counts` and its counters at `counters`. It
+    /// has a sensor of its motor's current if its efforts are currents.
     ///
     /// # Errors
     /// Returns an error if the servo refuses to be armed.
-    pub fn sensed(
-        mut parameters: Parameters,
-        counters: Counters,
-        counts: i32,
-        reading: u16,
-    ) -> Result<Self, Error> {
+    pub fn new(mut parameters: Parameters, counters: Counters, counts: i32) -> Result<Self, Error> {
+        if parameters.controller.effort == EffortMode::Voltage {
+            parameters.current = CurrentSensor::NONE;
+        }
+        let shunt = Shunt::of(&parameters.current);
+        let reading = shunt.reading(0.0);
         parameters.device.autostart = false;
         from_start(&mut parameters.motion, counts);
         let device = &parameters.device;
@@ -180,6 +203,7 @@ impl WatchedServo {
                 servo,
                 supply,
                 current: reading,
+                shunt,
                 periods: CurrentPeriods::default(),
                 regulated: None,
                 start: counts,
@@ -264,6 +288,23 @@ impl Target for WatchedServo {
         }
         self.followed = tick;
         Some(tick)
+    }
+
+    fn drive<S: AxisSolver>(
+        &mut self,
+        plant: &mut Plant<S>,
+        _tick: &Tick,
+        effort_v: f64,
+        on_event: &mut impl FnMut(Event),
+    ) {
+        let sample_time_s = plant.sample_time_s();
+        let Some(regulated) = self.regulated else {
+            plant.hold(effort_v, sample_time_s, on_event);
+            return;
+        };
+        let mut motor = PlantMotor { plant, shunt: &self.shunt, on_event };
+        self.periods.pass(&mut motor, sample_time_s, regulated);
+        self.current = self.periods.reading();
     }
 }
 

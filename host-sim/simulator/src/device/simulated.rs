@@ -220,7 +220,7 @@ impl SimulatedDevice {
         let regulated = RegulatedTick::of(self.device.servo(), output, voltage);
         if let (Some(regulated), Some(shunt)) = (regulated, &self.shunt) {
             let sample_time_s = self.plant.sample_time_s();
-            let mut motor = PlantMotor { plant: &mut self.plant, shunt };
+            let mut motor = PlantMotor { plant: &mut self.plant, shunt, on_event: |_| {} };
             self.periods.pass(&mut motor, sample_time_s, regulated);
             return;
         }

@@ -8,10 +8,21 @@ impl RunPlan {
     /// Returns the bounds of this run's joint, from the data sheet or `[joint]`. The file's
     /// `[spread]` widens them: by its lowest slip friction, highest stick friction and largest
     /// unbalance, and for a gear between two encoders by its lowest stiffness and largest slack.
+    /// The viscous friction has no back-EMF if the efforts are currents.
     ///
     /// # Errors
     /// Returns an error that names the invalid value.
     pub fn joint_bounds(&self) -> Result<JointBounds, Error> {
+        let bounds = self.bounds_without_current_loop()?;
+        match self.winding()? {
+            Some(winding) if self.has_current_loop() => {
+                Ok(bounds.with_current_loop(winding.back_emf_v_per_deg_per_s))
+            }
+            _ => Ok(bounds),
+        }
+    }
+
+    fn bounds_without_current_loop(&self) -> Result<JointBounds, Error> {
         let machine = &self.machine;
         // A value that was set outside of its range widens it.
         let end = |key: &str, end: usize, value: f64| match machine.spread.get(key) {

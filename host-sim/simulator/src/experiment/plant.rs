@@ -7,6 +7,7 @@ use stiction::control::motor_encoder::{self, MotorEncoder};
 use stiction::units::value::Table as _;
 
 use super::plan::RunPlan;
+use crate::current_periods::{BareCurrentLoop, half_period_s};
 use crate::plant::{Delay, Plant, Winding};
 use crate::shunt::Shunt;
 use dynamics::joint::{RunJoint, Substitute};
@@ -88,6 +89,25 @@ impl RunPlan {
         self.machine.sampling.core(ControllerConfig::EXAMPLE).effort
     }
 
+    /// Returns whether the efforts are currents, which a current loop makes.
+    pub fn has_current_loop(&self) -> bool {
+        self.effort_mode() == EffortMode::Current
+    }
+
+    /// Returns the current loop of this run, without a servo around it; `None` if the effort is a
+    /// voltage.
+    ///
+    /// # Errors
+    /// Returns an error that names the invalid value.
+    pub fn current_loop(&self) -> Result<Option<BareCurrentLoop>, Error> {
+        if !self.has_current_loop() {
+            return Ok(None);
+        }
+        let parameters = super::for_a_device(self)?;
+        parameters.prepare(&STM32F405).map_err(|why| self.explain(&why))?;
+        Ok(BareCurrentLoop::of(&parameters))
+    }
+
     /// Returns the number of the PWM's periods in a sample time; `None` without a current loop.
     ///
     /// # Errors
@@ -102,7 +122,8 @@ impl RunPlan {
         }
     }
 
-    /// Refuses a current loop where only voltages are simulated.
+    /// Refuses a current loop where only voltages are simulated: by runs of the flash image, and by
+    /// a plant that a program moves sample by sample.
     ///
     /// # Errors
     /// Returns an error that names the key.
@@ -110,8 +131,8 @@ impl RunPlan {
         match self.effort_mode() {
             EffortMode::Voltage => Ok(()),
             EffortMode::Current => Err(Error::Input(format!(
-                "{}: a current loop is simulated by a simulated device only; set `loop.effort` to \
-                 \"voltage\" here, or use `stiction device --simulated`",
+                "{}: a current loop is not simulated here; set `loop.effort` to \"voltage\", or \
+                 use `stiction run`, `ensemble`, `tune` or `device --simulated`",
                 self.origin.of("loop.effort")
             ))),
         }
@@ -143,7 +164,12 @@ impl RunPlan {
             _ => None,
         };
         let substitute = self.substitute.as_ref().or(of_the_file.as_ref());
-        Ok(RunJoint::at_rest(&self.axis()?, sample_time_s, substitute)?)
+        // The interval for which the joint is held most often.
+        let interval_s = match self.pwm_periods()? {
+            Some(number) => half_period_s(sample_time_s, number),
+            None => sample_time_s,
+        };
+        Ok(RunJoint::at_rest(&self.axis()?, interval_s, substitute)?)
     }
 
     /// If the data sheet has more effects than an axis in closed form, returns its joint, without

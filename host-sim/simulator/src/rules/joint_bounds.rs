@@ -2,7 +2,7 @@
 //!
 //! | figure | from a data sheet |
 //! |---|---|
-//! | J, B | inertia and viscous friction with the back-EMF, both nominal |
+//! | J, B | inertia and viscous friction with the back-EMF, both nominal; with a current loop without it |
 //! | F_lo | half of the lowest slip friction, less a load that this friction holds |
 //! | F_hi | twice the highest stick friction with that load |
 //! | u_L | constant load and unbalance, if the lowest slip friction does not hold them; else 0 |
@@ -31,6 +31,9 @@ pub struct JointBounds {
     pub inertia: f64,
     /// Nominal viscous friction B, V s/deg.
     pub viscous: f64,
+    /// Back-EMF beside it, which a current loop feeds forward: it brakes no joint, but limits the
+    /// speed, V s/deg. 0 without a current loop, where the back-EMF is part of B.
+    pub induced: f64,
     /// Bounds of the breakaway effort F_lo and F_hi, V.
     pub breakaway: [f64; 2],
     /// Largest load u_L that drives the joint against its friction, V; 0: the friction holds it.
@@ -143,6 +146,7 @@ impl JointBounds {
         Self {
             inertia: joint.inertia,
             viscous: joint.viscous,
+            induced: 0.0,
             breakaway: [lowest / MARGIN, MARGIN * highest],
             load: if joint.load > joint.holds { joint.load } else { 0.0 },
             hold_effort: 0.0,
@@ -151,6 +155,13 @@ impl JointBounds {
             motor_encoder: None,
             sampled,
         }
+    }
+
+    /// Takes the back-EMF (V s/deg) out of the viscous friction: a current loop feeds it forward.
+    #[must_use]
+    pub fn with_current_loop(self, back_emf: f64) -> Self {
+        let induced = back_emf.min(self.viscous);
+        Self { viscous: self.viscous - induced, induced, ..self }
     }
 
     /// Adds an encoder of the motor without noise, behind an unknown gear; `count_deg` is the angle

@@ -55,7 +55,10 @@ impl MoveProfile {
         let of_kd = if kd > 0.0 { OF_DAMPING * largest_effort / kd } else { f64::INFINITY };
         let (velocity, limited_by) = [
             (FASTEST, "half of the 3 rad/s of robust at most"),
-            (of_speed * largest_effort / joint.viscous, "half of the inner profile of robust"),
+            (
+                of_speed * largest_effort / (joint.viscous + joint.induced),
+                "half of the inner profile of robust",
+            ),
             (of_kd, "half of what trips the other controllers"),
         ]
         .into_iter()

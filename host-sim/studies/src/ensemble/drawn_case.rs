@@ -165,6 +165,7 @@ impl UnitScale {
             viscous: viscous * per_angle,
             breakaway: breakaway.map(|torque| torque / self.effort),
             load: load / self.effort,
+            induced: 0.0,
             hold_effort: 0.0,
             encoder_at_load: false,
             jitter: 0.0,

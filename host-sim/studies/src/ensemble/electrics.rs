@@ -114,8 +114,7 @@ impl Electrics {
         *viscous -= damping;
         if bridge == Bridge::Current {
             let UnitScale { effort, angle } = case.scale;
-            let known = damping * angle / effort;
-            case.bounds.viscous = (case.bounds.viscous - known).max(0.0);
+            case.bounds = case.bounds.with_current_loop(damping * angle / effort);
         }
         Some(Self { bridge, lag_s, damping })
     }
@@ -186,11 +185,6 @@ impl Winding {
     /// Returns what the bridge makes of an effort.
     pub const fn bridge(&self) -> Bridge {
         self.electrics.bridge
-    }
-
-    /// Returns the converter's reading without a current.
-    pub fn reading_at_rest(&self) -> u16 {
-        self.shunt.reading(0.0)
     }
 
     /// Returns the mean torque over a time (s) under a voltage, as an effort of the joint, at a

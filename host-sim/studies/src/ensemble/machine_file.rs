@@ -293,6 +293,12 @@ impl Driven {
 fn drive(pair: [&RunPlan; 2], samples: u32, see: impl FnMut(&CaseSample)) -> Result<Driven, Error> {
     let [nominal, joint] = pair;
     nominal.as_case(|| {
+        // The drive of a data sheet's axis has no current.
+        if joint.has_current_loop() {
+            let has_sheet = joint.nm_per_v()?.is_some();
+            let side = if has_sheet { DiscSide::Load } else { DiscSide::Motor };
+            return Ok(Driven { fault: drive_with(joint.joint()?, pair, samples, see)?, side });
+        }
         let (fault, side) = match joint.sheet_axis()? {
             Some(axis) => (drive_with(axis, pair, samples, see)?, DiscSide::Load),
             None => (drive_with(joint.joint()?, pair, samples, see)?, DiscSide::Motor),
@@ -307,10 +313,9 @@ fn drive_with<S: AxisSolver>(
     samples: u32,
     mut see: impl FnMut(&CaseSample),
 ) -> Result<Option<String>, Error> {
-    joint.refuse_current_loop()?;
     let closed_loop = joint.closed_loop()?;
     let h = closed_loop.sample_time_s;
-    let mut plant = closed_loop.plant(solver);
+    let mut plant = closed_loop.plant(solver).with_winding(joint.winding()?);
     let mut servo = WatchedServo::new(parameters(nominal)?, plant.counters(), plant.counts())?;
     let count = closed_loop.encoder.resolution;
     let mut seen: Vec<CaseSample> = Vec::new();

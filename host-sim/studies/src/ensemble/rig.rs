@@ -100,12 +100,7 @@ pub(super) fn armed(
     let lead_in = parameters.ticks_at_least(parameters.device.soft_start);
     let winding = case.electrics.map(|electrics| Winding::new(electrics, case, &parameters));
     let counts = at_rest.position as i32;
-    let servo = match &winding {
-        Some(winding) if winding.bridge() == Bridge::Current => {
-            WatchedServo::sensed(parameters, at_rest, counts, winding.reading_at_rest())?
-        }
-        _ => WatchedServo::new(parameters, at_rest, counts)?,
-    };
+    let servo = WatchedServo::new(parameters, at_rest, counts)?;
     Ok(ArmedServo { servo, lead_in, winding })
 }
 
