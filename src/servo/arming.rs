@@ -142,10 +142,11 @@ impl Servo {
         }
     }
 
-    /// Turns the output off. A fault stays latched.
+    /// Turns the output off, also in a short brake. A fault stays latched.
     #[inline(never)]
     pub fn stop(&mut self) {
         self.countdown = None;
+        self.end_short_brake();
         self.end_transition();
         if matches!(self.state, State::Armed) {
             self.state = State::Stopped;

@@ -16,6 +16,17 @@ use crate::shunt::Shunt;
 use dynamics::joint::RunJoint;
 use files::hardware::STM32F405;
 
+/// Command of a tick for the bridge of a current loop.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum BridgeCommand {
+    /// The bridge is off.
+    Off,
+    /// The bridge is at zero volts, and the loop does not run.
+    ShortBrake,
+    /// The loop regulates the current.
+    Regulate(CurrentTarget),
+}
+
 /// The periods of the PWM between two ticks.
 #[derive(Clone, Debug, Default)]
 pub struct CurrentPeriods {
@@ -52,14 +63,14 @@ impl CurrentPeriods {
         self.tripped.take()
     }
 
-    /// Moves a plant from a tick to the next one. `of` is the loop of the servo, `target` the
-    /// command of the tick if the bridge is on, and `window` the limits of the watchdog.
+    /// Moves a plant from a tick to the next one. `of` is the loop of the servo, `command` that
+    /// of the tick, and `window` the limits of the watchdog.
     pub fn pass(
         &mut self,
         plant: &mut Plant<RunJoint>,
         shunt: &Shunt,
         of: &CurrentLoop,
-        target: Option<CurrentTarget>,
+        command: BridgeCommand,
         window: Option<[u16; 2]>,
     ) {
         let clocks = plant.sample_time_s() * f64::from(STM32F405.pwm_clock_hz);
@@ -67,8 +78,9 @@ impl CurrentPeriods {
         let half_s = 0.5 * plant.sample_time_s() / f64::from(number);
         self.currents_a.clear();
         for _ in 0..number {
-            let is_on = target.is_some() && self.tripped.is_none();
-            let running = is_on.then(|| self.running.take().unwrap_or((*of, Default::default())));
+            let is_on = command != BridgeCommand::Off && self.tripped.is_none();
+            let running = (is_on && command != BridgeCommand::ShortBrake)
+                .then(|| self.running.take().unwrap_or((*of, Default::default())));
             if running.is_none() {
                 self.code = 0;
             }
@@ -78,12 +90,14 @@ impl CurrentPeriods {
             self.reading = shunt.reading(plant.current_a());
             plant.hold_driven(effort, half_s);
             self.running = running;
-            let (Some((running, state)), Some(target)) = (&mut self.running, target) else {
-                continue;
-            };
-            if window.is_some_and(|[low, high]| !(low..=high).contains(&self.reading)) {
+            if is_on && window.is_some_and(|[low, high]| !(low..=high).contains(&self.reading)) {
                 self.tripped = Some(self.reading);
             }
+            let (Some((running, state)), BridgeCommand::Regulate(target)) =
+                (&mut self.running, command)
+            else {
+                continue;
+            };
             self.code = running.step(state, target, self.reading);
         }
     }

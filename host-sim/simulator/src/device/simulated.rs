@@ -9,11 +9,11 @@ use std::collections::VecDeque;
 
 use stiction::link::DeviceKind;
 use stiction::parameters::store::Store;
-use stiction::servo::{Boot, EncoderReading, Input, Output};
+use stiction::servo::{Boot, EncoderReading, Input, Output, State};
 use stiction::{Device, Parameters};
 
 pub use super::holding_brake::HoldingBrake;
-use crate::current_periods::CurrentPeriods;
+use crate::current_periods::{BridgeCommand, CurrentPeriods};
 use crate::experiment::RunPlan;
 use crate::flash::{SECTOR, SimulatedFlash};
 pub use crate::plant::MotorWires;
@@ -219,9 +219,15 @@ impl SimulatedDevice {
         let servo = self.device.servo();
         if let (Some(of), Some(shunt)) = (servo.current_loop(), &self.shunt) {
             let voltage = self.periods.voltage();
-            let target = output.enable.then(|| servo.regulate(&output.tick, voltage));
+            let command = match (output.enable, output.state) {
+                (false, _) => BridgeCommand::Off,
+                (true, State::Armed) => {
+                    BridgeCommand::Regulate(servo.regulate(&output.tick, voltage))
+                }
+                (true, _) => BridgeCommand::ShortBrake,
+            };
             let window = servo.current_window();
-            self.periods.pass(&mut self.plant, shunt, &of, target, window);
+            self.periods.pass(&mut self.plant, shunt, &of, command, window);
             return;
         }
         self.plant.put_out_and_hold(output.tick.code, output.enable, self.plant.sample_time_s());
