@@ -146,7 +146,6 @@ impl Servo {
     #[inline(never)]
     pub fn stop(&mut self) {
         self.countdown = None;
-        self.end_short_brake();
         self.end_transition();
         if matches!(self.state, State::Armed) {
             self.state = State::Stopped;

@@ -64,7 +64,6 @@ impl Servo {
             load_line: OpenLineState::default(),
             velocity: 0.0,
             transition: None,
-            short_brake: 0,
             pending: Course::default(),
             is_contact_open: false,
             is_stop_behind: false,

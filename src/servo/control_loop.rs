@@ -58,8 +58,6 @@ pub struct ControlLoop {
     pub(super) driver_times: DriverTimes,
     pub(super) brakes: Brakes,
     pub(super) holding_brake: BrakeTimes,
-    /// Ticks of the short brake after a fault; 0: the joint coasts.
-    pub(super) short_brake: u32,
     /// Bit of the [lines](super::Input::lines) that the contact of the emergency stop sets; zero
     /// without such a contact.
     pub(super) contact: u8,
@@ -129,7 +127,6 @@ impl ControlLoop {
                 count: config.encoder.resolution,
             },
             holding_brake: BrakeTimes::of(parameters),
-            short_brake: parameters.ticks_at_least(device.short_brake),
             contact: if device.emergency_stop { Input::CONTACT } else { 0 },
         });
         Ok(())

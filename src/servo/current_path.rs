@@ -40,8 +40,6 @@ pub(super) struct CurrentPath {
     supply: f32,
     /// Nominal supply in the converter's units; zero: not known.
     nominal_supply: f32,
-    /// Largest current of a short brake, A; infinite if `peak_a` is off.
-    peak: f32,
 }
 
 /// Lowest and highest effort that a current allows, V; none: the current does not limit the effort.
@@ -82,7 +80,6 @@ impl CurrentPath {
             voltage: 0,
             supply: 1.0,
             nominal_supply: parameters.nominal_supply(hardware),
-            peak: if current.peak > 0.0 { current.peak } else { f32::INFINITY },
         })
     }
 
@@ -123,7 +120,8 @@ impl CurrentPath {
     /// Measures the current of a tick in a short brake, and returns whether it is beyond `peak_a`.
     #[cold]
     pub fn brakes_beyond(&mut self, reading: u16) -> bool {
-        self.sensor.measure(&mut self.state, reading).abs() > self.peak
+        let current = self.sensor.measure(&mut self.state, reading);
+        self.limit.as_ref().is_some_and(|limit| limit.is_beyond(current))
     }
 
     /// Returns what the last tick has done, with the effort that the controller has applied (V) and

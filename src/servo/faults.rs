@@ -25,18 +25,19 @@ impl Servo {
     pub fn latch(&mut self, latched: LatchedFault) {
         if let State::Faulted(before) = self.state {
             if latched.fault.reaction() == Reaction::Off {
-                self.end_short_brake();
+                self.end_transition();
             }
             self.is_stop_behind |=
                 latched.fault == Fault::EmergencyStop && before != Fault::EmergencyStop;
             return;
         }
-        self.short_brake = self.short_brake_of(latched.fault);
+        let short_brake = self.short_brake_of(latched.fault);
         self.state = State::Faulted(latched.fault);
         self.latched = Some(latched);
         self.log.push(latched);
         self.countdown = None;
         self.end_transition();
+        self.begin_short_brake(short_brake);
         self.encoder_proof = self.encoder_proof.after(latched.fault);
         if latched.fault.doubts_encoder() {
             self.lose_reference();
@@ -76,7 +77,7 @@ impl Servo {
         }
         self.state = State::Stopped;
         self.latched = None;
-        self.end_short_brake();
+        self.end_transition();
         self.retest_lines();
         if core::mem::take(&mut self.is_stop_behind) {
             self.fault(Fault::EmergencyStop);

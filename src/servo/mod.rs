@@ -118,8 +118,6 @@ pub struct Servo {
     /// Velocity of the last tick with output, deg/s.
     velocity: f32,
     transition: Option<Transition>,
-    /// Ticks left of a short brake, which only a latched fault has.
-    short_brake: u32,
     /// Whether the contact of the emergency stop was open in the last tick with the output off.
     is_contact_open: bool,
     /// Whether the contact has been open while another fault was latched.
@@ -244,7 +242,7 @@ impl Servo {
         core::mem::swap(&mut self.control_loop, control_loop);
         // The ticks so far may have been of another length.
         self.wake_up.forget();
-        self.end_short_brake();
+        self.end_transition();
         self.retest_lines();
         self.countdown = None;
         self.unsettle();
@@ -326,7 +324,7 @@ impl Servo {
         let is_testing_lines = self.tests_lines();
         let (State::Armed, Some(control_loop)) = (self.state, &mut self.control_loop) else {
             self.is_contact_open = open_lines & Input::CONTACT != 0;
-            if self.short_brake > 0 {
+            if self.transition.is_some() {
                 return self.brake_short(input);
             }
             if let Some(control_loop) = &mut self.control_loop {

@@ -26,6 +26,7 @@
 //! whose back-EMF exceeds `R peak_a` a joint with a sensor is braked for a tick and then coasts. A
 //! load that drives the joint is slowed down, not held. The heat of the brake is not counted.
 
+use super::stopping::{Phase, Transition};
 use super::{BrakeCommand, Input, Output, Servo, State};
 use crate::control::signal::Tick;
 use crate::safety::fault::{Fault, Reaction};
@@ -41,25 +42,31 @@ impl Servo {
         };
         let is_driven = self.state == State::Armed && !self.wake_up.is_on();
         match &self.control_loop {
-            Some(control_loop) if brakes && is_driven => control_loop.short_brake,
+            Some(control_loop) if brakes && is_driven => control_loop.holding_brake.short(),
             _ => 0,
         }
     }
 
-    /// Ends a short brake, if there is one. The next tick's output is off.
-    pub(super) const fn end_short_brake(&mut self) {
-        self.short_brake = 0;
+    /// Begins a short brake of this number of ticks, if it is not 0.
+    pub(super) fn begin_short_brake(&mut self, left: u32) {
+        if left > 0 {
+            self.transition = Some(Transition { phase: Phase::ShortBrake, left, fault: None });
+        }
     }
 
     /// Returns the output of the tick in which a fault has been latched.
     #[cold]
     #[inline(never)]
     pub(super) fn tripped(&mut self, tick: Tick) -> Output {
-        if self.short_brake == 0 {
-            return self.off(tick);
-        }
-        self.short_brake -= 1;
         let off = self.off(tick);
+        let Some(Transition { phase: Phase::ShortBrake, left, .. }) = &mut self.transition else {
+            return off;
+        };
+        *left = left.saturating_sub(1);
+        if *left == 0 {
+            // The next tick is the first one with the output off.
+            self.transition = None;
+        }
         let output = self.output(off.tick, true, false);
         output.with_brake(BrakeCommand::Closed)
     }
@@ -78,7 +85,7 @@ impl Servo {
                 let is_beyond = path.brakes_beyond(input.current);
                 tick.current = path.current();
                 if is_beyond {
-                    self.short_brake = 0;
+                    self.transition = None;
                 }
             }
         }
