@@ -189,6 +189,11 @@ impl ControlTask {
     /// Hands a tick's effort to the current loop. Returns whether the bridge was off.
     #[inline(never)]
     fn regulate(&mut self, output: &Output) -> bool {
+        if output.state != State::Armed {
+            // A short brake: the watchdog over the current stays on.
+            self.converter.end_loop();
+            return self.bridge.drive(output.duty(), output.tick.status);
+        }
         // The voltage of the motion before is none of this one.
         let voltage = if self.bridge.is_on() { current_loop::voltage() } else { 0 };
         current_loop::aim(self.servo.regulate(&output.tick, voltage));

@@ -113,6 +113,11 @@ impl Converter {
         self.adc.cr1().modify(|_, w| w.awdie().set_bit().jeocie().bit(is_regulated));
     }
 
+    /// Ends the interrupts of the current loop. The watchdog over the current stays on.
+    pub fn end_loop(&mut self) {
+        self.adc.cr1().modify(|_, w| w.jeocie().clear_bit());
+    }
+
     /// Ends the watchdog over the current.
     #[inline]
     pub fn release(&mut self) {

@@ -79,6 +79,11 @@ impl CurrentLimit {
         Self { back_emf: 0.0, least: 1.0, ..self }
     }
 
+    /// Returns whether a current, A, is beyond the largest one, either way.
+    pub fn is_beyond(&self, current: f32) -> bool {
+        current.abs() > self.peak
+    }
+
     /// Returns the lowest and the highest effort of a tick, V, at a measured current (A), after
     /// what the last tick has done.
     #[inline]

@@ -78,6 +78,10 @@ table! {
         /// end of a stop, then the output is off. A fault closes the brake and turns the output off
         /// at once.
         brake_close: f32 = 0x0810 "brake_close_s", Between(0.0, 2.0), Default(0.0);
+        /// Time of the short brake after a fault, s: the bridge stays on at zero volts, so that the
+        /// back-EMF brakes the joint, and is off then. docs/reference/faults.md has the faults. 0:
+        /// the bridge is off at once, and the joint coasts. Not with an analog amplifier.
+        short_brake: f32 = 0x0811 "short_brake_s", Between(0.0, 10.0), Default(0.0);
     }
 }
 

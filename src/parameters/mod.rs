@@ -48,6 +48,7 @@ const RESISTANCE_OHM: Key = key(CurrentSensor::ABOUT, "resistance");
 const BANDWIDTH: Key = key(CurrentSensor::ABOUT, "bandwidth");
 const BRAKE_OPEN: Key = key(DeviceConfig::ABOUT, "brake_open");
 const BRAKE_CLOSE: Key = key(DeviceConfig::ABOUT, "brake_close");
+const SHORT_BRAKE: Key = key(DeviceConfig::ABOUT, "short_brake");
 const PEAK: Key = key(CurrentSensor::ABOUT, "peak");
 const STALL: Key = key(Limits::ABOUT, "stall_effort");
 const BACK_EMF: Key = key(Limits::ABOUT, "back_emf");
@@ -217,6 +218,7 @@ impl Parameters {
         self.check_resolution()?;
         self.check_velocity()?;
         self.check_bootstrap()?;
+        self.check_short_brake()?;
         self.check_current()?;
         self.profile.check(self.controller.sample_time, self.controller.encoder.resolution)?;
         self.motion.is_soft(self.device.soft_start, self.controller.drive.full_scale)?;
@@ -266,6 +268,20 @@ impl Parameters {
         if self.device.bootstrapped && duty_max > most {
             let allowed = Allowed::DueTo(most, BOOTSTRAPPED);
             return Err(InvalidValue { key: DUTY_MAX, found: duty_max, allowed });
+        }
+        Ok(())
+    }
+
+    /// Rejects a short brake of an analog amplifier: zero volts of one that makes a current are no
+    /// current, and do not brake.
+    fn check_short_brake(&self) -> Result<(), InvalidValue> {
+        let found = self.device.short_brake;
+        if found > 0.0 && self.controller.drive.mode == PwmMode::Analog {
+            return Err(InvalidValue {
+                key: SHORT_BRAKE,
+                found,
+                allowed: Allowed::SetBy(0.0, MODE),
+            });
         }
         Ok(())
     }

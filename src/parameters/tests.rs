@@ -330,6 +330,19 @@ fn a_bad_value_with_a_good_checksum_names_its_key() {
 }
 
 #[test]
+fn an_analog_amplifier_has_no_short_brake() {
+    let with = |mode: PwmMode, short_brake: f32| {
+        let mut parameters = example();
+        (parameters.controller.drive.mode, parameters.device.short_brake) = (mode, short_brake);
+        parameters.check().map_err(|error| name(error.key))
+    };
+    assert_eq!(with(PwmMode::Analog, 0.0), Ok(()));
+    assert_eq!(with(PwmMode::Analog, 0.1), Err("short_brake_s"));
+    assert_eq!(with(PwmMode::LockedAntiphase, 10.0), Ok(()));
+    assert_eq!(with(PwmMode::SignMagnitude, 10.1), Err("short_brake_s"));
+}
+
+#[test]
 fn the_newest_valid_sector_is_taken() {
     let (mut a, mut b) = ([0xFF; ROOM], [0xFF; ROOM]);
     assert_eq!(Parameters::newest([&a, &b]), Err(DecodeError::Blank));

@@ -142,7 +142,7 @@ impl Servo {
         }
     }
 
-    /// Turns the output off. A fault stays latched.
+    /// Turns the output off, also in a short brake. A fault stays latched.
     #[inline(never)]
     pub fn stop(&mut self) {
         self.countdown = None;

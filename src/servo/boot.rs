@@ -66,6 +66,7 @@ impl Servo {
             transition: None,
             pending: Course::default(),
             is_contact_open: false,
+            is_stop_behind: false,
             referenced: Referenced::default(),
             origin: 0,
             latched: None,

@@ -117,6 +117,13 @@ impl CurrentPath {
         Ok(limit.map(|limit| limit.bounds(&mut self.limit_state, current, driven)))
     }
 
+    /// Measures the current of a tick in a short brake, and returns whether it is beyond `peak_a`.
+    #[cold]
+    pub fn brakes_beyond(&mut self, reading: u16) -> bool {
+        let current = self.sensor.measure(&mut self.state, reading);
+        self.limit.as_ref().is_some_and(|limit| limit.is_beyond(current))
+    }
+
     /// Returns what the last tick has done, with the effort that the controller has applied (V) and
     /// the speed of the joint (deg/s). The voltage of a current loop is that of the supply.
     pub fn driven(&self, target: f32, speed: f32, travel: i32) -> Driven {

@@ -10,13 +10,15 @@
 //! supply of the contact read alike: as a stop. The hardware turns the bridge off without the
 //! program (docs/reference/wiring.md). Each tick reads the input, and an open contact latches
 //! [`Fault::EmergencyStop`] in whatever state the servo is. Until the contact is closed, no command
-//! clears the fault, and nothing is armed.
+//! clears the fault, and nothing is armed. If another fault is latched when the contact opens, the
+//! emergency stop follows once that one is cleared, also if the contact is closed by then.
 //!
 //! The contact pulls the break input as the bridge's driver does, and its input at the port is
 //! filtered. So the fault of a break input that is latched before the open contact is read becomes
 //! that of the emergency stop, within 50 ms.
 //!
-//! Does badly: a contact that a short bridges is not detected. One input is no redundant channel.
+//! Does badly: a contact that a short bridges is not detected. One input is no redundant channel. A
+//! reset forgets a stop behind another fault.
 
 use super::{Refusal, Servo, State};
 use crate::safety::fault::{Fault, LatchedFault};

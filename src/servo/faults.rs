@@ -1,7 +1,7 @@
 //! The faults of a servo: the first one is latched until a command clears it.
 
 use super::{Input, Refusal, Servo, State};
-use crate::safety::fault::{Fault, FaultLog, LatchedFault};
+use crate::safety::fault::{Fault, FaultLog, LatchedFault, Reaction};
 
 impl Servo {
     /// Returns the fault that is latched, if there is one.
@@ -19,17 +19,25 @@ impl Servo {
         self.latch(LatchedFault { tick: self.clock, ..LatchedFault::from(fault) });
     }
 
-    /// Latches a fault, unless one is latched already. The next tick's output is off, and the loop
-    /// forgets its state.
+    /// Latches a fault, unless one is latched already. The next tick's output is off, or that of a
+    /// short brake, and the loop forgets its state. A fault without a short brake ends that of the
+    /// fault before. An emergency stop behind another fault is latched once that one is cleared.
     pub fn latch(&mut self, latched: LatchedFault) {
-        if matches!(self.state, State::Faulted(_)) {
+        if let State::Faulted(before) = self.state {
+            if latched.fault.reaction() == Reaction::Off {
+                self.end_transition();
+            }
+            self.is_stop_behind |=
+                latched.fault == Fault::EmergencyStop && before != Fault::EmergencyStop;
             return;
         }
+        let short_brake = self.short_brake_of(latched.fault);
         self.state = State::Faulted(latched.fault);
         self.latched = Some(latched);
         self.log.push(latched);
         self.countdown = None;
         self.end_transition();
+        self.begin_short_brake(short_brake);
         self.encoder_proof = self.encoder_proof.after(latched.fault);
         if latched.fault.doubts_encoder() {
             self.lose_reference();
@@ -53,7 +61,8 @@ impl Servo {
         self.latch(LatchedFault { fault: Fault::EncoderOpen, tick: self.clock, value });
     }
 
-    /// Clears the latched fault, which leaves the servo stopped. Without a fault, nothing happens.
+    /// Clears the latched fault, which leaves the servo stopped, or with the fault of an emergency
+    /// stop that came meanwhile. Without a fault, nothing happens.
     ///
     /// # Errors
     /// Refuses if only valid parameters or a reset end the fault, and an emergency stop whose
@@ -68,7 +77,11 @@ impl Servo {
         }
         self.state = State::Stopped;
         self.latched = None;
+        self.end_transition();
         self.retest_lines();
+        if core::mem::take(&mut self.is_stop_behind) {
+            self.fault(Fault::EmergencyStop);
+        }
         Ok(())
     }
 }

@@ -30,20 +30,34 @@ use crate::motion::Course;
 use crate::parameters::Parameters;
 use crate::safety::fault::LatchedFault;
 
-/// The times of a holding brake, ticks; both are zero without a brake.
+/// The times of a holding brake, ticks, of which both are zero without one; and that of a short
+/// brake after a fault.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct BrakeTimes {
-    open: u32,
-    close: u32,
+    // 2 s at 10 kHz fit 16 bits. A larger loop has fields beyond the reach of an instruction.
+    open: u16,
+    close: u16,
+    short: u32,
 }
 
 impl BrakeTimes {
     pub fn of(parameters: &Parameters) -> Self {
         let device = &parameters.device;
         Self {
-            open: parameters.ticks_at_least(device.brake_open),
-            close: parameters.ticks_at_least(device.brake_close),
+            open: parameters.ticks_at_least(device.brake_open) as u16,
+            close: parameters.ticks_at_least(device.brake_close) as u16,
+            short: parameters.ticks_at_least(device.short_brake),
         }
+    }
+
+    /// Returns the ticks in which the holding brake opens.
+    fn open(self) -> u32 {
+        self.open.into()
+    }
+
+    /// Returns the ticks of a short brake; 0: the joint coasts.
+    pub const fn short(self) -> u32 {
+        self.short
     }
 
     pub const fn has_brake(&self) -> bool {
@@ -56,7 +70,7 @@ impl Servo {
     #[inline(never)]
     pub(super) fn begin_opening(&mut self) {
         let Some(control_loop) = &mut self.control_loop else { return };
-        let BrakeTimes { open, .. } = control_loop.holding_brake;
+        let open = control_loop.holding_brake.open();
         if !control_loop.holding_brake.has_brake() {
             return;
         }
@@ -73,7 +87,7 @@ impl Servo {
 
     /// Returns whether the brake has not begun to open: the joint needs nothing that holds it.
     pub(super) fn is_still_closed(&self) -> bool {
-        let open = self.control_loop.as_ref().map_or(0, |of_joint| of_joint.holding_brake.open);
+        let open = self.control_loop.as_ref().map_or(0, |of_joint| of_joint.holding_brake.open());
         let Some(Transition { phase: Phase::Opening, left, .. }) = self.transition else {
             return false;
         };
@@ -95,7 +109,7 @@ impl Servo {
     /// Runs a tick of the opening, with `left` ticks left, this one included.
     pub(super) fn go_on_opening(&mut self, left: u32) -> BrakeCommand {
         let opens = |open| if left <= open { BrakeCommand::Open } else { BrakeCommand::Closed };
-        let open = self.control_loop.as_ref().map_or(0, |of_joint| of_joint.holding_brake.open);
+        let open = self.control_loop.as_ref().map_or(0, |of_joint| of_joint.holding_brake.open());
         if left <= 1 {
             self.end_transition();
             if let Some(control_loop) = &mut self.control_loop {
@@ -126,7 +140,7 @@ impl Servo {
         let (State::Armed, Some(control_loop)) = (self.state, &mut self.control_loop) else {
             return false;
         };
-        let BrakeTimes { close, .. } = control_loop.holding_brake;
+        let close = u32::from(control_loop.holding_brake.close);
         if close == 0 || control_loop.course.is_open() || self.wake_up.is_on() {
             return false;
         }

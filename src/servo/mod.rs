@@ -25,7 +25,8 @@
 //! begins with the tick after that.
 //!
 //! After a stop command or a silent link, the loop brakes a moving joint before the output goes off
-//! (`servo/stopping.rs`). After any other fault the joint coasts. The contact of an emergency stop
+//! (`servo/stopping.rs`). After any other fault the joint coasts, or its winding brakes it for a
+//! configured time ([`Fault::reaction`], `servo/short_brake.rs`). The contact of an emergency stop
 //! ends the output in hardware, and is reported here (`servo/emergency_stop.rs`).
 //!
 //! A holding brake opens before the motion starts, and closes before the output goes off
@@ -62,6 +63,7 @@ mod output;
 mod ramp;
 mod referenced;
 mod refusal;
+mod short_brake;
 mod stopping;
 mod wake_up;
 
@@ -92,7 +94,8 @@ pub enum State {
     Stopped,
     /// The output is on: the loop is closed, or runs open for a ramp or a jog.
     Armed,
-    /// The output is off until the fault is cleared, or until the next reset.
+    /// The output is off until the fault is cleared, or until the next reset; in a short brake it
+    /// is at zero volts before (`servo/short_brake.rs`).
     Faulted(Fault),
 }
 
@@ -117,6 +120,8 @@ pub struct Servo {
     transition: Option<Transition>,
     /// Whether the contact of the emergency stop was open in the last tick with the output off.
     is_contact_open: bool,
+    /// Whether the contact has been open while another fault was latched.
+    is_stop_behind: bool,
     referenced: Referenced,
     /// The joint's zero, counts since power-on.
     origin: i32,
@@ -237,6 +242,7 @@ impl Servo {
         core::mem::swap(&mut self.control_loop, control_loop);
         // The ticks so far may have been of another length.
         self.wake_up.forget();
+        self.end_transition();
         self.retest_lines();
         self.countdown = None;
         self.unsettle();
@@ -318,6 +324,9 @@ impl Servo {
         let is_testing_lines = self.tests_lines();
         let (State::Armed, Some(control_loop)) = (self.state, &mut self.control_loop) else {
             self.is_contact_open = open_lines & Input::CONTACT != 0;
+            if self.transition.is_some() {
+                return self.brake_short(input);
+            }
             if let Some(control_loop) = &mut self.control_loop {
                 let seen = &self.follower.seen;
                 control_loop.monitors.idle(&mut control_loop.watch, seen);
@@ -347,11 +356,11 @@ impl Servo {
         let tick = control_loop.tick(seen, input.supply);
         if let Some((fault, value)) = trip {
             self.latch(LatchedFault { fault, tick: self.clock, value });
-            return self.off(tick);
+            return self.tripped(tick);
         }
         if tick.non_finite {
             self.fault(Fault::NonFinite);
-            return self.off(tick);
+            return self.tripped(tick);
         }
         if let Some(trip) =
             control_loop.monitors.check(&mut control_loop.watch, seen, &tick, input.supply)
@@ -360,7 +369,7 @@ impl Servo {
             let brakes = trip.fault == Fault::LinkTimeout && self.begin_to_rest(Some(latched));
             if !brakes {
                 self.latch(latched);
-                return self.off(tick);
+                return self.tripped(tick);
             }
         }
         self.velocity = tick.velocity;

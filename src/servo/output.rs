@@ -53,7 +53,8 @@ pub struct Output {
     /// Every signal of the tick; code and duty are those that are applied. Without a motion only
     /// duty and status are set, except in the tick that ends a ramp or in which a fault trips.
     pub tick: Tick,
-    /// Whether the bridge may be on. If not, the duty is neutral.
+    /// Whether the bridge may be on. If not, the duty is neutral. With a latched fault it is a
+    /// short brake, whose duty is neutral as well.
     pub enable: bool,
     /// Whether the bridge's driver is enabled without a duty, so that it wakes up.
     pub wakes: bool,

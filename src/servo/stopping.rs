@@ -45,6 +45,8 @@ pub(super) enum Phase {
     Stopping,
     /// The joint is held until the holding brake is closed.
     Closing,
+    /// After a fault, the output is at zero volts (`servo/short_brake.rs`).
+    ShortBrake,
 }
 
 /// Settings of a controlled stop, and units of a tick.
@@ -154,7 +156,8 @@ impl Servo {
                 self.end_stop(fault);
             }
             Phase::Closing if is_over => self.end_stop(fault),
-            Phase::Closing => {}
+            // A fault has begun the second one, and an armed servo is not in it.
+            Phase::Closing | Phase::ShortBrake => {}
         }
         BrakeCommand::Closed
     }

@@ -68,11 +68,31 @@ fn no_command_clears_or_arms_while_the_contact_is_open() {
     tick(&mut servo, true);
     assert_eq!((servo.clear(), servo.arm()), (Ok(()), Ok(())));
     assert!(tick(&mut servo, true).enable);
-    // Another fault is cleared, and the joint is not armed before the next tick reports the stop.
+    // Another fault is cleared before a tick has seen the contact.
     servo.fault(Fault::Overrun);
-    assert_eq!(tick(&mut servo, false).state, State::Faulted(Fault::Overrun));
-    assert_eq!((servo.clear(), servo.arm()), (Ok(()), REFUSED));
-    assert_eq!(tick(&mut servo, false).state, STOPPED);
+    assert_eq!((servo.clear(), tick(&mut servo, false).state), (Ok(()), STOPPED));
+}
+
+/// The stop has a clearing of its own, though the contact is closed again.
+#[test]
+fn a_stop_behind_another_fault_is_the_fault_after_it() {
+    for is_closed in [false, true] {
+        let mut servo = at_rest(&[CONTACT]);
+        servo.fault(Fault::Overrun);
+        assert_eq!(tick(&mut servo, false).state, State::Faulted(Fault::Overrun));
+        tick(&mut servo, is_closed);
+        assert_eq!((servo.clear(), servo.state()), (Ok(()), STOPPED), "{is_closed}");
+        let cleared = if is_closed { Ok(()) } else { REFUSED };
+        tick(&mut servo, is_closed);
+        assert_eq!(servo.clear(), cleared);
+        let logged: Vec<Fault> = servo.log().iter().map(|latched| latched.fault).collect();
+        assert_eq!(logged, [Fault::Overrun, Fault::EmergencyStop]);
+    }
+    // Without a contact that opened there is none.
+    let mut servo = at_rest(&[CONTACT]);
+    servo.fault(Fault::Overrun);
+    tick(&mut servo, true);
+    assert_eq!((servo.clear(), servo.state()), (Ok(()), State::Stopped));
 }
 
 #[test]

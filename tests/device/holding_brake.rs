@@ -3,7 +3,9 @@
 //!
 //! Times are in ticks of 20 ms: 5 of soft start, 5 in which the brake opens, 10 in which it closes.
 
+use simulator::device::client::Client;
 use simulator::device::simulated::{HoldingBrake, SimulatedDevice};
+use simulator::device::wire::SimulatedWire;
 use stiction::control::reference::{Reference, Step};
 use stiction::motion::jog::JogRequest;
 use stiction::servo::{BrakeCommand, Output, Refusal, State};
@@ -117,6 +119,16 @@ fn the_latest_of_the_commands_before_the_brake_is_open_is_the_motion() {
     step_to(&mut device, 5);
     device.device.servo().hold().unwrap();
     assert!((0..20).all(|_| is_held(&device.tick().tick)));
+}
+
+#[test]
+fn a_client_waits_for_the_brake_that_opens_before_a_move() {
+    let time_s = |set: &[&str]| {
+        let mut client = Client::connect(SimulatedWire::new(at_rest("pd", set))).unwrap();
+        client.longest_s(10.0).unwrap()
+    };
+    let opens_s = time_s(&[]) - time_s(&["device.brake_open_s=0"]);
+    assert!((opens_s - OPEN_S).abs() < 1e-6, "{opens_s} s");
 }
 
 #[test]

@@ -234,6 +234,7 @@ fn machine() -> impl Strategy<Value = Parameters> {
                 emergency_stop: flags[1],
                 brake_open: 2.0 * n[8],
                 brake_close: 2.0 * n[9],
+                short_brake: 10.0 * n[7],
                 reference: if flags[3] {
                     PositionReference::PowerOn
                 } else {

@@ -57,6 +57,7 @@ mod power_cuts;
 mod profiled;
 mod referenced;
 mod seeds;
+mod short_brake;
 mod soak;
 mod thesis;
 mod wake_up;

@@ -156,3 +156,39 @@ fn failures_of_wires_and_sensor_are_the_same_faults_as_on_a_simulated_device() {
         assert!(there.0.abs_diff(here.0) <= 1, "{wires:?}, {sensor:?}: {there:?}, {here:?}");
     }
 }
+
+/// The file has three times the resistance of the winding: a current is three times the expected
+/// one, and more than twice of it with 0.2 A. Its lag of 20 ms and the 20 ms of the condition are 40
+/// ticks, and the soft start is 20.
+#[test]
+fn a_winding_with_a_third_of_its_resistance_is_too_much_current_as_on_a_simulated_device() {
+    let set = [
+        "load.constant_nm=-4.5",
+        "current_sensor.resistance_ohm=7.53",
+        "current_sensor.full_scale_a=10",
+        "current_sensor.peak_a=2.5",
+    ];
+    let (plan, parameters) = plan("robust", &set);
+    let mut board = board(&plan, &parameters);
+    let mut device = host(&plan, &parameters);
+    let mut next = || {
+        board.samples(1).unwrap();
+        board.act(|halted| halted.last_tick()).unwrap().unwrap()
+    };
+    let mut there = next();
+    while !is_armed(&there) {
+        there = next();
+    }
+    let mut here = device.tick().tick;
+    while !is_armed(&here) {
+        here = device.tick().tick;
+    }
+    let mut ticks = 0;
+    while is_armed(&here) && ticks < 100 {
+        assert_eq!(there, here, "tick {ticks}");
+        (there, here) = (next(), device.tick().tick);
+        ticks += 1;
+    }
+    assert_eq!((there, here.status >> 8 & 0xFF), (here, Fault::MotorShorted as u32));
+    assert!((20..=60).contains(&ticks), "{ticks} ticks");
+}

@@ -62,6 +62,8 @@ mod parameters;
 #[cfg(feature = "emulator")]
 mod ramps;
 #[cfg(feature = "emulator")]
+mod short_brake;
+#[cfg(feature = "emulator")]
 mod stuck;
 #[cfg(feature = "emulator")]
 mod supply_and_crystal;

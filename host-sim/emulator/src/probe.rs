@@ -5,6 +5,7 @@
 //! within the span would be counted as well. Only the converter, the break input and the faults can
 //! interrupt the control interrupt, and a run in which one of them comes meanwhile is rejected.
 
+use std::collections::BTreeSet;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -153,7 +154,11 @@ pub struct Points {
     above: Vec<u64>,
     stack: Range<u64>,
     route: Arc<Route>,
+    period_route: Arc<Route>,
 }
+
+/// Address of no instruction: a route without a part of its own.
+const NO_PART: u32 = u32::MAX;
 
 impl Points {
     /// Finds the functions whose instructions are counted: the control interrupt, and the core's
@@ -181,13 +186,21 @@ impl Points {
                 .map(|(after, _)| *after)
                 .collect(),
         };
+        let converted = code.function(CONVERTED)?;
+        let period_route = Route {
+            blocks: Blocks::below(code, converted),
+            handler: converted.address..converted.address + converted.size,
+            part: NO_PART,
+            part_returns_to: Vec::new(),
+        };
         Ok(Self {
             handler: Span::handler(handler)?,
             core: Span::called(code, core)?,
-            converted: Span::handler(code.function(CONVERTED)?)?,
+            converted: Span::handler(converted)?,
             above,
             stack: end.into()..code.stack_start().into(),
             route: Arc::new(route),
+            period_route: Arc::new(period_route),
         })
     }
 }
@@ -199,9 +212,10 @@ pub struct Probe {
     core: Counter,
     converted: Counter,
     tracer: Tracer,
+    period_tracer: Tracer,
     points: Arc<Points>,
-    /// Instructions of each period of a current loop.
-    pub periods: Vec<u32>,
+    /// Cost of each period of a current loop: the converter's interrupt, as that of a tick.
+    pub periods: Vec<PassageCost>,
     /// Cost of every tick in which the core ran.
     pub ticks: Vec<TickCost>,
     /// Bytes of the stack that have been written to.
@@ -221,6 +235,7 @@ impl Probe {
             converted: Counter::new(points.converted.clone()),
             periods: Vec::new(),
             tracer: Tracer::new(points.route.clone()),
+            period_tracer: Tracer::new(points.period_route.clone()),
             points,
             ticks: Vec::new(),
             stack: 0,
@@ -240,8 +255,10 @@ impl Probe {
         self.handler.attach(host)?;
         self.core.attach(host)?;
         self.converted.attach(host)?;
-        let begins = self.points.route.blocks.begins();
-        watch(host, begins.map(|address| Watch::Instruction(address.into())))?;
+        // Both handlers can run a block.
+        let routes = [&self.points.route, &self.points.period_route];
+        let begins: BTreeSet<u32> = routes.iter().flat_map(|of| of.blocks.begins()).collect();
+        watch(host, begins.into_iter().map(|address| Watch::Instruction(address.into())))?;
         watch(host, self.points.above.iter().copied().map(Watch::Instruction))
     }
 
@@ -252,8 +269,24 @@ impl Probe {
             self.end_interrupt(interrupt);
         }
         self.core.hit(hit);
-        self.periods.extend(self.converted.hit(hit));
+        if let Some(instructions) = self.converted.hit(hit) {
+            self.end_period(instructions);
+        }
         self.tracer.hit(hit);
+        self.period_tracer.hit(hit);
+    }
+
+    fn end_period(&mut self, counted: u32) {
+        match self.period_tracer.take() {
+            Some(Passage { whole, instructions, .. }) if instructions == counted => {
+                self.periods.push(PassageCost { instructions, cycles: whole });
+            }
+            _ => {
+                let why = self.period_tracer.trouble.take();
+                let why = why.unwrap_or_else(|| "a period's path was not traced".into());
+                self.trouble.get_or_insert(why);
+            }
+        }
     }
 
     fn end_interrupt(&mut self, interrupt: u32) {

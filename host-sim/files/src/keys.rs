@@ -7,6 +7,7 @@ use serde_json::Value;
 use stiction::Fault;
 use stiction::control::laws::{FIRST_LAW, Gains, MAX_TERMS};
 use stiction::parameters;
+use stiction::safety::fault::Reaction;
 
 use crate::data_sheet::OF_A_SHEET;
 use crate::error::{Error, suggestion};
@@ -158,8 +159,8 @@ const CORNERS: u16 = 0x0700;
 /// Returns the table of docs/reference/faults.md.
 pub fn faults() -> String {
     let mut table = String::from(
-        "| code | fault | seen within | value | threshold | ends with \
-         |\n|---|---|---|---|---|---|\n",
+        "| code | fault | seen within | value | threshold | ends with | reaction \
+         |\n|---|---|---|---|---|---|---|\n",
     );
     for fault in Fault::ALL {
         let value = match (fault.value(), fault.unit()) {
@@ -174,12 +175,18 @@ pub fn faults() -> String {
             (false, true) => "valid parameters",
             (false, false) => "a reset",
         };
+        let reaction = match fault.reaction() {
+            Reaction::Off => "off",
+            Reaction::ShortBrake => "short brake",
+            Reaction::Stop => "controlled stop",
+        };
         table += &format!(
-            "| {} | [{}](#{}) | {} | {value} | {limits} | {ends} |\n",
+            "| {} | [{}](#{}) | {} | {value} | {limits} | {ends} | {reaction}: {} |\n",
             *fault as u8,
             fault.describe(),
             anchor(fault.section()),
             fault.seen_within(),
+            fault.reason(),
         );
     }
     table

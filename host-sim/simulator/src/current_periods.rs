@@ -10,7 +10,7 @@
 //! its target counts from the next one on.
 
 use stiction::control::current_loop::{CurrentLoop, CurrentLoopState, CurrentTarget, periods};
-use stiction::servo::{Boot, Output, Servo};
+use stiction::servo::{Boot, Output, Servo, State};
 use stiction::{Parameters, Tick};
 
 use crate::plant::{EffortState, Plant};
@@ -55,13 +55,24 @@ impl<S: AxisSolver, F: FnMut(Event)> SensedMotor for PlantMotor<'_, S, F> {
     }
 }
 
+/// Command of a tick for the bridge of a current loop.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum BridgeCommand {
+    /// The bridge is off.
+    Off,
+    /// The bridge is at zero volts, and the loop does not run.
+    ShortBrake,
+    /// The loop regulates the current.
+    Regulate(CurrentTarget),
+}
+
 /// What a tick of the servo commands its current loop.
 #[derive(Clone, Copy, Debug)]
 pub struct RegulatedTick {
     /// The loop.
     pub of: CurrentLoop,
-    /// Target until the next tick; `None` with the bridge off.
-    pub target: Option<CurrentTarget>,
+    /// Command until the next tick.
+    pub command: BridgeCommand,
     /// Limits of the converter's watchdog.
     pub window: Option<[u16; 2]>,
 }
@@ -71,8 +82,12 @@ impl RegulatedTick {
     /// the loop has put out last.
     pub fn of(servo: &mut Servo, output: &Output, voltage: i16) -> Option<Self> {
         let of = servo.current_loop()?;
-        let target = output.enable.then(|| servo.regulate(&output.tick, voltage));
-        Some(Self { of, target, window: servo.current_window() })
+        let command = match (output.enable, output.state) {
+            (false, _) => BridgeCommand::Off,
+            (true, State::Armed) => BridgeCommand::Regulate(servo.regulate(&output.tick, voltage)),
+            (true, _) => BridgeCommand::ShortBrake,
+        };
+        Some(Self { of, command, window: servo.current_window() })
     }
 }
 
@@ -104,10 +119,10 @@ impl BareCurrentLoop {
         on_event: &mut impl FnMut(Event),
     ) {
         let induced = (self.back_emf * tick.velocity) as i16;
-        let target = Some(CurrentTarget { effort: tick.code, induced });
+        let command = BridgeCommand::Regulate(CurrentTarget { effort: tick.code, induced });
         let sample_time_s = plant.sample_time_s();
         let mut motor = PlantMotor { plant, shunt: &self.shunt, on_event };
-        let regulated = RegulatedTick { of: self.of, target, window: None };
+        let regulated = RegulatedTick { of: self.of, command, window: None };
         self.periods.pass(&mut motor, sample_time_s, regulated);
     }
 }
@@ -153,15 +168,16 @@ impl CurrentPeriods {
         &mut self,
         motor: &mut impl SensedMotor,
         sample_time_s: f64,
-        RegulatedTick { of, target, window }: RegulatedTick,
+        RegulatedTick { of, command, window }: RegulatedTick,
     ) {
         let clocks = sample_time_s * f64::from(STM32F405.pwm_clock_hz);
         let number = periods(clocks.round() as u32, of.top()).unwrap_or(1);
         let half_s = half_period_s(sample_time_s, number);
         self.currents_a.clear();
         for _ in 0..number {
-            let is_on = target.is_some() && self.tripped.is_none();
-            let running = is_on.then(|| self.running.take().unwrap_or((of, Default::default())));
+            let is_on = command != BridgeCommand::Off && self.tripped.is_none();
+            let running = (is_on && command != BridgeCommand::ShortBrake)
+                .then(|| self.running.take().unwrap_or((of, Default::default())));
             if running.is_none() {
                 self.code = 0;
             }
@@ -170,12 +186,14 @@ impl CurrentPeriods {
             self.reading = motor.read(current_a);
             motor.hold(self.code, is_on, half_s);
             self.running = running;
-            let (Some((running, state)), Some(target)) = (&mut self.running, target) else {
-                continue;
-            };
-            if window.is_some_and(|[low, high]| !(low..=high).contains(&self.reading)) {
+            if is_on && window.is_some_and(|[low, high]| !(low..=high).contains(&self.reading)) {
                 self.tripped = Some(self.reading);
             }
+            let (Some((running, state)), BridgeCommand::Regulate(target)) =
+                (&mut self.running, command)
+            else {
+                continue;
+            };
             self.code = running.step(state, target, self.reading);
         }
     }

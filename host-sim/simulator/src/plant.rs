@@ -1,5 +1,11 @@
 //! The plant: a joint behind an amplifier, with an encoder's disc on its shaft.
 //!
+//! If the winding of the motor is known, the back-EMF brakes the joint only while a current can
+//! flow: with the bridge on, at whatever voltage, or with the wires shorted. With the bridge off,
+//! without a supply or with an open wire the joint coasts on its mechanical friction. The diodes of
+//! a bridge that is off, which would conduct at a back-EMF above the supply, are not simulated.
+//! Without a known winding the viscous friction of the joint is always the same.
+//!
 //! In each sample the driver of the plant reads the counter, puts out a code, and advances the time
 //! to the next sample. The bare loop, the servo, a simulated device and the emulated board use the
 //! same plant.
@@ -332,6 +338,7 @@ impl<S: AxisSolver> Plant<S> {
         let is_driven = effort.is_on && !self.is_unpowered;
         let reaches = is_driven && self.motor_wires == MotorWires::Sound;
         let effort_v = if reaches { put_out_v } else { 0.0 };
+        self.open_or_close(is_driven);
         let [held_v, lag_left_v] = self.lagged(effort_v, duration_s);
         self.hold(held_v + self.load_v, duration_s, on_event);
         let Some(winding) = &self.winding else { return };
@@ -344,6 +351,18 @@ impl<S: AxisSolver> Plant<S> {
             // The diodes of the bridge conduct until the current has ended.
             MotorWires::Sound | MotorWires::Shorted => left_v / winding.resistance_ohm,
         };
+    }
+
+    /// Opens the winding if no current can flow, and closes it otherwise.
+    fn open_or_close(&mut self, is_driven: bool) {
+        let Some(winding) = &self.winding else { return };
+        let is_open = match self.motor_wires {
+            MotorWires::Sound => !is_driven,
+            MotorWires::Open => true,
+            MotorWires::Shorted => false,
+        };
+        let back_emf = if is_open { winding.back_emf_v_per_deg_per_s } else { 0.0 };
+        self.solver.open_winding(back_emf);
     }
 
     /// Returns the mean over a time (s) of an effort (V) behind the lag of the winding, and what is

@@ -19,7 +19,7 @@ use stiction::servo::{Boot, EncoderReading, Input, Refusal, State};
 use stiction::{Controller, Course, CourseState, Motion, Parameters, Reading, Servo, Tick};
 
 use crate::current_periods::{
-    BareCurrentLoop, CurrentPeriods, PlantMotor, RegulatedTick, SensedMotor,
+    BareCurrentLoop, BridgeCommand, CurrentPeriods, PlantMotor, RegulatedTick, SensedMotor,
 };
 use crate::plant::{DelayLine, Plant};
 use crate::shunt::Shunt;
@@ -247,7 +247,9 @@ impl WatchedServo {
         delay: &mut DelayLine<CurrentTarget>,
     ) {
         let Some(mut regulated) = self.regulated else { return };
-        regulated.target = regulated.target.map(|target| delay.put(target));
+        if let BridgeCommand::Regulate(target) = &mut regulated.command {
+            *target = delay.put(*target);
+        }
         self.periods.pass(motor, sample_time_s, regulated);
         self.current = self.periods.reading();
     }

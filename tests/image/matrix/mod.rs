@@ -21,7 +21,7 @@ const ELSEWHERE: [(Fault, &str); 13] = [
     (Fault::OverCurrent, "it takes a sensor of the current: tests/image/current_sensor.rs"),
     (Fault::CurrentSensor, "the same"),
     (Fault::MotorOpen, "the same"),
-    (Fault::MotorShorted, "the same, as on a device: tests/device/current_sensor.rs"),
+    (Fault::MotorShorted, "the same"),
     (Fault::EncodersDisagree, "it takes two encoders: both_encoders.rs beside this folder"),
     (Fault::EncoderSilent, "it takes an absolute encoder: tests/image/both_encoders.rs"),
     (Fault::EncoderOpen, "at rest only: tests/image/open_line.rs"),

@@ -450,6 +450,10 @@ impl Joint for FlexibleJoint {
         self.unfollowed_s
     }
 
+    fn open_winding(&mut self, viscous: f64) {
+        self.bodies[MOTOR].surface.open_winding(viscous);
+    }
+
     fn set_brake(&mut self, torque: f64) {
         self.bodies[MOTOR].surface.set_brake(torque);
         self.settle(MOTOR);

@@ -142,6 +142,10 @@ impl<J: Joint> AxisSolver for InCoreUnits<J> {
         self.units.volts(self.joint.effort_left())
     }
 
+    fn open_winding(&mut self, back_emf: f64) {
+        self.joint.open_winding(self.units.effort(back_emf).to_degrees());
+    }
+
     #[inline]
     fn stuck(&self) -> bool {
         self.joint.is_stuck()

@@ -31,6 +31,8 @@ pub struct LuGreJoint {
     inertia: f64,
     bristle: Bristle,
     curve: StribeckCurve,
+    /// Viscous friction with a closed winding, N m s/rad.
+    closed: f64,
     brake: f64,
     torques: LoadTorque,
     stops: Stops,
@@ -88,6 +90,7 @@ impl LuGreJoint {
             inertia,
             bristle,
             curve: *curve,
+            closed: curve.viscous,
             brake: 0.0,
             torques: description.load,
             stops: description.stops,
@@ -348,6 +351,10 @@ impl Joint for LuGreJoint {
     fn set_brake(&mut self, torque: f64) {
         self.frozen &= torque == self.brake;
         self.brake = torque;
+    }
+
+    fn open_winding(&mut self, viscous: f64) {
+        self.curve.viscous = (self.closed - viscous).max(0.0);
     }
 
     fn put(&mut self, turn: Turn) {

@@ -94,6 +94,10 @@ pub trait Joint {
     /// next call.
     fn set_brake(&mut self, torque: f64);
 
+    /// Takes a part of the motor's viscous friction (N m s/rad) away: that of the back-EMF of an
+    /// open winding. 0 closes the winding.
+    fn open_winding(&mut self, viscous: f64);
+
     /// Sets angle and speed of the whole joint, as if it was moved by hand.
     fn put(&mut self, turn: Turn);
 
@@ -156,6 +160,10 @@ impl Joint for AnyJoint {
 
     fn set_brake(&mut self, torque: f64) {
         each!(self, joint => joint.set_brake(torque));
+    }
+
+    fn open_winding(&mut self, viscous: f64) {
+        each!(self, joint => joint.open_winding(viscous));
     }
 
     fn put(&mut self, turn: Turn) {

@@ -101,6 +101,10 @@ impl AxisSolver for RunJoint {
         either!(self, joint => joint.effort_left())
     }
 
+    fn open_winding(&mut self, back_emf: f64) {
+        either!(self, joint => joint.open_winding(back_emf));
+    }
+
     #[inline]
     fn stuck(&self) -> bool {
         either!(self, joint => joint.stuck())

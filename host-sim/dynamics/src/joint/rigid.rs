@@ -376,6 +376,10 @@ impl Joint for RigidJoint {
         self.unfollowed_s
     }
 
+    fn open_winding(&mut self, viscous: f64) {
+        self.surface.open_winding(viscous);
+    }
+
     fn set_brake(&mut self, torque: f64) {
         self.surface.set_brake(torque);
         self.settle();

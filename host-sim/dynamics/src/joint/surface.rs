@@ -21,6 +21,8 @@ pub struct Surface {
     per_speed: f64,
     /// Constant friction of a brake, added to both levels, N m.
     brake: f64,
+    /// Viscous friction that an open winding takes away, N m s/rad.
+    opened: f64,
     /// Time for which the body has been at rest, s.
     rested_s: f64,
     /// Temperature above the surroundings, K, and its rise in half a sample, K.
@@ -38,6 +40,7 @@ impl Surface {
             viscous: 0.0,
             per_speed: 1.0 / friction.curve.stribeck_velocity,
             brake: 0.0,
+            opened: 0.0,
             rested_s: 0.0,
             kelvin: friction.thermal.map_or(0.0, |thermal| thermal.start_k),
             ahead: 0.0,
@@ -58,7 +61,7 @@ impl Surface {
         });
         self.coulomb = levels * curve.coulomb;
         self.drop = levels * (curve.stick * grown - curve.coulomb);
-        self.viscous = viscous * curve.viscous;
+        self.viscous = (viscous * curve.viscous - self.opened).max(0.0);
     }
 
     /// Returns the factor of the levels at a position (rad).
@@ -135,6 +138,14 @@ impl Surface {
     /// Sets the brake, N m.
     pub const fn set_brake(&mut self, torque: f64) {
         self.brake = torque;
+    }
+
+    /// Takes a part of the viscous friction away, N m s/rad.
+    pub fn open_winding(&mut self, viscous: f64) {
+        if viscous != self.opened {
+            self.opened = viscous;
+            self.refresh();
+        }
     }
 }
 

@@ -53,7 +53,9 @@ impl Decay {
 #[derive(Clone, Debug)]
 pub struct ExactAxis {
     gain: f64,
+    /// `kappa b` with the winding as it is, and with a closed one, 1/s.
     lambda: f64,
+    closed: f64,
     position: f64,
     velocity: f64,
     /// Functions of the usual interval, computed once.
@@ -65,7 +67,7 @@ impl ExactAxis {
     pub fn at_rest(axis: &RobotAxis, sample_time_s: f64) -> Self {
         let lambda = axis.gain * axis.viscous;
         let sample = Decay::over(sample_time_s, lambda);
-        Self { gain: axis.gain, lambda, position: 0.0, velocity: 0.0, sample }
+        Self { gain: axis.gain, lambda, closed: lambda, position: 0.0, velocity: 0.0, sample }
     }
 
     /// Returns the axis with another position (deg) and velocity (deg/s).
@@ -141,6 +143,15 @@ impl AxisSolver for ExactAxis {
     #[inline]
     fn velocity(&self) -> f64 {
         self.velocity
+    }
+
+    fn open_winding(&mut self, back_emf: f64) {
+        // A file can have less viscous friction than back-EMF.
+        let lambda = (self.closed - self.gain * back_emf).max(0.0);
+        if lambda != self.lambda {
+            self.lambda = lambda;
+            self.sample = Decay::over(self.sample.duration_s, lambda);
+        }
     }
 
     #[inline]

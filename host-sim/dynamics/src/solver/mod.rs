@@ -91,6 +91,10 @@ pub trait AxisSolver {
         0.0
     }
 
+    /// Takes a part of the viscous friction away, V s/deg: the back-EMF of a winding that is open.
+    /// 0 closes the winding. Without effect on a solver without a motor.
+    fn open_winding(&mut self, _back_emf: f64) {}
+
     /// Returns whether the joint is stuck.
     fn stuck(&self) -> bool;
 
@@ -148,6 +152,10 @@ impl<S: AxisSolver> AxisSolver for &mut S {
     #[inline]
     fn effort_left(&self) -> f64 {
         (**self).effort_left()
+    }
+
+    fn open_winding(&mut self, back_emf: f64) {
+        (**self).open_winding(back_emf);
     }
 
     #[inline]

@@ -112,9 +112,14 @@ impl CheckedDevice {
         let times = device.parameters().map(|parameters| &parameters.device);
         let may_wait = times.is_some_and(|times| times.wake_up + times.reset_pulse > 0.0);
         let is_armed = output.state == State::Armed;
-        assert!(output.enable == is_armed || (is_armed && may_wait));
+        // A fault may be followed by a short brake, whose duty is neutral.
+        let brakes = output.enable && matches!(output.state, State::Faulted(_));
+        assert!(!brakes || times.is_some_and(|times| times.short_brake > 0.0));
+        assert!(!brakes || output.duty() == drive.duty(0));
+        assert!(brakes || output.enable == is_armed || (is_armed && may_wait));
         assert!(!output.wakes || (is_armed && !output.enable && may_wait));
-        assert!(!output.enable || matches!(before, State::Armed | State::Stopped), "{before:?}");
+        let was_off = !matches!(before, State::Armed | State::Stopped);
+        assert!(brakes || !output.enable || !was_off, "{before:?}");
         assert!(
             output.tick.code.abs() <= drive.max_code() && output.duty().compare <= drive.pwm_top()
         );

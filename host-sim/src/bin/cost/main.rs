@@ -4,6 +4,7 @@
 mod gates;
 mod golden;
 mod measure;
+mod nesting;
 mod table;
 
 use std::path::PathBuf;

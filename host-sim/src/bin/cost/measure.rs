@@ -16,7 +16,7 @@ use std::sync::Arc;
 use emulator::firmware::Code;
 use emulator::firmware::size::Size;
 use emulator::firmware::stack::StackBound;
-use emulator::probe::{Points, Probe, TickCost};
+use emulator::probe::{PassageCost, Points, Probe, TickCost};
 use emulator::{FirmwareImage, counted, yardstick};
 use files::Error;
 use simulator::draft;
@@ -68,7 +68,7 @@ pub struct CostMeasurement {
     /// Every tick of each controller's runs, in the benchmark's order.
     pub laws: Vec<(String, Vec<TickCost>)>,
     /// Every period of a current loop; none in the image for two encoders.
-    pub periods: Vec<u32>,
+    pub periods: Vec<PassageCost>,
     /// Every call of each yardstick; none beside the image for two encoders.
     pub yardsticks: Vec<(&'static str, Vec<u32>)>,
     /// Sizes of the image's sections.

@@ -6,6 +6,7 @@ use emulator::firmware::budgets::{
     PERIOD_INSTRUCTIONS, RAM_BYTES,
 };
 use emulator::probe::{PassageCost, TickCost};
+use emulator::tracer::Cycles;
 use files::Error;
 use stiction::ControllerState;
 use stiction::control::current_loop::CurrentLoopState;
@@ -15,6 +16,7 @@ use stiction::control::laws::{Gains, LawState};
 use stiction::positioner::{PdState, PositionerState, RunawayState};
 
 use crate::measure::{CostMeasurement, LOOP_ROW, ON_THE_BUS, SENSOR_ROW};
+use crate::nesting::Nesting;
 
 /// Returns the size of the state of a yardstick on the `positioner` interface, bytes; `None` for
 /// another yardstick.
@@ -53,7 +55,8 @@ pub fn table(measured: &CostMeasurement, compiler: &str) -> String {
         line(format!("{name:12} {core} {interrupt} {:>5}", state_of(name, measured.encoders)));
     }
     if !measured.periods.is_empty() {
-        let counts = three(&measured.periods);
+        let counts: Vec<u32> = measured.periods.iter().map(|of| of.instructions).collect();
+        let counts = three(&counts);
         line(format!(
             "{:12} {:>23} {counts} {:>5}",
             "loop, a period",
@@ -86,8 +89,12 @@ pub fn table(measured: &CostMeasurement, compiler: &str) -> String {
         line(format!("{:12} {PERIOD_INSTRUCTIONS:>47}", "of a period"));
     }
     line(String::new());
-    cycles(&measured.laws).into_iter().for_each(&mut line);
+    cycles(measured).into_iter().for_each(&mut line);
     line(String::new());
+    if let Some(nesting) = Nesting::of(measured) {
+        nesting.lines().into_iter().for_each(&mut line);
+        line(String::new());
+    }
     line("bytes           used  budget".into());
     line(format!("flash        {:>7} {FLASH_BYTES:>7}", size.flash));
     line(format!("code         {:>7}", size.code));
@@ -142,7 +149,7 @@ pub fn within_budgets(measured: &CostMeasurement) -> Result<(), Error> {
         let state = state_of(name, measured.encoders);
         check(format!("{name}: bytes of state"), state as u64, budget.state as u64);
     }
-    let period = measured.periods.iter().max().copied().unwrap_or(0);
+    let period = measured.periods.iter().map(|of| of.instructions).max().unwrap_or(0);
     check("instructions of a period".into(), period.into(), PERIOD_INSTRUCTIONS.into());
     check(
         "bytes of state of a controller".into(),
@@ -154,6 +161,9 @@ pub fn within_budgets(measured: &CostMeasurement) -> Result<(), Error> {
     check("bytes of RAM".into(), ram(measured), RAM_BYTES);
     check("bytes of stack seen".into(), measured.painted.into(), measured.stack.into());
     check("bytes of stack at most".into(), measured.bound.total().into(), measured.stack.into());
+    if let Some(nesting) = Nesting::of(measured) {
+        over.extend(nesting.over_bars());
+    }
     if over.is_empty() {
         Ok(())
     } else {
@@ -167,10 +177,10 @@ fn ram(measured: &CostMeasurement) -> u64 {
 
 /// Formats the estimated cycles and the time of each law's worst tick: if all instructions are
 /// cached, and if no target of a jump is.
-fn cycles(laws: &[(String, Vec<TickCost>)]) -> Vec<String> {
+fn cycles(measured: &CostMeasurement) -> Vec<String> {
+    let with_time = |cycles: u32| format!("{cycles:>6} {:>6.2}", microseconds(cycles));
     let most = |ticks: &[TickCost], of: fn(&TickCost) -> u32| {
-        let cycles = ticks.iter().map(of).max().unwrap_or(0);
-        format!("{cycles:>6} {:>6.2}", f64::from(cycles) / CLOCK_HZ.get() as f64 * 1e6)
+        with_time(ticks.iter().map(of).max().unwrap_or(0))
     };
     let heads = |texts: [&str; 3], width: usize| {
         let [first, second, third] = texts;
@@ -183,7 +193,7 @@ fn cycles(laws: &[(String, Vec<TickCost>)]) -> Vec<String> {
         heads(["worst tick", &kinds, &kinds], 27),
         heads(["", &units, &units], 27),
     ];
-    for (name, ticks) in laws {
+    for (name, ticks) in &measured.laws {
         let core = [
             most(ticks, |tick| tick.core.cycles.hits),
             most(ticks, |tick| tick.core.cycles.misses),
@@ -194,7 +204,19 @@ fn cycles(laws: &[(String, Vec<TickCost>)]) -> Vec<String> {
         ];
         lines.push(format!("{name:12} {}  {}", core.join(" "), whole.join(" ")));
     }
+    if !measured.periods.is_empty() {
+        let of_periods = |of: fn(&Cycles) -> u32| {
+            with_time(measured.periods.iter().map(|period| of(&period.cycles)).max().unwrap_or(0))
+        };
+        let whole = [of_periods(|cycles| cycles.hits), of_periods(|cycles| cycles.misses)];
+        lines.push(format!("{:12} {:27}  {}", "loop, period", "", whole.join(" ")));
+    }
     lines
+}
+
+/// Returns the time of a number of cycles, us.
+fn microseconds(cycles: u32) -> f64 {
+    f64::from(cycles) / CLOCK_HZ.get() as f64 * 1e6
 }
 
 fn columns(ticks: &[TickCost]) -> [Vec<u32>; 2] {

@@ -81,14 +81,16 @@ impl<W: Wire> Client<W> {
     }
 
     /// Returns the longest time from arming until the set point of a profiled move over `deg` (deg)
-    /// rests, s. It includes the reset pulse and the wake-up of the driver, and the soft start.
+    /// rests, s. It includes the reset pulse and the wake-up of the driver, the soft start, and the
+    /// opening of a holding brake.
     ///
     /// # Errors
     /// Returns an error if the device has no parameters.
     pub fn longest_s(&mut self, deg: f64) -> Result<f64, Error> {
         let Parameters { profile, device, .. } = self.parameters()?;
-        let waits = [device.reset_pulse, device.wake_up, device.soft_start].map(f64::from);
-        Ok(longest_s(&profile, deg) + waits.iter().sum::<f64>())
+        let of_driver = device.reset_pulse + device.wake_up;
+        let waits = of_driver + device.soft_start + device.brake_open;
+        Ok(longest_s(&profile, deg) + f64::from(waits))
     }
 
     fn counted(&mut self, deg: f64) -> Result<Position, Error> {
