@@ -21,7 +21,7 @@ use core::convert::Infallible;
 
 use embedded_hal::pwm::{ErrorType, SetDutyCycle};
 use stiction::Parameters;
-use stiction::control::brake_resistor::STEPS;
+use stiction::control::brake_resistor::{BrakeResistorLaw, STEPS};
 use stm32f4xx_hal::gpio::{Alternate, PC6};
 use stm32f4xx_hal::pac;
 use stm32f4xx_hal::rcc::{Enable, Rcc, Reset};
@@ -35,28 +35,29 @@ const WINDOW: u16 = STEPS / 16 * 15;
 /// The settings of the output.
 #[derive(Clone, Copy)]
 pub struct BrakeResistorSettings {
-    /// Whether there is a brake resistor. Its output stays low otherwise.
-    pub is_there: bool,
+    /// The law of the resistor; none without one. Its output stays low then.
+    pub law: Option<BrakeResistorLaw>,
     /// Divider of the timer's clock.
     divider: u16,
 }
 
 impl BrakeResistorSettings {
     /// Settings of a board without parameters.
-    pub const NONE: Self = Self { is_there: false, divider: 1 };
+    pub const NONE: Self = Self { law: None, divider: 1 };
 
     /// Returns the settings that validated parameters define.
     pub fn of(parameters: &Parameters) -> Self {
         // The timer has the clock of the PWM.
         let clocks = parameters.controller.sample_time * HARDWARE.pwm_clock_hz;
         let divider = (clocks / f32::from(STEPS)) as u16;
-        Self { is_there: parameters.brake_resistor.is_there(), divider: divider.max(1) }
+        Self { law: parameters.brake_resistor_law(&HARDWARE), divider: divider.max(1) }
     }
 }
 
 /// The output of the brake resistor.
 pub struct BrakeResistorOutput {
     timer: pac::TIM8,
+    law: Option<BrakeResistorLaw>,
     _pin: PC6<Alternate<3>>,
 }
 
@@ -69,16 +70,28 @@ impl BrakeResistorOutput {
         timer.ccmr1_output().write(|w| w.oc1m().pwm_mode2());
         timer.arr().write(|w| w.arr().set(WINDOW - 1));
         timer.ccer().write(|w| w.cc1e().set_bit());
-        Self { timer, _pin: pin }
+        Self { timer, law: None, _pin: pin }
     }
 
-    /// Sets another sample time, with the output off until the next tick.
+    /// Sets another sample time and another resistor, with the output off until the next tick. The
+    /// heat stays that of the former one.
     pub fn reconfigure(&mut self, settings: &BrakeResistorSettings) {
-        let BrakeResistorSettings { is_there, divider } = *settings;
+        let BrakeResistorSettings { law, divider } = *settings;
+        self.law = law.map(|law| law.after(self.law.as_ref()));
         self.timer.cr1().write(|w| w.opm().set_bit());
         self.timer.psc().write(|w| w.psc().set(divider - 1));
         // Without MOE the output is driven low (OSSI).
-        self.timer.bdtr().write(|w| w.ossi().idle_level().moe().bit(is_there));
+        self.timer.bdtr().write(|w| w.ossi().idle_level().moe().bit(law.is_some()));
+    }
+}
+
+impl BrakeResistorOutput {
+    /// Starts the pulse of this tick, for a reading of the supply.
+    pub fn tick(&mut self, supply: u16) {
+        if let Some(law) = &mut self.law {
+            let duty = law.step(supply);
+            let Ok(()) = self.set_duty_cycle(duty);
+        }
     }
 }
 

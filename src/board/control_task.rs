@@ -3,7 +3,6 @@
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
-use embedded_hal::pwm::SetDutyCycle;
 use stiction::control::controller::EffortMode;
 use stiction::safety::deadline::Deadline;
 #[cfg(feature = "two-encoders")]
@@ -110,20 +109,18 @@ impl ControlTask {
         if !in_time {
             self.servo.fault(Fault::Overrun);
         }
-        let tripped = TRIPPED.load(Ordering::Relaxed);
-        if tripped != 0 {
+        if TRIPPED.load(Ordering::Relaxed) != 0 {
             self.brake();
-            self.latch_trip(tripped);
         }
     }
 
-    /// Starts the pulse of the brake resistor, if there is one. The servo judges the reading of the
-    /// supply that this tick reads as well.
+    /// Latches faults, and starts the pulse of the brake resistor, if there is one, for the reading of
+    /// the supply that this tick reads as well.
     #[cold]
     #[inline(never)]
     fn brake(&mut self) {
-        let duty = self.servo.brake_resistor(self.converter.last_supply());
-        let Ok(()) = self.brake_resistor.set_duty_cycle(duty);
+        self.latch_break();
+        self.brake_resistor.tick(self.converter.last_supply());
     }
 
     /// Latches the fault of outputs that the hardware has turned off: a break input that was
@@ -286,7 +283,8 @@ impl ControlTask {
     pub fn set_brake_resistor(&mut self, settings: &BrakeResistorSettings) {
         self.brake_resistor.reconfigure(settings);
         TRIPPED.fetch_and(!BRAKE_RESISTOR, Ordering::Relaxed);
-        TRIPPED.fetch_or(if settings.is_there { BRAKE_RESISTOR } else { 0 }, Ordering::Relaxed);
+        TRIPPED
+            .fetch_or(if settings.law.is_some() { BRAKE_RESISTOR } else { 0 }, Ordering::Relaxed);
     }
 
     /// Stops the ticks and turns the output off: a stop that was commanded since the last tick may

@@ -10,8 +10,9 @@
 //! V is the reading of the supply, h the sample time, R the resistance. P is the power that the
 //! resistor tolerates forever, and E_max the energy that it tolerates beyond that. Once E has
 //! reached E_max, d is the duty of the power P. A joint that goes on to brake then lifts the supply
-//! until its monitor trips (fault 20). The law runs in every tick, also with the output off and
-//! after a fault: a joint that coasts, or another drive on the supply, feeds back as well.
+//! until its monitor trips (fault 20). The board runs the law in every tick, beside the servo, also
+//! with the output off and after a fault: a joint that coasts, or another drive on the supply, feeds
+//! back as well.
 //!
 //! A reading is one tick old, so the supply with a capacitance C follows
 //! `V'' = V' - a (V - from) + ...`, with `a = h full / (R C (full - from))`. It is stable for
@@ -124,9 +125,13 @@ impl BrakeResistorLaw {
         self.energy
     }
 
-    /// Takes over the heat of the law that this one replaces.
-    pub fn take_over(&mut self, before: &Self) {
-        self.energy = before.energy.min(self.most);
+    /// Returns this law with the heat of the one that it replaces.
+    #[must_use]
+    pub const fn after(self, before: Option<&Self>) -> Self {
+        match before {
+            Some(before) => Self { energy: before.energy.min(self.most), ..self },
+            None => self,
+        }
     }
 }
 
@@ -199,10 +204,9 @@ mod tests {
         assert!(new.step(2750) < 60);
         let mut before = cold();
         (0..30).for_each(|_| assert!(before.step(2750) > 510));
-        new.take_over(&before);
+        new = new.after(Some(&before));
         assert_eq!(new.energy(), before.energy());
-        let mut smaller = law(BrakeResistor { energy: 0.5, ..RESISTOR });
-        smaller.take_over(&before);
+        let mut smaller = law(BrakeResistor { energy: 0.5, ..RESISTOR }).after(Some(&before));
         assert_eq!(smaller.energy(), 0.5);
         assert!(smaller.step(2750) < 60);
     }

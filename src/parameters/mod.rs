@@ -9,7 +9,7 @@ pub mod names;
 pub mod record;
 pub mod store;
 
-use crate::control::brake_resistor::BrakeResistor;
+use crate::control::brake_resistor::{BrakeResistor, BrakeResistorLaw};
 use crate::control::controller::{Controller, ControllerConfig, EffortMode};
 use crate::control::current_loop;
 use crate::control::current_sensor::CurrentSensor;
@@ -159,6 +159,12 @@ impl Parameters {
             }
             _ => 0.0,
         }
+    }
+
+    /// Prepares the law of the brake resistor; none without one. The parameters must be valid.
+    pub fn brake_resistor_law(&self, hardware: &Hardware) -> Option<BrakeResistorLaw> {
+        let of_board = [self.device.supply_full_scale, self.controller.sample_time];
+        BrakeResistorLaw::of(&self.brake_resistor, of_board, hardware)
     }
 
     /// Returns a time (s) in whole ticks.

@@ -8,7 +8,6 @@ use super::holding_brake::BrakeTimes;
 use super::stopping::Brakes;
 use super::wake_up::DriverTimes;
 use super::{Input, Refusal, control};
-use crate::control::brake_resistor::BrakeResistorLaw;
 use crate::control::controller::{Controller, ControllerConfig, Reading};
 use crate::control::device_config::PositionReference;
 use crate::control::encoder::Encoder;
@@ -59,8 +58,6 @@ pub struct ControlLoop {
     pub(super) driver_times: DriverTimes,
     pub(super) brakes: Brakes,
     pub(super) holding_brake: BrakeTimes,
-    /// The law of the supply's brake resistor; none without one.
-    pub(super) brake_resistor: Option<BrakeResistorLaw>,
     /// Bit of the [lines](super::Input::lines) that the contact of the emergency stop sets; zero
     /// without such a contact.
     pub(super) contact: u8,
@@ -130,11 +127,6 @@ impl ControlLoop {
                 count: config.encoder.resolution,
             },
             holding_brake: BrakeTimes::of(parameters),
-            brake_resistor: BrakeResistorLaw::of(
-                &parameters.brake_resistor,
-                [device.supply_full_scale, config.sample_time],
-                hardware,
-            ),
             contact: if device.emergency_stop { Input::CONTACT } else { 0 },
         });
         Ok(())

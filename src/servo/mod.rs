@@ -219,10 +219,6 @@ impl Servo {
         if let Some(before) = &self.control_loop {
             // A warm motor stays warm. Otherwise, new parameters would bypass the thermal model.
             after.watch = after.monitors.taken_over(&before.watch, &before.monitors);
-            if let (Some(after), Some(before)) = (&mut after.brake_resistor, &before.brake_resistor)
-            {
-                after.take_over(before);
-            }
             #[cfg(feature = "two-encoders")]
             let (measures_another, has_other_angle) =
                 (self.follower.change(before, after), before.angle() != after.angle());
@@ -377,16 +373,6 @@ impl Servo {
         }
         let wound_up = control_loop.watch.warning();
         self.output(tick, true, wound_up)
-    }
-
-    /// Returns the duty of the supply's brake resistor until the next tick, in
-    /// [`STEPS`](crate::control::brake_resistor::STEPS) of the tick, for the converter's reading of
-    /// the supply; zero without a resistor. The board calls this once a tick, in every state.
-    // Out of line and beside the tick: a joint without a resistor does not pay for it.
-    #[inline(never)]
-    pub fn brake_resistor(&mut self, supply: u16) -> u16 {
-        let law = self.control_loop.as_mut().and_then(|running| running.brake_resistor.as_mut());
-        law.map_or(0, |law| law.step(supply))
     }
 
     /// Advances the state after the first tick, and counts the autostart delay down by a tick.

@@ -4,10 +4,11 @@
 //! The simulated supply is an ideal diode with a capacitor, without the inductance of wires.
 
 use experiments::braking::{RESISTOR, braking};
-use files::hardware::STM32F405;
+use simulator::device::client::Client;
 use simulator::device::simulated::SimulatedDevice;
+use simulator::device::wire::SimulatedWire;
 use stiction::Fault;
-use stiction::servo::{ControlLoop, State};
+use stiction::servo::State;
 
 use crate::current_sensor::{heard, moves};
 
@@ -197,13 +198,14 @@ fn new_parameters_keep_the_heat_of_the_resistor() {
     let mut device = device(&with(&[]));
     device.dc_link.as_mut().unwrap().feed_w = 60.0;
     device.ticks(200);
-    let before = device.brake_steps;
-    let parameters = device.device.parameters().unwrap().clone();
-    let mut prepared = None;
-    ControlLoop::prepare(&mut prepared, &parameters, &STM32F405).unwrap();
-    device.device.servo().install(&mut prepared).unwrap();
-    device.ticks(200);
-    assert!(before > 450 && device.brake_steps.abs_diff(before) < 20, "{before}");
+    let mut parameters = device.device.parameters().unwrap().clone();
+    parameters.brake_resistor.from = 54.0;
+    let mut client = Client::connect(SimulatedWire::new(device)).unwrap();
+    client.set_parameters(&parameters).unwrap();
+    let device = &mut client.wire().simulated;
+    device.ticks(300);
+    let settled_v = (0..50).fold(54.0, |v, _| 54.0 + 5.0 * 60.0 * OHM / (v * v));
+    assert!((volts(device) - settled_v).abs() < 0.05, "{}, {settled_v} V", volts(device));
 }
 
 /// a = h V^2 / (R C span V): 0.25 at 1.3 mF, 0.84 at 0.4 mF, and 1.3 at 0.25 mF.

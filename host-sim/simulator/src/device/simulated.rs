@@ -183,7 +183,7 @@ impl SimulatedDevice {
                 self.supply = self.converting.replace(reading).unwrap_or(reading);
             }
         }
-        self.brake_steps = self.device.servo().brake_resistor(self.supply);
+        self.brake_steps = self.device.brake_resistor(self.supply);
         let sound = self.plant.counters().input(self.supply);
         let ahead_deg = self.plant.solver.at_load() - self.plant.solver.at_encoder();
         let servo = self.device.servo();
