@@ -2,6 +2,7 @@
 //!
 //! Each text must match exactly once in its file. If a line changes, its fault changes with it.
 
+mod brake_resistor;
 mod two_encoders;
 
 /// Suite of tests that runs with a fault.
@@ -58,7 +59,7 @@ const fn fault(
 
 /// Returns every fault, in the order of the page.
 pub fn mutations() -> impl Iterator<Item = &'static Mutation> + Clone {
-    MUTATIONS.iter().chain(two_encoders::MUTATIONS)
+    MUTATIONS.iter().chain(two_encoders::MUTATIONS).chain(brake_resistor::MUTATIONS)
 }
 
 /// The faults that have no room of their own.
@@ -556,8 +557,8 @@ const MUTATIONS: &[Mutation] = &[
         "the end of the program leaves the enable pin high",
         Suite::Image, &["a_panic_turns"]),
     fault("src/board/fatal.rs",
-        ["    off_now();\n}",
-         "}"],
+        ["    bridge::off_now();\n",
+         ""],
         "the end of the program does not turn the bridge off",
         Suite::Image, &["a_panic_turns"]),
     fault("src/board/control_task.rs",
@@ -1040,8 +1041,8 @@ const MUTATIONS: &[Mutation] = &[
         "ticks and PWM are out of step",
         Suite::Image, &["an_image_with_a_current_loop_does_what"]),
     fault("src/link/session/requests.rs",
-        ["(times, &controller.drive, controller.effort, current.is_there())",
-         "(times, &controller.drive, EffortMode::Voltage, current.is_there())"],
+        ["(times, &controller.drive, controller.effort, current.is_there(), brake_resistor)",
+         "(times, &controller.drive, EffortMode::Voltage, current.is_there(), brake_resistor)"],
         "a change of what an effort is does not reach the board",
         Suite::Image, &["what_an_effort_is_may_change_at_run_time"]),
 ];
