@@ -5,6 +5,7 @@
 
 use embedded_storage::nor_flash::NorFlash;
 
+use crate::control::brake_resistor::BrakeResistorLaw;
 use crate::control::hardware::Hardware;
 use crate::link::{DeviceKind, Machine, RequestRefusal, Session};
 use crate::parameters::Parameters;
@@ -22,6 +23,7 @@ pub struct Device<F> {
 struct Parts<F> {
     hardware: Hardware,
     servo: Servo,
+    brake_resistor: Option<BrakeResistorLaw>,
     store: Store<F>,
 }
 
@@ -32,10 +34,12 @@ impl<F: NorFlash> Device<F> {
         let boot = Boot { is_damaged, ..boot };
         let found = store.load().and_then(|found| found.fits(&hardware).map(|()| found));
         let servo = Servo::new(found.as_ref().map_err(|error| *error), boot, &hardware);
+        let law = |parameters: &Parameters| parameters.brake_resistor_law(&hardware);
+        let brake_resistor = found.as_ref().ok().and_then(law);
         let mut session = Session::new(DeviceKind::Simulated, found.ok());
         session.report_damage(boot.is_damaged);
         session.report_saves(store.saves());
-        Self { session, parts: Parts { hardware, servo, store } }
+        Self { session, parts: Parts { hardware, servo, brake_resistor, store } }
     }
 
     /// Receives bytes from the wire, and handles the requests in them.
@@ -54,6 +58,13 @@ impl<F: NorFlash> Device<F> {
         let output = self.parts.servo.tick(input);
         self.session.queue_sample(&output);
         output
+    }
+
+    /// Returns the duty of the brake resistor until the next tick, in
+    /// [`STEPS`](crate::control::brake_resistor::STEPS) of the tick, for the converter's reading of
+    /// the supply; zero without a resistor. It is due once a sample time, in every state.
+    pub fn brake_resistor(&mut self, supply: u16) -> u16 {
+        self.parts.brake_resistor.as_mut().map_or(0, |law| law.step(supply))
     }
 
     /// Returns the servo.
@@ -92,9 +103,11 @@ impl<F: NorFlash> Machine for Parts<F> {
         Ok(self.store.saves())
     }
 
-    /// Does nothing: there is no timer to set, and the caller of a tick reads the
+    /// Sets the brake resistor. There is no timer to set, and the caller of a tick reads the
     /// [`parameters`](Device::parameters).
-    fn reconfigure(&mut self, _: &Parameters) -> Result<(), RequestRefusal> {
+    fn reconfigure(&mut self, parameters: &Parameters) -> Result<(), RequestRefusal> {
+        let law = parameters.brake_resistor_law(&self.hardware);
+        self.brake_resistor = law.map(|law| law.after(self.brake_resistor.as_ref()));
         Ok(())
     }
 }

@@ -6,6 +6,7 @@
 pub mod axis_with_play;
 pub mod axis_with_stops;
 pub mod both_encoders;
+pub mod braking;
 pub mod current_sensor;
 #[cfg(feature = "emulator")]
 pub mod flash_image;

@@ -12,6 +12,7 @@ use stiction::{Fault, Parameters, Servo};
 
 #[cfg(feature = "two-encoders")]
 use super::absolute_encoder::AbsoluteEncoder;
+use super::brake_resistor::{BrakeResistorOutput, BrakeResistorSettings};
 use super::bridge::{self, TimerBridge};
 use super::converter::Converter;
 use super::current_loop;
@@ -23,7 +24,8 @@ use super::tick::{Period, TickTimer};
 use super::traits::{Bridge, EncoderInput};
 
 /// What the hardware has turned the outputs off for; zero: nothing. The interrupts of the break
-/// input and of the converter's watchdog set it, with [`BREAK`] or [`OVER_CURRENT`].
+/// input and of the converter's watchdog set it, with [`BREAK`] or [`OVER_CURRENT`]. In the same
+/// word is [`BRAKE_RESISTOR`], so that a tick without any of them looks at one word only.
 pub static TRIPPED: AtomicU32 = AtomicU32::new(0);
 
 /// In [`TRIPPED`]: the bridge's driver or the emergency stop has pulled the break input, until its
@@ -33,6 +35,10 @@ pub const BREAK: u32 = 1 << 31;
 /// In [`TRIPPED`]: a reading of the motor's current, in the lower half, was beyond its limits. The
 /// next control task clears it.
 pub const OVER_CURRENT: u32 = 1 << 30;
+
+/// In [`TRIPPED`]: there is a brake resistor, whose pulse each control task starts. It is constant
+/// from one configuration to the next.
+pub const BRAKE_RESISTOR: u32 = 1 << 29;
 
 /// Use of the motor's current.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -75,6 +81,8 @@ pub struct ControlTask {
     pub paused_at: u32,
     /// The bridge: PWM, direction and enable.
     pub bridge: TimerBridge,
+    /// The output of the brake resistor.
+    pub brake_resistor: BrakeResistorOutput,
     /// The converter of supply voltage and motor current.
     pub converter: Converter,
     /// Whether the effort is a current, which the current loop makes.
@@ -101,7 +109,18 @@ impl ControlTask {
         if !in_time {
             self.servo.fault(Fault::Overrun);
         }
+        if TRIPPED.load(Ordering::Relaxed) != 0 {
+            self.brake();
+        }
+    }
+
+    /// Latches faults, and starts the pulse of the brake resistor, if there is one, for the reading of
+    /// the supply that this tick reads as well.
+    #[cold]
+    #[inline(never)]
+    fn brake(&mut self) {
         self.latch_break();
+        self.brake_resistor.tick(self.converter.last_supply());
     }
 
     /// Latches the fault of outputs that the hardware has turned off: a break input that was
@@ -122,7 +141,7 @@ impl ControlTask {
             self.servo.break_input(self.encoder.lines());
         }
         if tripped & OVER_CURRENT != 0 {
-            TRIPPED.fetch_and(BREAK, Ordering::Relaxed);
+            TRIPPED.fetch_and(BREAK | BRAKE_RESISTOR, Ordering::Relaxed);
             // The interrupt has turned the outputs off; the bridge's own state is still on.
             self.bridge.rest();
             self.servo.over_current(tripped as u16);
@@ -249,10 +268,12 @@ impl ControlTask {
         bridge: &bridge::BridgeSettings,
         period: &Period,
         current: CurrentUse,
+        brake_resistor: &BrakeResistorSettings,
     ) {
         self.converter.release();
         self.bridge.reconfigure(bridge);
         self.sense(current);
+        self.set_brake_resistor(brake_resistor);
         self.period = *period;
         self.resume();
     }
@@ -261,6 +282,14 @@ impl ControlTask {
     pub fn sense(&mut self, current: CurrentUse) {
         self.is_regulated = current == CurrentUse::Regulated;
         self.converter.sense(current != CurrentUse::None);
+    }
+
+    /// Starts or ends the pulses of the brake resistor.
+    pub fn set_brake_resistor(&mut self, settings: &BrakeResistorSettings) {
+        self.brake_resistor.reconfigure(settings);
+        TRIPPED.fetch_and(!BRAKE_RESISTOR, Ordering::Relaxed);
+        TRIPPED
+            .fetch_or(if settings.law.is_some() { BRAKE_RESISTOR } else { 0 }, Ordering::Relaxed);
     }
 
     /// Stops the ticks and turns the output off: a stop that was commanded since the last tick may

@@ -85,6 +85,13 @@ impl Converter {
         reading
     }
 
+    /// Returns the reading that the next call of [`supply`](Self::supply) returns, once its
+    /// conversion is over.
+    #[inline]
+    pub fn last_supply(&self) -> u16 {
+        self.adc.dr().read().data().bits()
+    }
+
     /// Returns the last reading of the motor's current.
     #[inline]
     pub fn current(&self) -> u16 {

@@ -8,6 +8,7 @@
 //! - TIM1 stops with the core (`DBG_TIM1_STOP` set). Its outputs are then disabled as if `MOE` were
 //!   clear (RM0090, 17.3.21), at once: low in the modes of a bridge, released with an analog
 //!   amplifier (`output_control.rs`). The enable pin stays high until the watchdog's reset.
+//! - TIM8 stops with the core as well (`DBG_TIM8_STOP` set): the brake resistor's output is low.
 //!
 //! The emulated microcontroller only stores the bits and cannot be halted in this way: the form in
 //! docs/reference/wiring.md has a test of the halt.
@@ -31,6 +32,8 @@ impl FreezeBits {
         self.registers
             .apb1_fz()
             .modify(|_, w| w.dbg_iwdg_stop().clear_bit().dbg_wwdg_stop().clear_bit());
-        self.registers.apb2_fz().modify(|_, w| w.dbg_tim1_stop().set_bit());
+        self.registers
+            .apb2_fz()
+            .modify(|_, w| w.dbg_tim1_stop().set_bit().dbg_tim8_stop().set_bit());
     }
 }

@@ -9,8 +9,8 @@ use cortex_m_rt::exception;
 use stiction::Fault;
 use stm32f4xx_hal::pac;
 
-use super::bridge::off_now;
 use super::retained::{RetainedFault, keep, set_armed};
+use super::{brake_resistor, bridge};
 
 /// Ends this run of the program: the bridge is off, the fault is kept, and the microcontroller is
 /// reset.
@@ -22,10 +22,12 @@ pub fn stop(record: RetainedFault) -> ! {
     SCB::sys_reset()
 }
 
-/// Turns the bridge off and disables the interrupts, so that no task can turn it on again.
+/// Turns the bridge and the brake resistor off, and disables the interrupts, so that no task can
+/// turn them on again.
 fn off_for_good() {
     cortex_m::interrupt::disable();
-    off_now();
+    bridge::off_now();
+    brake_resistor::off_now();
 }
 
 #[panic_handler]

@@ -19,6 +19,7 @@ use stiction::parameters::store::Store;
 use stiction::{Hardware, Parameters, Servo};
 
 use super::HARDWARE;
+use super::brake_resistor::BrakeResistorSettings;
 use super::bridge;
 use super::control_task::{ControlTask, CurrentUse};
 use super::sectors::{Sectors, Unset};
@@ -146,7 +147,9 @@ impl<C: Mutex<T = ControlTask>, W: Mutex<T = Independent>> Machine for BoardMach
             return Err(refused);
         }
         let current = CurrentUse::of(parameters);
-        self.control_task.lock(|parts| parts.reconfigure(&bridge, &period, current));
+        let brake_resistor = BrakeResistorSettings::of(parameters);
+        self.control_task
+            .lock(|parts| parts.reconfigure(&bridge, &period, current, &brake_resistor));
         Ok(())
     }
 }

@@ -6,6 +6,7 @@
 
 #[cfg(feature = "two-encoders")]
 pub mod absolute_encoder;
+pub mod brake_resistor;
 pub mod bridge;
 pub mod clock;
 pub mod control_task;

@@ -17,6 +17,7 @@ use stm32f4xx_hal::prelude::*;
 use super::HARDWARE;
 #[cfg(feature = "two-encoders")]
 use super::absolute_encoder::AbsoluteEncoder;
+use super::brake_resistor::{BrakeResistorOutput, BrakeResistorSettings};
 use super::bridge::{self, Pins, TimerBridge};
 use super::control_task::{ControlTask, CurrentUse};
 use super::converter::Converter;
@@ -134,6 +135,11 @@ pub fn start(
     // The contact of an emergency stop lifts it: an open wire is a stop.
     a.pa6.into_pull_down_input();
     let bridge = TimerBridge::new(device.TIM1, pins, &settings.bridge(), &mut rcc);
+    let brake_resistor = BrakeResistorOutput::start(
+        device.TIM8,
+        c.pc6.into_alternate().internal_resistor(Pull::Down),
+        &mut rcc,
+    );
     let encoder = Quadrature::start(
         device.TIM2,
         a.pa0.into_alternate().internal_resistor(Pull::Up),
@@ -184,6 +190,7 @@ pub fn start(
         #[cfg(feature = "two-encoders")]
         paused_at: 0,
         bridge,
+        brake_resistor,
         converter,
         is_regulated: false,
         timer,
@@ -191,6 +198,9 @@ pub fn start(
         period,
     };
     control_task.sense(settings.parameters().map_or(CurrentUse::None, CurrentUse::of));
+    let of_file =
+        settings.parameters().map_or(BrakeResistorSettings::NONE, BrakeResistorSettings::of);
+    control_task.set_brake_resistor(&of_file);
     if control_task.is_regulated {
         // The phase of the ticks to the PWM.
         control_task.resume();

@@ -11,6 +11,7 @@
 //! [`controller`] runs these parts in this order, and [`signal`] holds every term of a tick.
 //! [`hardware`] has the properties of a board with which a user's units are converted into codes.
 
+pub mod brake_resistor;
 pub mod controller;
 pub mod current_limit;
 pub mod current_loop;

@@ -9,6 +9,7 @@ pub mod names;
 pub mod record;
 pub mod store;
 
+use crate::control::brake_resistor::{BrakeResistor, BrakeResistorLaw};
 use crate::control::controller::{Controller, ControllerConfig, EffortMode};
 use crate::control::current_loop;
 use crate::control::current_sensor::CurrentSensor;
@@ -49,6 +50,10 @@ const BANDWIDTH: Key = key(CurrentSensor::ABOUT, "bandwidth");
 const BRAKE_OPEN: Key = key(DeviceConfig::ABOUT, "brake_open");
 const BRAKE_CLOSE: Key = key(DeviceConfig::ABOUT, "brake_close");
 const SHORT_BRAKE: Key = key(DeviceConfig::ABOUT, "short_brake");
+const FROM: Key = key(BrakeResistor::ABOUT, "from");
+const FULL: Key = key(BrakeResistor::ABOUT, "full");
+const SUPPLY_FULL_SCALE: Key = key(DeviceConfig::ABOUT, "supply_full_scale");
+const SUPPLY_MAX: Key = key(Limits::ABOUT, "supply_max");
 const PEAK: Key = key(CurrentSensor::ABOUT, "peak");
 const STALL: Key = key(Limits::ABOUT, "stall_effort");
 const BACK_EMF: Key = key(Limits::ABOUT, "back_emf");
@@ -88,6 +93,8 @@ table! {
         jog: JogBounds = JogBounds::EXAMPLE,
         /// The sensor of the motor's current.
         current: CurrentSensor = CurrentSensor::NONE,
+        /// The brake resistor of the supply.
+        brake_resistor: BrakeResistor = BrakeResistor::NONE,
     }
 }
 
@@ -105,6 +112,7 @@ pub fn tables() -> impl Iterator<Item = &'static [About]> {
         ProfileLimits::ABOUT,
         JogBounds::ABOUT,
         CurrentSensor::ABOUT,
+        BrakeResistor::ABOUT,
     ];
     let laws = tables.into_iter().chain(Gains::ABOUT.iter().copied());
     // A machine's file has other keys for these.
@@ -152,6 +160,12 @@ impl Parameters {
             }
             _ => 0.0,
         }
+    }
+
+    /// Prepares the law of the brake resistor; none without one. The parameters must be valid.
+    pub fn brake_resistor_law(&self, hardware: &Hardware) -> Option<BrakeResistorLaw> {
+        let of_board = [self.device.supply_full_scale, self.controller.sample_time];
+        BrakeResistorLaw::of(&self.brake_resistor, of_board, hardware)
     }
 
     /// Returns a time (s) in whole ticks.
@@ -220,6 +234,7 @@ impl Parameters {
         self.check_bootstrap()?;
         self.check_short_brake()?;
         self.check_current()?;
+        self.check_brake_resistor()?;
         self.profile.check(self.controller.sample_time, self.controller.encoder.resolution)?;
         self.motion.is_soft(self.device.soft_start, self.controller.drive.full_scale)?;
         if matches!(self.motion, Motion::Ramp { .. }) {
@@ -291,6 +306,24 @@ impl Parameters {
     fn check_brake(&self) -> Result<(), InvalidValue> {
         between(BRAKE_OPEN, self.device.brake_open, 0.0, 0.0)?;
         between(BRAKE_CLOSE, self.device.brake_close, 0.0, 0.0)
+    }
+
+    /// Rejects a brake resistor where the supply is not measured or has no monitor, one that begins
+    /// within the supply's own voltage, and one that the monitor precedes.
+    fn check_brake_resistor(&self) -> Result<(), InvalidValue> {
+        let (BrakeResistor { from, full, .. }, device) = (self.brake_resistor, &self.device);
+        if !self.brake_resistor.is_there() {
+            return Ok(());
+        }
+        let measured = device.supply_full_scale;
+        above(SUPPLY_FULL_SCALE, measured, 0.0, HUGE)?;
+        // A resistor at its limits leaves the rest to the monitor.
+        above(SUPPLY_MAX, self.limits.supply_max, 0.0, measured)?;
+        let allowed = Allowed::UpTo(self.limits.supply_max, SUPPLY_MAX);
+        if !allowed.includes(full) {
+            return Err(InvalidValue { key: FULL, found: full, allowed });
+        }
+        above(FROM, from, device.nominal_supply, full)
     }
 
     /// Rejects a sensor of the motor's current where the effort is not the motor's voltage, where

@@ -2,6 +2,7 @@ use heapless::Vec;
 
 use super::record::ROOM;
 use super::*;
+use crate::control::brake_resistor::BrakeResistor;
 use crate::control::current_sensor::CurrentSensor;
 use crate::control::drive::{DriveConfig, PwmMode};
 use crate::control::encoder::{CounterBits, Direction, Encoder, EncoderOutput};
@@ -51,6 +52,7 @@ fn example() -> Parameters {
         profile,
         jog,
         current: CurrentSensor::NONE,
+        brake_resistor: BrakeResistor::NONE,
     }
 }
 
@@ -412,4 +414,35 @@ fn a_current_loop_needs_a_sensor_a_winding_and_a_pwm_that_is_fast_and_in_step() 
     parameters.controller.effort = EffortMode::Voltage;
     (parameters.current.inductance, parameters.controller.drive.pwm_hz) = (0.0, 22e3);
     assert_eq!(parameters.prepare(&board).map(|_| ()), Ok(()));
+}
+
+#[test]
+fn a_brake_resistor_needs_a_measured_supply_a_monitor_and_room_between_them() {
+    let mut parameters = example();
+    parameters.device.nominal_supply = 48.0;
+    parameters.device.supply_full_scale = 66.0;
+    parameters.limits.supply_max = 62.0;
+    parameters.brake_resistor =
+        BrakeResistor { resistance: 27.0, from: 53.0, full: 59.0, ..BrakeResistor::EXAMPLE };
+    assert_eq!(parameters.check(), Ok(()));
+    let mut room = [0; ROOM];
+    let record = parameters.encode(7, &mut room).unwrap();
+    assert_eq!(Parameters::decode(record).unwrap().0, parameters);
+    let refused = |change: &dyn Fn(&mut Parameters)| {
+        let mut changed = parameters.clone();
+        change(&mut changed);
+        changed.check().map_err(|error| (name(error.key), error.allowed)).unwrap_err()
+    };
+    let unmeasured = refused(&|of| {
+        (of.device.supply_full_scale, of.device.nominal_supply) = (0.0, 0.0);
+    });
+    assert_eq!(unmeasured.0, "supply_full_scale_v");
+    assert_eq!(refused(&|of| of.limits.supply_max = 0.0).0, "supply_max_v");
+    assert_eq!(refused(&|of| of.limits.supply_max = 67.0).0, "supply_max_v");
+    let late = refused(&|of| of.limits.supply_max = 58.0);
+    assert_eq!(late, ("full_v", Allowed::UpTo(58.0, SUPPLY_MAX)));
+    assert_eq!(refused(&|of| of.brake_resistor.full = 53.0).0, "full_v");
+    let early = refused(&|of| of.brake_resistor.from = 48.0);
+    assert_eq!(early, ("from_v", Allowed::Above(48.0, 59.0)));
+    assert_eq!(refused(&|of| of.brake_resistor.duty_max = 0.95).0, "duty_max");
 }

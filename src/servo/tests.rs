@@ -1,4 +1,5 @@
 use super::*;
+use crate::control::brake_resistor::BrakeResistor;
 use crate::control::controller::{ControllerConfig, EffortMode};
 use crate::control::current_sensor::CurrentSensor;
 use crate::control::drive::{DriveConfig, Duty, PwmMode};
@@ -56,6 +57,7 @@ fn parameters(device: DeviceConfig) -> Parameters {
         profile: ProfileLimits { velocity: 50.0, acceleration: 100.0, jerk: 5000.0 },
         jog: JogBounds::EXAMPLE,
         current: CurrentSensor::NONE,
+        brake_resistor: BrakeResistor::NONE,
     }
 }
 

@@ -19,6 +19,7 @@ macro_rules! reliability {
 mod absolute_encoder;
 mod autostart;
 mod both_encoders;
+mod brake_resistor;
 mod bumper;
 mod chaos;
 mod controlled_stop;

@@ -12,6 +12,7 @@ mod bit_for_bit;
 #[cfg(feature = "emulator")]
 mod both_encoders;
 #[cfg(feature = "emulator")]
+mod brake_resistor;
 mod bridge_modes;
 #[cfg(feature = "emulator")]
 mod common;

@@ -2,6 +2,7 @@
 //!
 //! Each text must match exactly once in its file. If a line changes, its fault changes with it.
 
+mod brake_resistor;
 mod current;
 mod stopping;
 mod two_encoders;
@@ -61,7 +62,8 @@ const fn fault(
 /// Returns every fault, in the order of the page.
 pub fn mutations() -> impl Iterator<Item = &'static Mutation> + Clone {
     let of_rooms = stopping::MUTATIONS.iter().chain(current::MUTATIONS);
-    MUTATIONS.iter().chain(of_rooms).chain(two_encoders::MUTATIONS)
+    let of_rooms = of_rooms.chain(two_encoders::MUTATIONS).chain(brake_resistor::MUTATIONS);
+    MUTATIONS.iter().chain(of_rooms)
 }
 
 /// The faults that have no room of their own.
@@ -559,8 +561,8 @@ const MUTATIONS: &[Mutation] = &[
         "the end of the program leaves the enable pin high",
         Suite::Image, &["a_panic_turns"]),
     fault("src/board/fatal.rs",
-        ["    off_now();\n}",
-         "}"],
+        ["    bridge::off_now();\n",
+         ""],
         "the end of the program does not turn the bridge off",
         Suite::Image, &["a_panic_turns"]),
     fault("src/board/control_task.rs",

@@ -100,6 +100,8 @@ pub enum GpioPort {
     A = 0,
     /// GPIOB.
     B = 1,
+    /// GPIOC.
+    C = 2,
 }
 
 /// Components on the board; the default is a complete board.

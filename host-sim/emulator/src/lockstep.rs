@@ -8,7 +8,8 @@
 //! The duty of a tick is taken over a quarter of a sample later, and applies from the tick on. The
 //! plant is then moved by a whole sample at once, and the edges to its new position are sent before
 //! the next tick. The motor's current at the end of that sample is on its pin from there on, and is
-//! converted once, at the next trigger of the timer: further conversions would read the same.
+//! converted once, at the next trigger of the timer: further conversions would read the same. A
+//! supply with a capacitor is on its pin from there on as well; the next tick starts its conversion.
 //!
 //! Under a current loop the plant is moved once a period of the PWM, at the upper end of its count:
 //! by half a period, of which the current is converted, and by the other half at once. Edges to the
@@ -167,6 +168,9 @@ impl<P: PlantInterface> PlantCoupling for Lockstep<P> {
             // Before the first tick the plant rests, and its time does not count.
             let code = if has_ticked { self.plant.hold(&bridge, period_ns) } else { 0 };
             self.sampling.take(bridge, code);
+            if let Some(pin_mv) = self.plant.supply_mv() {
+                board.supply(pin_mv);
+            }
             if let Some(pin_mv) = self.plant.current_mv() {
                 board.current(pin_mv);
                 self.convert_at = board.next_trigger(at).unwrap_or(NO_DEADLINE);

@@ -1,5 +1,6 @@
 //! Parameters of a run, and the contents of the parameter sector for its image.
 
+use stiction::control::brake_resistor::BrakeResistor;
 use stiction::control::current_sensor::CurrentSensor;
 use stiction::control::encoder::EncoderOutput;
 use stiction::parameters::{DeviceConfig, ROOM};
@@ -30,6 +31,8 @@ pub fn parameters(plan: &RunPlan) -> Result<Parameters, Error> {
     (parameters.controller.motor.twist, parameters.controller.motor.swing) = (0.0, 0.0);
     // The loop on the host has no servo around it, which limits the effort by the current.
     parameters.current = CurrentSensor::NONE;
+    // It needs the monitor of the supply.
+    parameters.brake_resistor = BrakeResistor::NONE;
     validate(&parameters, plan)?;
     Ok(parameters)
 }

@@ -7,6 +7,7 @@ use super::bridge::{BridgeInputs, code_of, nearest_code};
 use dynamics::joint::RunJoint;
 use files::error::Error;
 use files::hardware::STM32F405;
+use simulator::dc_link::DcLink;
 use simulator::experiment::RunPlan;
 use simulator::plant::{Discs, EffortState, Plant};
 use simulator::shunt::Shunt;
@@ -19,6 +20,11 @@ pub trait PlantInterface: Send + std::fmt::Debug + 'static {
     /// Returns the voltage on the pin that measures the motor's current, mV; `None` without a
     /// sensor.
     fn current_mv(&self) -> Option<u32> {
+        None
+    }
+
+    /// Returns the voltage on the pin that measures the supply, mV; `None` if it is constant.
+    fn supply_mv(&self) -> Option<u32> {
         None
     }
 
@@ -98,6 +104,8 @@ pub struct DrivenPlant {
     pub plant: Plant<RunJoint>,
     /// Shunt amplifier of the motor, if it has a sensor of its current.
     pub shunt: Option<Shunt>,
+    /// Supply of the bridge, if it has a capacitor. It is constant under a current loop.
+    pub dc_link: Option<DcLink>,
     stage: PowerStage,
     code: i16,
     /// Half a period of the PWM, s, if a current loop drives the motor.
@@ -115,6 +123,7 @@ impl DrivenPlant {
         Ok(Self {
             plant: plan.plant()?,
             shunt: plan.shunt(),
+            dc_link: plan.dc_link()?,
             stage: PowerStage::of(plan)?,
             code: 0,
             half_s,
@@ -131,12 +140,23 @@ impl PlantInterface for DrivenPlant {
         Some(self.shunt.as_ref()?.pin_mv(self.plant.current_a()))
     }
 
+    fn supply_mv(&self) -> Option<u32> {
+        self.dc_link.as_ref()?.pin_mv()
+    }
+
     fn hold(&mut self, bridge: &BridgeInputs, period_ns: u64) -> i16 {
         self.code = self.stage.code(bridge, self.code);
         let usual_s = self.plant.sample_time_s();
         let is_usual = period_ns == nanoseconds(usual_s);
         let sample_s = if is_usual { usual_s } else { period_ns as f64 * 1e-9 };
+        if let Some(link) = &self.dc_link {
+            self.plant.supply_ratio = link.ratio();
+        }
         self.plant.put_out_and_hold(self.code, bridge.is_on(), sample_s);
+        let drawn_j = self.plant.take_drawn_j();
+        if let Some(link) = &mut self.dc_link {
+            link.pass(drawn_j, bridge.brake_steps, sample_s);
+        }
         self.code
     }
 

@@ -11,6 +11,7 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::{Error as _, MapAccess, Unexpected};
 use serde::ser::SerializeMap;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use stiction::control::brake_resistor::BrakeResistor;
 use stiction::control::current_sensor::CurrentSensor;
 use stiction::control::drive::DriveConfig;
 use stiction::control::encoder::Encoder;
@@ -101,6 +102,9 @@ pub struct MachineFile {
     /// The sensor of the motor's current, if there is one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub current_sensor: Option<ParameterTable<CurrentSensor>>,
+    /// The brake resistor of the supply, if there is one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub brake_resistor: Option<ParameterTable<BrakeResistor>>,
     /// What an identification said of the joint.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub identified: Option<IdentifiedTable>,

@@ -10,6 +10,7 @@
 pub mod both_sides;
 pub mod closed_loop;
 pub mod current_periods;
+pub mod dc_link;
 pub mod device;
 pub mod draft;
 pub mod experiment;

@@ -149,6 +149,8 @@ pub struct Plant<S> {
     winding: Option<Winding>,
     /// Current of the motor at the end of the last held effort, A.
     current_a: f64,
+    /// Electrical energy that the motor has drawn from the bridge since it was last taken, J.
+    drawn_j: f64,
     /// Effort behind the lag of the winding, V.
     lagged_v: f64,
     axis: RobotAxis,
@@ -192,6 +194,7 @@ impl<S: AxisSolver> Plant<S> {
             motor_wires: MotorWires::Sound,
             winding: None,
             current_a: 0.0,
+            drawn_j: 0.0,
             lagged_v: 0.0,
             axis,
             encoder,
@@ -227,6 +230,12 @@ impl<S: AxisSolver> Plant<S> {
     /// winding.
     pub const fn current_a(&self) -> f64 {
         self.current_a
+    }
+
+    /// Returns the electrical energy that the motor has drawn from the bridge since the last call,
+    /// J; negative if it has returned energy. Zero without a known winding.
+    pub const fn take_drawn_j(&mut self) -> f64 {
+        std::mem::replace(&mut self.drawn_j, 0.0)
     }
 
     /// Returns the position of the motor in counts of its own encoder; `None` with one encoder.
@@ -340,6 +349,7 @@ impl<S: AxisSolver> Plant<S> {
         let effort_v = if reaches { put_out_v } else { 0.0 };
         self.open_or_close(is_driven);
         let [held_v, lag_left_v] = self.lagged(effort_v, duration_s);
+        let before = (self.current_a, self.solver.motor_velocity());
         self.hold(held_v + self.load_v, duration_s, on_event);
         let Some(winding) = &self.winding else { return };
         let left_v = self.solver.effort_left() + lag_left_v;
@@ -351,6 +361,14 @@ impl<S: AxisSolver> Plant<S> {
             // The diodes of the bridge conduct until the current has ended.
             MotorWires::Sound | MotorWires::Shorted => left_v / winding.resistance_ohm,
         };
+        if is_driven {
+            let mean_a = if reaches && self.solver.effort_left() == 0.0 {
+                winding.current_a(held_v, 0.5 * (before.1 + speed))
+            } else {
+                0.5 * (before.0 + self.current_a)
+            };
+            self.drawn_j += put_out_v * mean_a * duration_s;
+        }
     }
 
     /// Opens the winding if no current can flow, and closes it otherwise.

@@ -5,6 +5,7 @@ use super::super::reply::{Reply, RequestRefusal, StateCode, Status};
 use super::super::request::Request;
 use super::super::telemetry::Subscription;
 use super::{Machine, Session};
+use crate::control::brake_resistor::BrakeResistor;
 use crate::control::controller::EffortMode;
 use crate::control::drive::DriveConfig;
 use crate::control::laws::Gains;
@@ -270,9 +271,13 @@ fn keep_off(servo: &mut Servo) -> Result<(), servo::Refusal> {
 }
 
 /// Returns the settings of bridge, timers, converter and watchdog: sample time, dead time,
-/// blanking, PWM, what an effort is, and whether there is a sensor of the current.
-const fn timing(parameters: &Parameters) -> ([f32; 3], &DriveConfig, EffortMode, bool) {
-    let Parameters { controller, device, current, .. } = parameters;
-    let times = [controller.sample_time, device.dead_time, device.fault_blanking];
-    (times, &controller.drive, controller.effort, current.is_there())
+/// blanking, PWM, what an effort is, whether there is a sensor of the current, and the brake
+/// resistor with the scale of the supply.
+const fn timing(
+    parameters: &Parameters,
+) -> ([f32; 4], &DriveConfig, EffortMode, bool, &BrakeResistor) {
+    let Parameters { controller, device, current, brake_resistor, .. } = parameters;
+    let full_scale = device.supply_full_scale;
+    let times = [controller.sample_time, device.dead_time, device.fault_blanking, full_scale];
+    (times, &controller.drive, controller.effort, current.is_there(), brake_resistor)
 }

@@ -20,7 +20,7 @@ use dynamics::solver::{AxisSolver, Event};
 
 use super::drive::DriveModel;
 use super::sheet::DataSheet;
-use super::tables::EncoderPlace;
+use super::tables::{DrivenBy, EncoderPlace};
 use super::units::Mapping;
 
 /// Default share of the motor in the friction of an elastic joint: most of the friction of a geared
@@ -215,7 +215,10 @@ impl DataSheet {
         if self.motor.dead_time_s > 0.0 {
             return Some("motor.dead_time_s");
         }
-        (DriveModel::of(self, 0.0) != DriveModel::Ideal).then_some("supply")
+        // A device simulates the supply of a bridge with its capacitor.
+        let has_capacitor = self.motor.driven_by == DrivenBy::Voltage
+            && self.supply.as_ref().is_some_and(|supply| supply.capacitance_f > 0.0);
+        (!has_capacitor && DriveModel::of(self, 0.0) != DriveModel::Ideal).then_some("supply")
     }
 
     /// Returns the joint without its drive, which replaces the axis in closed form in a device. Its

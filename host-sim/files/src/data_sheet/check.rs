@@ -112,6 +112,7 @@ impl DataSheet {
                 supply.map(|supply| supply.internal_resistance_ohm),
                 NotNegative,
             ),
+            ("supply.capacitance_f", supply.map(|supply| supply.capacitance_f), NotNegative),
         ];
         all.iter().try_for_each(|(key, found, may)| match found {
             Some(found) => may.check(key, *found),

@@ -207,6 +207,11 @@ pub struct SupplyTable {
     /// Whether it takes current back that a braking motor gives.
     #[serde(default = "yes")]
     pub takes_current_back: bool,
+    // One line of the schema.
+    #[doc = "Capacitance at the bridge, F: a braking motor charges it, if the supply does not take \
+             current back. A simulated device alone has it; 0: its supply is constant."]
+    #[serde(default)]
+    pub capacitance_f: f64,
 }
 
 const fn yes() -> bool {

@@ -7,7 +7,8 @@ use toml::Table;
 use super::read;
 
 /// Names of tables. The file of a machine or of an experiment has at least one of them.
-const TABLES: [&str; 23] = [
+const TABLES: [&str; 24] = [
+    "brake_resistor",
     "controller",
     "current_sensor",
     "device",

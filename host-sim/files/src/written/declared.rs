@@ -1,5 +1,6 @@
 //! Declarations of the core for the tables of a file.
 
+use stiction::control::brake_resistor::BrakeResistor;
 use stiction::control::current_sensor::CurrentSensor;
 use stiction::control::drive::DriveConfig;
 use stiction::control::encoder::Encoder;
@@ -69,7 +70,8 @@ declared!(
     Limits,
     ProfileLimits,
     JogBounds,
-    CurrentSensor
+    CurrentSensor,
+    BrakeResistor
 );
 
 /// Returns the name of a law, with a mark if it runs on the host only.

@@ -120,8 +120,16 @@ fn known(parameters: &Parameters) -> Result<Table, Error> {
 
 /// Returns the machine's file with these parameters and an empty joint.
 fn of(parameters: &Parameters) -> MachineFile {
-    let Parameters { controller: config, motion, device, limits, profile, jog, current } =
-        parameters;
+    let Parameters {
+        controller: config,
+        motion,
+        device,
+        limits,
+        profile,
+        jog,
+        current,
+        brake_resistor,
+    } = parameters;
     let laws: Vec<LawName> = config.compensator.iter().map(|law| LawName(Some(*law))).collect();
     let (name, laws) = match laws[..] {
         [] => (PD.to_owned(), None),
@@ -173,6 +181,7 @@ fn of(parameters: &Parameters) -> MachineFile {
         profile: ParameterTable::out(profile),
         jog: ParameterTable::out(jog),
         current_sensor: current.is_there().then(|| ParameterTable::out(current)),
+        brake_resistor: brake_resistor.is_there().then(|| ParameterTable::out(brake_resistor)),
         identified: None,
         spread: BTreeMap::new(),
         run: RunSettings::default(),

@@ -14,6 +14,7 @@ use stiction::{Device, Parameters};
 
 pub use super::holding_brake::HoldingBrake;
 use crate::current_periods::{CurrentPeriods, PlantMotor, RegulatedTick};
+use crate::dc_link::DcLink;
 use crate::experiment::RunPlan;
 use crate::flash::{SECTOR, SimulatedFlash};
 pub use crate::plant::MotorWires;
@@ -95,6 +96,12 @@ pub struct SimulatedDevice {
     /// Ratio of the bridge's supply to that for which a code has its volts; the reading of the
     /// converter stays as it is.
     pub supply_ratio: f64,
+    /// Supply of the bridge, if it has a capacitor: it sets `supply` and `supply_ratio` then.
+    pub dc_link: Option<DcLink>,
+    /// Duty of the brake resistor of the last tick, in steps of the core.
+    pub brake_steps: u16,
+    /// Reading of the supply that the last tick has started.
+    converting: Option<u16>,
     /// Whether the contact of the emergency stop is open.
     pub is_contact_open: bool,
     /// Holding brake on the joint; `None` without one.
@@ -153,6 +160,9 @@ impl SimulatedDevice {
             shunt: plan.shunt(),
             motor_wires: MotorWires::Sound,
             supply_ratio: 1.0,
+            dc_link: plan.dc_link()?,
+            brake_steps: 0,
+            converting: None,
             is_contact_open: false,
             holding_brake: None,
             was_on: false,
@@ -166,6 +176,14 @@ impl SimulatedDevice {
 
     /// Runs one tick: reads the encoder, runs the core, and moves the joint until the next tick.
     pub fn tick(&mut self) -> Output {
+        if let Some(link) = &self.dc_link {
+            self.supply_ratio = link.ratio();
+            if let Some(reading) = link.reading() {
+                // A tick reads the conversion that the tick before has started.
+                self.supply = self.converting.replace(reading).unwrap_or(reading);
+            }
+        }
+        self.brake_steps = self.device.brake_resistor(self.supply);
         let sound = self.plant.counters().input(self.supply);
         let ahead_deg = self.plant.solver.at_load() - self.plant.solver.at_encoder();
         let servo = self.device.servo();
@@ -211,6 +229,10 @@ impl SimulatedDevice {
         self.plant.motor_wires = self.motor_wires;
         self.plant.supply_ratio = self.supply_ratio;
         self.drive(&output);
+        let drawn_j = self.plant.take_drawn_j();
+        if let Some(link) = &mut self.dc_link {
+            link.pass(drawn_j, self.brake_steps, tick_s);
+        }
         output
     }
 

@@ -1,5 +1,6 @@
 //! Parameters of a board for a run, validated as on the board, and their record for its flash.
 
+use stiction::control::brake_resistor::BrakeResistor;
 use stiction::control::current_sensor::CurrentSensor;
 use stiction::control::drive::{DriveConfig, PwmMode};
 use stiction::motion::jog::JogBounds;
@@ -108,7 +109,12 @@ pub fn assembled(plan: &RunPlan) -> Result<Parameters, Error> {
     let profile =
         plan.machine.profile.core(ProfileLimits::derived(&controller, limits.overspeed, gain));
     let jog = plan.machine.jog.core(JogBounds::derived(&controller, &device, breakaway));
-    Ok(Parameters { controller, motion, device, limits, profile, jog, current })
+    let brake_resistor = plan
+        .machine
+        .brake_resistor
+        .as_ref()
+        .map_or(BrakeResistor::NONE, |table| table.core(BrakeResistor::NONE));
+    Ok(Parameters { controller, motion, device, limits, profile, jog, current, brake_resistor })
 }
 
 /// Derived stall threshold at most, as a part of the effort that the limit of the current allows.

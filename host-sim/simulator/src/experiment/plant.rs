@@ -8,10 +8,11 @@ use stiction::units::value::Table as _;
 
 use super::plan::RunPlan;
 use crate::current_periods::{BareCurrentLoop, half_period_s};
+use crate::dc_link::DcLink;
 use crate::plant::{Delay, Plant, Winding};
 use crate::shunt::Shunt;
 use dynamics::joint::{RunJoint, Substitute};
-use files::data_sheet::tables::{DrivenBy, LoadEncoderKind};
+use files::data_sheet::tables::{DrivenBy, LoadEncoderKind, SupplyTable};
 use files::data_sheet::{
     DataSheet, LoopSide, Mapping, Mount, SheetAxis, SheetFactors, SheetRefusal, SheetTables,
     UnseenSlack, WrittenDrive,
@@ -136,6 +137,23 @@ impl RunPlan {
                 self.origin.of("loop.effort")
             ))),
         }
+    }
+
+    /// Returns the supply of the bridge, if the data sheet of this run, or of its
+    /// [truth](Self::truth), has its capacitor.
+    ///
+    /// # Errors
+    /// Returns an error that names the invalid value.
+    pub fn dc_link(&self) -> Result<Option<DcLink>, Error> {
+        if let Some(truth) = &self.truth {
+            return truth.dc_link();
+        }
+        let supply = self.sheet()?.and_then(|(sheet, _)| sheet.supply);
+        let has_capacitor = |supply: &SupplyTable| supply.capacitance_f > 0.0;
+        let (Some(supply), Some(_)) = (supply.filter(has_capacitor), self.winding()?) else {
+            return Ok(None);
+        };
+        Ok(DcLink::of(&supply, &super::assembled(self)?))
     }
 
     /// Returns the shunt amplifier of the motor; `None` without `[current_sensor]`.

@@ -1,6 +1,7 @@
 //! Parameters of a servo for a law on a joint: the same as from a machine's file with the same
 //! figures, with every limit and every time at its default.
 
+use stiction::control::brake_resistor::BrakeResistor;
 use stiction::control::controller::EffortMode;
 use stiction::control::current_sensor::CurrentSensor;
 use stiction::control::drive::DriveConfig;
@@ -50,7 +51,8 @@ pub fn parameters(bounds: &JointBounds, gains: &ControllerGains) -> Parameters {
     let profile = ProfileLimits::derived(&controller, limits.overspeed, gain);
     let jog = JogBounds::derived(&controller, &device, breakaway);
     let current = CurrentSensor::NONE;
-    Parameters { controller, motion: Motion::Hold, device, limits, profile, jog, current }
+    let (motion, brake_resistor) = (Motion::Hold, BrakeResistor::NONE);
+    Parameters { controller, motion, device, limits, profile, jog, current, brake_resistor }
 }
 
 /// A trajectory with the ticks in which it is judged.

@@ -404,6 +404,7 @@ mod tests {
             profile: ProfileLimits::EXAMPLE,
             jog: stiction::motion::jog::JogBounds::EXAMPLE,
             current: stiction::control::current_sensor::CurrentSensor::NONE,
+            brake_resistor: stiction::control::brake_resistor::BrakeResistor::NONE,
         }
     }
 
