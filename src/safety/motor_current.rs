@@ -26,8 +26,9 @@
 //! In every tick of a time one of the first three conditions has to hold, or the last one: 20 ms
 //! (silent: that lag), three ticks, or the ticks of the velocity window, whichever is longest. The
 //! last tick names the fault. If no current is measured, and the encoder moves the way of the
-//! effort without losing a tenth of its speed meanwhile, the sensor is dead, not the wire. `i_0` is
-//! a fiftieth of the sensor's range. An offset more than a twentieth of the range away from its
+//! effort without losing a tenth of its speed meanwhile, the sensor is dead, not the wire; in a
+//! current loop if it gains speed, since the loop drives with its largest voltage then. `i_0` is a
+//! fiftieth of the sensor's range. An offset more than a twentieth of the range away from its
 //! middle forbids arming.
 //!
 //! Guarantees: with a sample time of up to 5 ms, a velocity window of up to four positions per 20
@@ -331,11 +332,13 @@ impl MotorCurrent {
         if state.odd < self.ticks && state.silent < ticks {
             return None;
         }
+        // The largest voltage, which a loop puts out without a reading, speeds the joint up.
+        let kept = if self.regulated.is_some() { 1.0 } else { COASTS };
         let fault = if is_reversed {
             Fault::CurrentSensor
         } else if is_short {
             Fault::MotorShorted
-        } else if state.travel >= MOVES && driven.speed.abs() > COASTS * state.speed.abs() {
+        } else if state.travel >= MOVES && driven.speed.abs() > kept * state.speed.abs() {
             Fault::CurrentSensor
         } else {
             Fault::MotorOpen
