@@ -78,8 +78,12 @@ impl BrakeResistorOutput {
     pub fn reconfigure(&mut self, settings: &BrakeResistorSettings) {
         let BrakeResistorSettings { law, divider } = *settings;
         self.law = law.map(|law| law.after(self.law.as_ref()));
+        off_now();
+        // A pulse that is cut short would leave the output high: the count starts again below it.
         self.timer.cr1().write(|w| w.opm().set_bit());
+        self.timer.ccr1().write(|w| w.ccr().set(WINDOW));
         self.timer.psc().write(|w| w.psc().set(divider - 1));
+        self.timer.egr().write(|w| w.ug().set_bit());
         // Without MOE the output is driven low (OSSI).
         self.timer.bdtr().write(|w| w.ossi().idle_level().moe().bit(law.is_some()));
     }

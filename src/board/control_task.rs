@@ -4,6 +4,7 @@
 use core::sync::atomic::{AtomicU32, Ordering};
 
 use stiction::control::controller::EffortMode;
+use stiction::control::current_loop::CurrentTarget;
 use stiction::safety::deadline::Deadline;
 #[cfg(feature = "two-encoders")]
 use stiction::servo::EncoderReading;
@@ -209,8 +210,10 @@ impl ControlTask {
     #[inline(never)]
     fn regulate(&mut self, output: &Output) -> bool {
         if output.state != State::Armed {
-            // A short brake: the watchdog over the current stays on.
+            // A short brake: the watchdog over the current stays on. If the bridge was off, the loop
+            // begins and ends in the next tick; its target is not that of a motion before.
             self.converter.end_loop();
+            current_loop::aim(CurrentTarget::default());
             return self.bridge.drive(output.duty(), output.tick.status);
         }
         // The voltage of the motion before is none of this one.

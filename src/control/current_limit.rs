@@ -22,6 +22,10 @@
 
 use crate::control::current_sensor::{CurrentSensor, Driven};
 
+/// Largest current beside the limited effort, as a part of the limit: the overshoot of a current loop
+/// is below a tenth, and noise adds to it.
+const BEYOND: f32 = 1.25;
+
 /// Time in which a limit that was lowered by the measured current rises again, s.
 const RISE: f32 = 0.5;
 
@@ -79,9 +83,9 @@ impl CurrentLimit {
         Self { back_emf: 0.0, least: 1.0, ..self }
     }
 
-    /// Returns whether a current, A, is beyond the largest one, either way.
+    /// Returns whether a current, A, is beyond what the limit lets through, either way.
     pub fn is_beyond(&self, current: f32) -> bool {
-        current.abs() > self.peak
+        current.abs() > BEYOND * self.peak
     }
 
     /// Returns the lowest and the highest effort of a tick, V, at a measured current (A), after

@@ -15,8 +15,9 @@
 //! The effort u is the bridge's voltage: under a current loop that of its last period, not the
 //! target. I, E and E_d are i, e and e_d behind the same first-order lag of 20 ms, which a winding
 //! with an inductance is small against. In a current loop, that one voltage stands for a tick only
-//! while the current is the target, to a quarter of it and `i_0`, and was so a tick before: else e_d
-//! is no larger than |i|.
+//! while the current is the target, to a quarter of it and `i_0`, and was so a tick before; or once
+//! it has not been the target for 20 ms: its voltage is at its limit then. Else e_d is no larger
+//! than |i|.
 //!
 //! J is |i|, and J* the size of the current that the loop is to make, behind a lag of 5 ms and a
 //! period of its bandwidth. That current is the target as far as the largest voltage u_m suffices,
@@ -44,6 +45,7 @@
 use crate::control::current_sensor::{CurrentSensor, Driven};
 use crate::control::encoder::Direction;
 use crate::safety::fault::Fault;
+use crate::units::saturation::saturate;
 
 /// Time constant of the lag, and time for which a condition has to hold, s.
 const TIME: f32 = 0.02;
@@ -161,8 +163,8 @@ pub struct MotorCurrentState {
     target: f32,
     /// Current that a loop can make of its targets, A.
     reached: f32,
-    /// Whether the current of a loop was its target.
-    is_settled: bool,
+    /// Ticks in a row in which the current of a loop is not its target.
+    unsettled: u16,
     /// Ticks in a row in which a condition holds; and in which a current loop is silent.
     odd: u16,
     silent: u16,
@@ -295,10 +297,11 @@ impl MotorCurrent {
         if self.regulated.is_some() {
             let off = (driven.target - state.current * self.resistance).abs();
             let is_settled = off <= SETTLED * driven.target.abs() + self.least * self.resistance;
-            let was_settled = core::mem::replace(&mut state.is_settled, is_settled);
-            if !(is_settled && was_settled) {
-                let most = state.current.abs() * self.resistance;
-                at_least = at_least.abs().min(most).copysign(drives);
+            let unsettled = if is_settled { 0 } else { state.unsettled.saturating_add(1) };
+            let was_settled = core::mem::replace(&mut state.unsettled, unsettled) == 0;
+            // A voltage that does not reach the target for longer is that of all periods.
+            if unsettled < self.ticks && !(is_settled && was_settled) {
+                (at_least, _) = saturate(at_least, state.current.abs() * self.resistance);
             }
         }
         let lag = |before: f32, now: f32| before + (now - before) * self.share;
@@ -351,10 +354,10 @@ impl MotorCurrent {
         let induced = self.back_emf * driven.speed;
         let against = if driven.target < 0.0 { -induced } else { induced };
         let room = of.most * driven.supply - against - INDUCED * induced.abs() - self.lost;
-        let target = driven.target.abs().min(room).max(0.0).copysign(driven.target);
-        let slope = of.slope * driven.supply;
+        let (target, _) = saturate(driven.target, room.max(0.0));
         let change = target / self.resistance - state.reached;
-        state.reached += change.min(slope).max(-slope);
+        let (change, _) = saturate(change, of.slope * driven.supply);
+        state.reached += change;
         state.size += (state.current.abs() - state.size) * of.share;
         state.target += (state.reached.abs() - state.target) * of.share;
         state.target > self.least && state.size < NONE * state.target
@@ -465,6 +468,19 @@ mod tests {
             let is_found = fault == Fault::MotorOpen && (2005..2040).contains(&tick);
             assert!(is_found, "{every}, {is_alternating}: {fault:?} in tick {tick}");
         }
+    }
+
+    /// A blocked joint, 8 V commanded. The sensor reads a third of the current, so the loop puts out
+    /// its 12 V, and 6 A flow.
+    #[test]
+    fn a_sensor_that_reads_a_third_is_found_though_the_loop_does_not_reach_its_target() {
+        let sensor = regulated();
+        let driven = Driven { effort: 12.0, target: 8.0, speed: 0.0, supply: 1.0, travel: 0 };
+        let (fault, tick) = trips(&sensor, driven, |_| 2.0).unwrap();
+        assert!(fault == Fault::MotorOpen && tick < 100, "{fault:?} {tick}");
+        // With the whole current, the voltage is 8 V.
+        let driven = Driven { effort: 8.0, ..driven };
+        assert_eq!(trips(&sensor, driven, |_| 4.0), None);
     }
 
     #[test]

@@ -117,7 +117,8 @@ impl CurrentPath {
         Ok(limit.map(|limit| limit.bounds(&mut self.limit_state, current, driven)))
     }
 
-    /// Measures the current of a tick in a short brake, and returns whether it is beyond `peak_a`.
+    /// Measures the current of a tick in a short brake, and returns whether it is beyond
+    /// `peak_a` by a quarter.
     #[cold]
     pub fn brakes_beyond(&mut self, reading: u16) -> bool {
         let current = self.sensor.measure(&mut self.state, reading);

@@ -356,11 +356,11 @@ impl Servo {
         let tick = control_loop.tick(seen, input.supply);
         if let Some((fault, value)) = trip {
             self.latch(LatchedFault { fault, tick: self.clock, value });
-            return self.tripped(tick);
+            return self.tripped(&tick);
         }
         if tick.non_finite {
             self.fault(Fault::NonFinite);
-            return self.tripped(tick);
+            return self.tripped(&tick);
         }
         if let Some(trip) =
             control_loop.monitors.check(&mut control_loop.watch, seen, &tick, input.supply)
@@ -369,7 +369,7 @@ impl Servo {
             let brakes = trip.fault == Fault::LinkTimeout && self.begin_to_rest(Some(latched));
             if !brakes {
                 self.latch(latched);
-                return self.tripped(tick);
+                return self.tripped(&tick);
             }
         }
         self.velocity = tick.velocity;

@@ -18,12 +18,13 @@
 //!
 //! It ends after `short_brake_s`, counted in ticks, whether the joint rests or not: an encoder that
 //! has failed reads as rest. It ends at once with a stop, a fault that has no short brake, the
-//! clearing of the fault, other parameters, and a measured current beyond `peak_a`. The watchdog of
+//! clearing of the fault, other parameters, a measured current beyond `peak_a` by a quarter, and a
+//! supply outside its limits. Of the monitors, only that of the supply goes on. The watchdog of
 //! the converter stays on. Under a current loop the duty is neutral and the loop does not regulate.
 //!
 //! Guarantees: the effort is zero, and the bridge is off after `short_brake_s`.
 //! Does badly: without a sensor, only the resistance of the winding limits the current; at a speed
-//! whose back-EMF exceeds `R peak_a` a joint with a sensor is braked for a tick and then coasts. A
+//! whose back-EMF exceeds `1.25 R peak_a` a joint with a sensor is braked for a tick and then coasts. A
 //! load that drives the joint is slowed down, not held. The heat of the brake is not counted.
 
 use super::stopping::{Phase, Transition};
@@ -57,8 +58,8 @@ impl Servo {
     /// Returns the output of the tick in which a fault has been latched.
     #[cold]
     #[inline(never)]
-    pub(super) fn tripped(&mut self, tick: Tick) -> Output {
-        let off = self.off(tick);
+    pub(super) fn tripped(&mut self, tick: &Tick) -> Output {
+        let off = self.off(*tick);
         let Some(Transition { phase: Phase::ShortBrake, left, .. }) = &mut self.transition else {
             return off;
         };
@@ -81,6 +82,9 @@ impl Servo {
         let mut tick = Tick::default();
         if let Some(control_loop) = &mut self.control_loop {
             control_loop.monitors.idle(&mut control_loop.watch, &self.follower.seen);
+            if control_loop.monitors.is_supply_out(input.supply) {
+                self.transition = None;
+            }
             if let Some(path) = &mut control_loop.current {
                 let is_beyond = path.brakes_beyond(input.current);
                 tick.current = path.current();
@@ -89,6 +93,6 @@ impl Servo {
                 }
             }
         }
-        self.tripped(tick)
+        self.tripped(&tick)
     }
 }

@@ -154,10 +154,10 @@ fn a_joint_that_is_not_driven_has_no_short_brake() {
 
 /// At 90 deg/s the back-EMF of 7.14 V has a current of 2.84 A.
 #[test]
-fn a_braking_current_beyond_its_peak_lets_the_joint_coast() {
+fn a_braking_current_beyond_its_peak_by_a_quarter_lets_the_joint_coast() {
     let current = K * SPEED.to_radians() / R;
     for effort in EFFORTS {
-        for (peak, is_beyond) in [("2.5", true), ("3.2", false), ("off", false)] {
+        for (peak, is_beyond) in [("2.0", true), ("2.5", false), ("off", false)] {
             let key = format!("current_sensor.peak_a={peak}");
             let mut device = at_speed(&[effort, &[key.as_str()]].concat(), SPEED);
             device.device.servo().fault(Fault::EncoderJump);

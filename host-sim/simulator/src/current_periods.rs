@@ -111,15 +111,17 @@ impl BareCurrentLoop {
         Some(Self { of, back_emf, shunt, periods: CurrentPeriods::default() })
     }
 
-    /// Drives the motor of a plant from a tick to the next one.
+    /// Drives the motor of a plant from a tick to the next one, under the code that takes effect
+    /// now.
     pub fn drive<S: AxisSolver>(
         &mut self,
         plant: &mut Plant<S>,
         tick: &Tick,
+        code: i16,
         on_event: &mut impl FnMut(Event),
     ) {
         let induced = (self.back_emf * tick.velocity) as i16;
-        let command = BridgeCommand::Regulate(CurrentTarget { effort: tick.code, induced });
+        let command = BridgeCommand::Regulate(CurrentTarget { effort: code, induced });
         let sample_time_s = plant.sample_time_s();
         let mut motor = PlantMotor { plant, shunt: &self.shunt, on_event };
         let regulated = RegulatedTick { of: self.of, command, window: None };

@@ -316,6 +316,11 @@ impl<S: AxisSolver> Plant<S> {
         f64::from(code) * self.lsb_v
     }
 
+    /// Returns the code of an effort, V.
+    pub fn code(&self, effort_v: f64) -> i16 {
+        (effort_v / self.lsb_v).round() as i16
+    }
+
     /// Puts out the code of a sample, and returns the effort that takes effect now, V.
     #[inline]
     pub fn put_out(&mut self, code: i16) -> f64 {

@@ -140,7 +140,9 @@ impl Target for BareLoop<'_> {
         on_event: &mut impl FnMut(Event),
     ) {
         match &mut self.current_loop {
-            Some(current_loop) => current_loop.drive(plant, tick, on_event),
+            Some(current_loop) => {
+                current_loop.drive(plant, tick, plant.code(effort_v), on_event);
+            }
             None => plant.hold(effort_v, plant.sample_time_s(), on_event),
         }
     }
@@ -300,10 +302,13 @@ impl Target for WatchedServo {
         on_event: &mut impl FnMut(Event),
     ) {
         let sample_time_s = plant.sample_time_s();
-        let Some(regulated) = self.regulated else {
+        let Some(mut regulated) = self.regulated else {
             plant.hold(effort_v, sample_time_s, on_event);
             return;
         };
+        if let BridgeCommand::Regulate(target) = &mut regulated.command {
+            target.effort = plant.code(effort_v);
+        }
         let mut motor = PlantMotor { plant, shunt: &self.shunt, on_event };
         self.periods.pass(&mut motor, sample_time_s, regulated);
         self.current = self.periods.reading();

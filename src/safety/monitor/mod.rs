@@ -284,6 +284,11 @@ impl Monitors {
         self.supply.is_out(supply)
     }
 
+    /// Returns whether a reading of the supply is outside its limits.
+    pub const fn is_supply_out(&self, supply: u16) -> bool {
+        self.supply.is_out(supply).is_some()
+    }
+
     /// Returns whether the friction is unknown, so that only an open loop may be armed.
     pub const fn is_friction_unknown(&self) -> bool {
         self.is_friction_unknown

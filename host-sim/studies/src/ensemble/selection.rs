@@ -62,6 +62,13 @@ pub fn families_under(
             "--bridge {name} does not go with --plant {of}: the motors of an arm have no electrics"
         )));
     }
+    if condition == Condition::SamplingJitter && bridge == Bridge::Current {
+        return Err(Error::Input(
+            "--bridge current does not go with --condition sampling-jitter: a current loop is in \
+             step with the ticks"
+                .into(),
+        ));
+    }
     match found.iter().find(|family| !condition.fits(**family)) {
         Some(family) => {
             let (name, of) = (condition.name(), family.name());
