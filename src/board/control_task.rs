@@ -115,8 +115,8 @@ impl ControlTask {
         }
     }
 
-    /// Latches faults, and starts the pulse of the brake resistor, if there is one, for the reading of
-    /// the supply that this tick reads as well.
+    /// Latches faults, and starts the pulse of the brake resistor, if there is one, for the reading
+    /// of the supply that this tick reads as well.
     #[cold]
     #[inline(never)]
     fn brake(&mut self) {
@@ -210,8 +210,8 @@ impl ControlTask {
     #[inline(never)]
     fn regulate(&mut self, output: &Output) -> bool {
         if output.state != State::Armed {
-            // A short brake: the watchdog over the current stays on. If the bridge was off, the loop
-            // begins and ends in the next tick; its target is not that of a motion before.
+            // A short brake: the watchdog over the current stays on. If the bridge was off, the
+            // loop begins and ends in the next tick; its target is not that of a motion before.
             self.converter.end_loop();
             current_loop::aim(CurrentTarget::default());
             return self.bridge.drive(output.duty(), output.tick.status);

@@ -11,8 +11,8 @@
 //! resistor tolerates forever, and E_max the energy that it tolerates beyond that. Once E has
 //! reached E_max, d is the duty of the power P. A joint that goes on to brake then lifts the supply
 //! until its monitor trips (fault 20). The board runs the law in every tick, beside the servo, also
-//! with the output off and after a fault: a joint that coasts, or another drive on the supply, feeds
-//! back as well.
+//! with the output off and after a fault: a joint that coasts, or another drive on the supply,
+//! feeds back as well.
 //!
 //! A reading is one tick old, so the supply with a capacitance C follows
 //! `V'' = V' - a (V - from) + ...`, with `a = h full / (R C (full - from))`. It is stable for

@@ -22,8 +22,8 @@
 
 use crate::control::current_sensor::{CurrentSensor, Driven};
 
-/// Largest current beside the limited effort, as a part of the limit: the overshoot of a current loop
-/// is below a tenth, and noise adds to it.
+/// Largest current beside the limited effort, as a part of the limit: the overshoot of a current
+/// loop is below a tenth, and noise adds to it.
 const BEYOND: f32 = 1.25;
 
 /// Time in which a limit that was lowered by the measured current rises again, s.

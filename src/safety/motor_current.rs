@@ -36,11 +36,11 @@
 //! ms and an effort of twice `R i_0 + V_d`, an open wire is found within 0.1 s.
 //! Does badly: one shunt in line with the motor does not distinguish an open wire from a bridge
 //! that is not enabled or not supplied; a joint that coasts almost without friction looks as if its
-//! sensor was dead; in a current loop, whose condition lasts a few ms, so does one that loses less
-//! than a tenth of its speed to its friction meanwhile. An effort below `R i_0 + V_d` shows none of these faults. A
-//! resistance that is off by more than a factor of two is reported as a short or as an open wire,
-//! and so is a motor that crosses the slack before an encoder on the load. A sensor that reads half
-//! of the current is no fault: the heat is then that of 0.7 times the expected current, half of it.
+//! sensor was dead, and in a current loop one that a load accelerates. An effort below `R i_0 +
+//! V_d` shows none of these faults. A resistance that is off by more than a factor of two is
+//! reported as a short or as an open wire, and so is a motor that crosses the slack before an
+//! encoder on the load. A sensor that reads half of the current is no fault: the heat is then that
+//! of 0.7 times the expected current, half of it.
 
 use crate::control::current_sensor::{CurrentSensor, Driven};
 use crate::control::encoder::Direction;
@@ -470,8 +470,8 @@ mod tests {
         }
     }
 
-    /// A blocked joint, 8 V commanded. The sensor reads a third of the current, so the loop puts out
-    /// its 12 V, and 6 A flow.
+    /// A blocked joint, 8 V commanded. The sensor reads a third of the current, so the loop puts
+    /// out its 12 V, and 6 A flow.
     #[test]
     fn a_sensor_that_reads_a_third_is_found_though_the_loop_does_not_reach_its_target() {
         let sensor = regulated();

@@ -22,10 +22,10 @@
 //! supply outside its limits. Of the monitors, only that of the supply goes on. The watchdog of
 //! the converter stays on. Under a current loop the duty is neutral and the loop does not regulate.
 //!
-//! Guarantees: the effort is zero, and the bridge is off after `short_brake_s`.
-//! Does badly: without a sensor, only the resistance of the winding limits the current; at a speed
-//! whose back-EMF exceeds `1.25 R peak_a` a joint with a sensor is braked for a tick and then coasts. A
-//! load that drives the joint is slowed down, not held. The heat of the brake is not counted.
+//! Guarantees: the effort is zero, and the bridge is off after `short_brake_s`. Does badly: without
+//! a sensor, only the resistance of the winding limits the current; at a speed whose back-EMF
+//! exceeds `1.25 R peak_a` a joint with a sensor is braked for a tick and then coasts. A load that
+//! drives the joint is slowed down, not held. The heat of the brake is not counted.
 
 use super::stopping::{Phase, Transition};
 use super::{BrakeCommand, Input, Output, Servo, State};

@@ -137,8 +137,8 @@ fn fails(law: &str, fail: impl Fn(&mut SimulatedDevice)) -> (Fault, u32, f64) {
 }
 
 /// A current that is missing takes 6 ms ln 4 and 6 ms more, one that is too large a period of the
-/// PWM. The farthest is below 2 deg: the loop drives with up to its largest voltage until the fault,
-/// and the joint coasts. Without a current it loses speed; without a reading it gains some.
+/// PWM. The farthest is below 2 deg: the loop drives with up to its largest voltage until the
+/// fault, and the joint coasts. Without a current it loses speed; without a reading it gains some.
 #[test]
 fn each_failure_in_a_current_loop_is_its_own_fault() {
     for law in LAWS {

@@ -158,8 +158,8 @@ fn failures_of_wires_and_sensor_are_the_same_faults_as_on_a_simulated_device() {
 }
 
 /// The file has three times the resistance of the winding: a current is three times the expected
-/// one, and more than twice of it with 0.2 A. Its lag of 20 ms and the 20 ms of the condition are 40
-/// ticks, and the soft start is 20.
+/// one, and more than twice of it with 0.2 A. Its lag of 20 ms and the 20 ms of the condition are
+/// 40 ticks, and the soft start is 20.
 #[test]
 fn a_winding_with_a_third_of_its_resistance_is_too_much_current_as_on_a_simulated_device() {
     let set = [

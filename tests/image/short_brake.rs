@@ -99,7 +99,8 @@ fn an_image_brakes_short_as_a_simulated_device_does_bit_for_bit() {
             output = device.tick();
         }
         let (mut on, mut off) = (0, 0);
-        // The joint rests at the end: position and current before that are those of another instant.
+        // The joint rests at the end: position and current before that are those of another
+        // instant.
         while off < 200 {
             assert_eq!(seen.tick, output.tick, "{set:?}");
             assert_eq!(seen.bridge.is_on(), output.enable, "{set:?}");

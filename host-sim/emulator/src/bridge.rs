@@ -32,7 +32,8 @@ pub struct BridgeInputs {
     pub reverse: bool,
     /// Whether the timer drives its outputs, and they are connected to their pins.
     pub outputs: bool,
-    /// Steps of the brake resistor's pulse that runs: from the compare value to the end of the count.
+    /// Steps of the brake resistor's pulse that runs: from the compare value to the end of the
+    /// count.
     pub brake_steps: u16,
     /// Level of the bridge's enable: that of the pin, behind the contact of the emergency stop.
     pub enable: bool,

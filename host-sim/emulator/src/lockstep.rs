@@ -9,7 +9,8 @@
 //! plant is then moved by a whole sample at once, and the edges to its new position are sent before
 //! the next tick. The motor's current at the end of that sample is on its pin from there on, and is
 //! converted once, at the next trigger of the timer: further conversions would read the same. A
-//! supply with a capacitor is on its pin from there on as well; the next tick starts its conversion.
+//! supply with a capacitor is on its pin from there on as well; the next tick starts its
+//! conversion.
 //!
 //! Under a current loop the plant is moved once a period of the PWM, at the upper end of its count:
 //! by half a period, of which the current is converted, and by the other half at once. Edges to the

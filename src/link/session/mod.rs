@@ -52,8 +52,8 @@ pub trait Machine {
     /// save, or if the supply is too low.
     fn save(&mut self, parameters: &Parameters) -> Result<u32, RequestRefusal>;
 
-    /// Prepares timers, watchdog and brake resistor for new parameters before these are in use: their
-    /// sample time, PWM and dead time. The output is off, and stays so.
+    /// Prepares timers, watchdog and brake resistor for new parameters before these are in use:
+    /// their sample time, PWM and dead time. The output is off, and stays so.
     ///
     /// # Errors
     /// Returns an error if the watchdog cannot follow. Nothing has changed then.

@@ -76,7 +76,7 @@ pub const MUTATIONS: &[Mutation] = &[
         "a dead sensor in a current loop is no fault while the effort changes its sign",
         Suite::Core, &["a_current_loop_without_a_current_is_found_in_16_ms"]),
     fault("src/safety/motor_current.rs",
-        ["if !(is_settled && was_settled) {",
+        ["if unsettled < self.ticks && !(is_settled && was_settled) {",
          "if false {"],
         "pulses that a slow winding cannot follow are a missing current",
         Suite::Core, &["pulses_that_a_slow_winding_cannot_follow"]),

@@ -2,7 +2,8 @@
 //!
 //! | figure | from a data sheet |
 //! |---|---|
-//! | J, B | inertia and viscous friction with the back-EMF, both nominal; with a current loop without it |
+//! | J, B | nominal inertia and viscous friction; with the back-EMF unless a current loop feeds it
+//! |
 //! | F_lo | half of the lowest slip friction, less a load that this friction holds |
 //! | F_hi | twice the highest stick friction with that load |
 //! | u_L | constant load and unbalance, if the lowest slip friction does not hold them; else 0 |

@@ -1,5 +1,5 @@
 //! Electrics of drawn joints: the winding against closed forms, and a few joints under `robust`
-//! with a current loop. All required values are in tests/evidence/current.md.
+//! with a current loop. tests/evidence/current.md has more joints.
 
 use dynamics::joint::{AnyJoint, Joint, Train};
 
@@ -91,7 +91,7 @@ fn tracking(rows: &[CaseResult]) -> f64 {
     SortedValues::new(rms).quantile(0.5).unwrap()
 }
 
-/// Of 500 joints, the medians with a hot winding and a low supply are 1.0 and 2.1 times the nominal
+/// Of 200 joints, the medians with a hot winding and a low supply are 1.0 and 5 times the nominal
 /// one.
 #[test]
 fn a_current_loop_keeps_success_and_tracking_of_a_hot_winding_on_a_low_supply() {
