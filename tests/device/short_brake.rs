@@ -114,7 +114,8 @@ fn each_fault_has_the_reaction_of_its_row_on_the_page() {
 
 #[test]
 fn a_stop_a_clearing_and_a_fault_of_the_bridge_end_a_short_brake_at_once() {
-    let ends: [(&str, fn(&mut SimulatedDevice)); 6] = [
+    type End = fn(&mut SimulatedDevice);
+    let ends: [(&str, End); 6] = [
         ("stop", |device| device.device.servo().come_to_rest()),
         ("clear", |device| device.device.servo().clear().unwrap()),
         ("break input", |device| device.device.servo().fault(Fault::BreakInput)),
