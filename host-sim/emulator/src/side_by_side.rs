@@ -27,9 +27,10 @@ use super::setup::BoardSetup;
 use dynamics::solver::AxisSolver;
 use files::error::Error;
 use simulator::closed_loop::ClosedLoop;
+use simulator::counters::Counters;
 use simulator::plant::{DelayLine, Discs};
 use simulator::run::Recording;
-use simulator::target::{BareLoop, Counters, Target};
+use simulator::target::{BareLoop, Target};
 
 /// Reason of an early end of a run.
 #[derive(Debug)]

@@ -9,6 +9,7 @@
 
 pub mod both_sides;
 pub mod closed_loop;
+pub mod counters;
 pub mod current_periods;
 pub mod dc_link;
 pub mod device;

@@ -12,7 +12,7 @@
 
 use stiction::control::encoder::Direction;
 
-use crate::target::Counters;
+use crate::counters::Counters;
 use dynamics::joint::RunJoint;
 use dynamics::mechanism::RobotAxis;
 use dynamics::solver::{AxisSolver, Event};

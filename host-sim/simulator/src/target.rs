@@ -15,9 +15,10 @@ use stiction::control::encoder::EncoderState;
 use stiction::control::profile::Profile;
 use stiction::control::reference::Reference;
 use stiction::safety::fault::LatchedFault;
-use stiction::servo::{Boot, EncoderReading, Input, Refusal, State};
+use stiction::servo::{Boot, Input, Refusal, State};
 use stiction::{Controller, Course, CourseState, Motion, Parameters, Reading, Servo, Tick};
 
+use crate::counters::Counters;
 use crate::current_periods::{
     BareCurrentLoop, BridgeCommand, CurrentPeriods, PlantMotor, RegulatedTick, SensedMotor,
 };
@@ -26,39 +27,6 @@ use crate::shunt::Shunt;
 use dynamics::solver::{AxisSolver, Event};
 use files::error::Error;
 use files::hardware::STM32F405;
-
-/// Readings of the counters of a joint's encoders.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Counters {
-    /// Counter of the encoder that measures the position: of two, that of the load.
-    pub position: u32,
-    /// Counter of the motor's own encoder, if the joint has two.
-    pub motor: Option<u32>,
-}
-
-impl Counters {
-    /// Returns the reading of a joint with one encoder.
-    pub const fn one(position: u32) -> Self {
-        Self { position, motor: None }
-    }
-
-    /// Returns the input of a servo, with a reading of the supply, for driven lines and a closed
-    /// contact of an emergency stop.
-    pub const fn input(&self, supply: u16) -> Input {
-        let Self { position, motor } = *self;
-        let (counter, load) = match motor {
-            Some(motor) => (motor, position),
-            None => (position, 0),
-        };
-        Input {
-            counter,
-            supply,
-            lines: Input::CONTACT,
-            current: 0,
-            load: EncoderReading { counter: load, lines: 0, is_missing: false },
-        }
-    }
-}
 
 /// A driver of a plant: computes a duty from the encoders' counters in each sample.
 pub trait Target {

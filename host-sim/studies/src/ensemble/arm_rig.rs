@@ -13,8 +13,9 @@ use super::motions::Approach;
 use super::rig::{Amplified, armed, failure};
 use dynamics::joint::GearedArm;
 use files::error::Error;
+use simulator::counters::Counters;
 use simulator::rules::{ControllerGains, JointBounds};
-use simulator::target::{Counters, Target as _};
+use simulator::target::Target as _;
 
 /// Two servos and their arm.
 #[derive(Debug)]

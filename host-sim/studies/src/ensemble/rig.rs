@@ -22,9 +22,10 @@ use super::measures::CaseSample;
 use super::motions::Approach;
 use dynamics::joint::{AnyJoint, CountNoise, DiscSide, Joint, JointEncoder, Turn};
 use files::error::Error;
+use simulator::counters::Counters;
 use simulator::plant::{Delay, DelayLine};
 use simulator::rules::{ControllerGains, JointBounds};
-use simulator::target::{Counters, Target, WatchedServo};
+use simulator::target::{Target, WatchedServo};
 
 /// Torque of a brake that holds any joint, in multiples of the effort limit.
 const BRAKE: f64 = 10.0;
