@@ -2,10 +2,10 @@
 //! constant was tuned with. The test lasts minutes and is in the long run only. It prints the table
 //! of tests/evidence/current.md.
 
+use super::bridge::Bridge;
 use super::case_result::CaseResult;
 use super::condition::Condition;
 use super::drawn_case::DrawOptions;
-use super::electrics::Bridge;
 use super::family::Family;
 use super::motions::Approach;
 use super::rows::{EnsembleHeader, sort};

@@ -6,13 +6,13 @@
 use std::f64::consts::{LN_2, PI, TAU};
 
 use super::arm_draw;
+use super::bridge::Electrics;
 use super::condition::Condition;
 use super::distribution::{Draws, Purpose};
 use super::drawn_case::{
     BREAKAWAY, Case, DrawOptions, EFFORT, GEAR_BACKLASH_DEG, HARD_BREAKAWAY, NOMINAL, Trapezoid,
     UnitScale, wall,
 };
-use super::electrics::Electrics;
 use super::family::Family;
 use super::thesis_draw;
 use dynamics::joint::{

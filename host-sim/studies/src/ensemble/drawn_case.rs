@@ -4,8 +4,8 @@ use dynamics::joint::{ArmDescription, Description, JointEncoder, Stops};
 use simulator::plant::Delay;
 use simulator::rules::{ControllerGains, GainRule, JointBounds, SampledLoop};
 
+use super::bridge::{Bridge, Electrics};
 use super::condition::Condition;
-use super::electrics::{Bridge, Electrics};
 use super::family::Family;
 
 /// Nominal inertia of the SI families, kg m^2, and viscous friction, N m s/rad.

@@ -26,32 +26,16 @@
 //! Does badly: speed and torque count as constant for a period of the PWM, or for 0.25 ms if the
 //! effort is a voltage. With the bridge off, the current ends at once.
 
-use serde::{Deserialize, Serialize};
 use stiction::Parameters;
 use stiction::control::controller::EffortMode;
 use stiction::control::current_sensor::CurrentSensor;
 
+use super::bridge::{Bridge, Electrics};
 use super::distribution::Draws;
 use super::drawn_case::{Case, UnitScale};
-use super::family::Family;
 use dynamics::joint::{AnyJoint, CountNoise, Description, Joint, Train};
-use files::setup::name_of;
 use simulator::current_periods::SensedMotor;
 use simulator::shunt::Shunt;
-
-/// What the bridge of a joint makes of an effort.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-#[cfg_attr(feature = "command-line", derive(clap::ValueEnum))]
-pub enum Bridge {
-    /// A torque: the amplifier is ideal, and the back-EMF is a part of the viscous friction.
-    #[default]
-    Ideal,
-    /// The voltage of a motor with electrics.
-    Voltage,
-    /// The current of a motor with electrics, by a current loop.
-    Current,
-}
 
 /// Bounds of the time constant L/R, s.
 const WINDING_S: [f64; 2] = [1e-4, 1e-3];
@@ -65,37 +49,6 @@ const NOISE: f64 = 3.0 / 1650.0;
 const PWM_HZ: f64 = 21e3;
 /// Time for which the speed counts as constant if the effort is a voltage, s.
 const CONSTANT_S: f64 = 0.25e-3;
-
-impl Bridge {
-    /// Returns the name in options and reports.
-    pub fn name(self) -> String {
-        name_of(&self)
-    }
-
-    /// Returns whether the joints of a family can have it.
-    pub const fn fits(self, family: Family) -> bool {
-        matches!(self, Self::Ideal) || !family.is_arm()
-    }
-
-    /// Returns the suffix that tables append to the name of a family; empty for `Ideal`.
-    pub(super) fn suffix(self) -> String {
-        match self {
-            Self::Ideal => String::new(),
-            Self::Voltage | Self::Current => format!(", {} bridge", self.name()),
-        }
-    }
-}
-
-/// The electrics of a joint.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Electrics {
-    /// What the bridge makes of an effort.
-    pub bridge: Bridge,
-    /// Time constant L/R of the configured winding, s.
-    pub lag_s: f64,
-    /// Damping by the back-EMF with the configured resistance, in the units of the joint.
-    pub damping: f64,
-}
 
 impl Electrics {
     /// Draws the electrics of a case, and takes them out of its joint. Returns `None` for an ideal

@@ -4,11 +4,12 @@
 use dynamics::joint::{AnyJoint, Joint, Train};
 
 use super::assemble::parameters;
+use super::bridge::Bridge;
 use super::case::run_and_show;
 use super::case_result::CaseResult;
 use super::condition::Condition;
 use super::drawn_case::{Case, DrawOptions};
-use super::electrics::{Bridge, DrivenWinding, Winding};
+use super::electrics::{DrivenWinding, Winding};
 use super::family::Family;
 use super::motions::Motions;
 use super::statistics::SortedValues;

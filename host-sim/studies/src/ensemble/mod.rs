@@ -22,6 +22,7 @@ mod arm_case;
 mod arm_draw;
 mod arm_rig;
 mod assemble;
+mod bridge;
 mod case;
 mod case_result;
 mod condition;
@@ -81,11 +82,11 @@ mod tune;
 #[cfg(test)]
 mod two_encoders_tests;
 
+pub use bridge::Bridge;
 pub use case::run_and_show;
 pub use case_result::{CaseResult, JudgedMotion};
 pub use condition::Condition;
 pub use drawn_case::{Case, DrawOptions};
-pub use electrics::Bridge;
 pub use family::{Family, FamilyUnits};
 pub use figures::{charts, traces};
 pub use follow::{

@@ -13,9 +13,10 @@ use stiction::control::signal::MAX_LAW_SIGNALS;
 use stiction::safety::fault::Fault;
 
 use super::assemble::parameters;
+use super::bridge::Bridge;
 use super::condition::{Condition, EccentricDisc, JitteringTicks};
 use super::drawn_case::Case;
-use super::electrics::{Bridge, DrivenWinding, Winding};
+use super::electrics::{DrivenWinding, Winding};
 #[cfg(test)]
 use super::failed_sensor::FailedSensor;
 use super::measures::CaseSample;

@@ -19,9 +19,9 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
+use super::bridge::Bridge;
 use super::case_result::CaseResult;
 use super::condition::Condition;
-use super::electrics::Bridge;
 use super::group::Group;
 use super::machine_file::MachineEnsemble;
 use super::motions::Approach;

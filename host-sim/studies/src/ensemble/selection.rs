@@ -2,8 +2,8 @@
 
 use std::ops::RangeInclusive;
 
+use super::bridge::Bridge;
 use super::condition::Condition;
-use super::electrics::Bridge;
 use super::family::Family;
 use files::error::Error;
 
