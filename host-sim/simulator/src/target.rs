@@ -6,7 +6,7 @@
 //! ```
 //!
 //! [`ClosedLoop`](crate::closed_loop::ClosedLoop) steps each of them against a
-//! [`Plant`](crate::plant::Plant). The flash image in lockstep is `emulator/side_by_side.rs`.
+//! [`Plant`]. The flash image in lockstep is `emulator/side_by_side.rs`.
 
 use stiction::control::controller::EffortMode;
 use stiction::control::current_loop::CurrentTarget;

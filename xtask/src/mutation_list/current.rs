@@ -21,7 +21,7 @@ pub const MUTATIONS: &[Mutation] = &[
         "a back-EMF that is off by a fifth is an open wire",
         Suite::Core, &["a_back_emf_that_is_off_by_a_fifth_is_no_fault_at_speed"]),
     fault("src/safety/motor_current.rs",
-        ["driven.speed.abs() > COASTS * state.speed.abs()",
+        ["driven.speed.abs() > kept * state.speed.abs()",
          "true"],
         "an open wire in motion is taken for a dead sensor",
         Suite::Device, &["each_failure_of_wires_supply_and_sensor_is_its_own_fault"]),

@@ -111,7 +111,7 @@ pub const MUTATIONS: &[Mutation] = &[
         "a short brake turns a bridge on whose driver wakes up",
         Suite::Device, &["a_joint_that_is_not_driven"]),
     fault("src/control/current_limit.rs",
-        ["current.abs() > self.peak",
+        ["current.abs() > BEYOND * self.peak",
          "current.abs() > 9.0 * self.peak"],
         "a braking current has no limit",
         Suite::Device, &["a_braking_current_beyond_its_peak"]),
