@@ -129,18 +129,18 @@ fn the_enable_pin_is_driven_low_before_the_clock_is_waited_for() {
 }
 
 #[test]
-fn a_debugger_that_stops_the_watchdogs_with_the_core_is_overruled_and_tim1_stops() {
+fn a_debugger_that_stops_the_watchdogs_with_the_core_is_overruled_and_the_outputs_stop() {
     let mut client = board(&["drive.pwm_hz=2000"]);
     // RM0090, DBGMCU: in the first register bit 11 is the window watchdog's, bit 12 the independent
-    // one's; in the second, bit 0 is TIM1's.
+    // one's; in the second, bit 0 is TIM1's and bit 1 TIM8's.
     let seen = [DBGMCU_APB1_FZ, DBGMCU_APB2_FZ].map(|address| register(&mut client, address));
-    assert_eq!((seen[0] & 0x1800, seen[1] & 1), (0, 1));
+    assert_eq!((seen[0] & 0x1800, seen[1] & 3), (0, 3));
     client.arm().unwrap();
     client
         .wire()
         .board
         .act(|halted| {
-            // What OpenOCD sets by default, a timer's bit, and TIM1 left running.
+            // What OpenOCD sets by default, a timer's bit, and TIM1 and TIM8 left running.
             halted.set_register(DBGMCU_APB1_FZ, 0x1801);
             halted.set_register(DBGMCU_APB2_FZ, 1 << 16);
         })
@@ -148,5 +148,5 @@ fn a_debugger_that_stops_the_watchdogs_with_the_core_is_overruled_and_tim1_stops
     assert_eq!(register(&mut client, DBGMCU_APB1_FZ), 0x1801, "the test has set them");
     client.pass(Duration::from_millis(60)).unwrap();
     assert_eq!(register(&mut client, DBGMCU_APB1_FZ), 1, "what is no watchdog's is the debugger's");
-    assert_eq!(register(&mut client, DBGMCU_APB2_FZ), 1 << 16 | 1);
+    assert_eq!(register(&mut client, DBGMCU_APB2_FZ), 1 << 16 | 3);
 }
