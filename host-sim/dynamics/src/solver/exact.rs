@@ -4,9 +4,9 @@
 //! `a = kappa (v - s F_d)`:
 //!
 //! ```text
-//! velocity(t) = velocity_0 e^(-lambda t) + a phi1(t)               phi1 = (1 - e^(-lambda t)) /
-//! lambda position(t) = position_0 + velocity_0 phi1(t) + a phi2(t)        phi2 = (t - phi1) /
-//! lambda
+//! velocity(t) = velocity_0 e^(-lambda t) + a phi1(t)
+//! position(t) = position_0 + velocity_0 phi1(t) + a phi2(t)
+//! phi1 = (1 - e^(-lambda t)) / lambda,   phi2 = (t - phi1) / lambda
 //! ```
 //!
 //! It comes to a halt at `t* = ln(1 - lambda velocity_0 / a) / lambda`. There it sticks if `|v| <=
