@@ -113,9 +113,6 @@ impl BareCurrentLoop {
 
     /// Drives the motor of a plant from a tick to the next one, under the code that takes effect
     /// now.
-    // Inlined, it slows down the closed loop of runs without a current loop.
-    #[cold]
-    #[inline(never)]
     pub fn drive<S: AxisSolver>(
         &mut self,
         plant: &mut Plant<S>,

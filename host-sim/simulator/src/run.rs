@@ -13,7 +13,7 @@ use crate::identification::RampFriction;
 use crate::metrics::{RunMetrics, is_unstable};
 use crate::plant::{Delay, Plant};
 use crate::progress::{Progress, Silent};
-use crate::target::{BareLoop, Target, WatchedServo};
+use crate::target::{BareLoop, RegulatedLoop, Target, WatchedServo};
 use dynamics::solver::{AxisSolver, Event, Rk4Axis};
 use files::data_sheet::UnseenSlack;
 use files::error::Error;
@@ -167,9 +167,12 @@ fn run_with<S: AxisSolver>(
         return Ok(result);
     }
     let ClosedLoop { controller, course, .. } = recording.closed_loop.clone();
-    let current_loop = plan.current_loop()?;
-    let mut target =
-        BareLoop::new(&controller, &course, counter, counts).with_current_loop(current_loop);
+    let mut target = BareLoop::new(&controller, &course, counter, counts);
+    if let Some(current_loop) = plan.current_loop()? {
+        let mut target = RegulatedLoop { bare: target, current_loop };
+        recording.step(&mut target, &mut plant);
+        return recording.judged(&plant.solver, &target.bare.state.ramp().findings());
+    }
     recording.step(&mut target, &mut plant);
     recording.judged(&plant.solver, &target.state.ramp().findings())
 }

@@ -55,8 +55,6 @@ pub struct BareLoop<'a> {
     encoder: EncoderState,
     /// State of the motor's own encoder, from the first tick on.
     motor: Option<EncoderState>,
-    /// The current loop, if the effort is a current.
-    current_loop: Option<BareCurrentLoop>,
     /// State of the core.
     pub state: CourseState,
 }
@@ -67,13 +65,7 @@ impl<'a> BareLoop<'a> {
         let encoder = EncoderState::start(counter, counts);
         let course = course.clone();
         let state = CourseState::start(controller, counts);
-        Self { controller, course, encoder, motor: None, current_loop: None, state }
-    }
-
-    /// Adds a current loop, which makes currents of the efforts.
-    #[must_use]
-    pub fn with_current_loop(self, current_loop: Option<BareCurrentLoop>) -> Self {
-        Self { current_loop, ..self }
+        Self { controller, course, encoder, motor: None, state }
     }
 
     /// Runs one tick; also returns whether a ramp has already ended.
@@ -98,8 +90,23 @@ impl Target for BareLoop<'_> {
         let (tick, is_over) = self.follow(counters);
         (!is_over).then_some(tick)
     }
+}
 
-    #[inline(always)]
+/// The control loop with a current loop behind it: no soft start, no monitors. A type of its own
+/// keeps the loop without one fast.
+#[derive(Clone, Debug)]
+pub struct RegulatedLoop<'a> {
+    /// The control loop.
+    pub bare: BareLoop<'a>,
+    /// The current loop, which makes currents of its efforts.
+    pub current_loop: BareCurrentLoop,
+}
+
+impl Target for RegulatedLoop<'_> {
+    fn tick(&mut self, counters: Counters) -> Option<Tick> {
+        self.bare.tick(counters)
+    }
+
     fn drive<S: AxisSolver>(
         &mut self,
         plant: &mut Plant<S>,
@@ -107,12 +114,7 @@ impl Target for BareLoop<'_> {
         effort_v: f64,
         on_event: &mut impl FnMut(Event),
     ) {
-        match &mut self.current_loop {
-            Some(current_loop) => {
-                current_loop.drive(plant, tick, plant.code(effort_v), on_event);
-            }
-            None => plant.hold(effort_v, plant.sample_time_s(), on_event),
-        }
+        self.current_loop.drive(plant, tick, plant.code(effort_v), on_event);
     }
 }
 
