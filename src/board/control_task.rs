@@ -217,8 +217,13 @@ impl ControlTask {
             return self.bridge.drive(output.duty(), output.tick.status);
         }
         // The voltage of the motion before is none of this one.
-        let voltage = if self.bridge.is_on() { current_loop::voltage() } else { 0 };
+        let is_on = self.bridge.is_on();
+        let voltage = if is_on { current_loop::voltage() } else { 0 };
         current_loop::aim(self.servo.regulate(&output.tick, voltage));
+        // Nor are the readings.
+        if is_on && let Some(sums) = current_loop::sums() {
+            self.servo.pulsed(&sums);
+        }
         self.bridge.drive_regulated(output.tick.status)
     }
 
@@ -227,7 +232,7 @@ impl ControlTask {
     #[cold]
     #[inline(never)]
     fn guard(&mut self) {
-        if let Some(with) = self.servo.current_loop() {
+        if let Some(with) = self.servo.period_work() {
             current_loop::begin(with);
         }
         if let Some(window) = self.servo.current_window() {

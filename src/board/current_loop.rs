@@ -6,13 +6,17 @@
 //! ```
 //!
 //! The interrupt is above the control task. A word is written and read at once, so neither waits
-//! for the other. A loop that begins is written while the interrupt is
-//! disabled.
+//! for the other. A loop that begins is written while the interrupt is disabled.
+//!
+//! In a measurement of the winding, the interrupt makes pulses in the place of the loop, and hands
+//! their readings over once they are over.
 
 use core::cell::UnsafeCell;
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
-use stiction::control::current_loop::{CurrentLoop, CurrentLoopState, CurrentTarget};
+use stiction::control::current_loop::CurrentTarget;
+use stiction::control::period_work::{PeriodState, PeriodWork};
+use stiction::control::winding_pulses::{GROUPS, GroupSums};
 
 use super::{bridge, converter};
 
@@ -23,7 +27,7 @@ static TARGET: AtomicU32 = AtomicU32::new(0);
 static VOLTAGE: AtomicU32 = AtomicU32::new(0);
 
 /// A loop that begins, on its way to the interrupt.
-struct Begins(UnsafeCell<Option<CurrentLoop>>);
+struct Begins(UnsafeCell<Option<PeriodWork>>);
 
 // SAFETY: the control task writes the cell while the converter's interrupt is disabled, and the
 // interrupt alone reads it.
@@ -34,10 +38,23 @@ static BEGINS: Begins = Begins(UnsafeCell::new(None));
 /// Whether the interrupt has not taken that loop.
 static IS_NEW: AtomicBool = AtomicBool::new(false);
 
-/// Begins a loop. The converter's interrupt must be disabled.
-pub fn begin(with: CurrentLoop) {
+/// Readings of pulses that are over, on their way to the control task.
+struct Sums(UnsafeCell<GroupSums>);
+
+// SAFETY: the interrupt writes the cell before it sets `HAS_SUMS`, and never afterwards; the
+// control task reads it only then, and resets the flag while the interrupt is disabled.
+unsafe impl Sync for Sums {}
+
+static SUMS: Sums = Sums(UnsafeCell::new([0; GROUPS]));
+
+/// Whether these readings are there.
+static HAS_SUMS: AtomicBool = AtomicBool::new(false);
+
+/// Begins the work of a motion. The converter's interrupt must be disabled.
+pub fn begin(with: PeriodWork) {
     // SAFETY: the interrupt is disabled, and the control task is the only one that calls this.
     unsafe { *BEGINS.0.get() = Some(with) };
+    HAS_SUMS.store(false, Ordering::Relaxed);
     VOLTAGE.store(0, Ordering::Relaxed);
     IS_NEW.store(true, Ordering::Release);
 }
@@ -53,8 +70,15 @@ pub fn voltage() -> i16 {
     VOLTAGE.load(Ordering::Relaxed) as i16
 }
 
-/// The current loop of the present motion, in the converter's interrupt.
-pub struct RunningLoop(Option<(CurrentLoop, CurrentLoopState)>);
+/// Returns the readings of the motion's pulses, once they are over.
+#[inline]
+pub fn sums() -> Option<GroupSums> {
+    // SAFETY: the interrupt does not write them any more.
+    HAS_SUMS.load(Ordering::Acquire).then(|| unsafe { *SUMS.0.get() })
+}
+
+/// The work of the present motion, in the converter's interrupt.
+pub struct RunningLoop(Option<(PeriodWork, PeriodState)>);
 
 impl RunningLoop {
     /// Waits for the first loop.
@@ -68,12 +92,19 @@ impl RunningLoop {
             IS_NEW.store(false, Ordering::Relaxed);
             // SAFETY: the control task does not write while this interrupt is enabled.
             let with = unsafe { *BEGINS.0.get() };
-            self.0 = with.map(|with| (with, CurrentLoopState::default()));
+            self.0 = with.map(|with| (with, PeriodState::default()));
         }
         let Some((with, state)) = &mut self.0 else { return };
         let target = CurrentTarget::unpack(TARGET.load(Ordering::Relaxed));
         let code = with.step(state, target, reading);
         bridge::set_duty(with.duty(code));
         VOLTAGE.store(code as u32, Ordering::Relaxed);
+        if let Some(sums) = with.sums(state)
+            && !HAS_SUMS.load(Ordering::Relaxed)
+        {
+            // SAFETY: the control task reads them only after the flag.
+            unsafe { *SUMS.0.get() = *sums };
+            HAS_SUMS.store(true, Ordering::Release);
+        }
     }
 }

@@ -75,6 +75,16 @@ impl CurrentSensor {
         self.full_scale > 0.0
     }
 
+    /// Returns the current of a reading, A, with the sign of the sensor's direction. `top` is the
+    /// largest reading of the converter.
+    pub fn unit(&self, top: u16) -> f32 {
+        let unit = self.full_scale / (0.5 * f32::from(top));
+        match self.direction {
+            Direction::Forward => unit,
+            Direction::Reverse => -unit,
+        }
+    }
+
     /// Returns the sensor with this full scale (A) and the limits that follow from it, for a
     /// winding with a resistance (ohm) and an inductance (H).
     #[must_use]

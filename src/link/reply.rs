@@ -10,6 +10,7 @@ use crate::control::signal::{self, Form};
 use crate::identification::{MapPoint, SPEEDS, Summary};
 use crate::motion::home::HomeFindings;
 use crate::motion::jog::JogFindings;
+use crate::motion::winding::WindingFindings;
 use crate::parameters::DecodeError;
 use crate::parameters::store::SaveError;
 use crate::servo::{self, FrictionLevels};
@@ -70,6 +71,9 @@ pub enum Reply {
     /// The answer to [`Request::ReadHome`](super::Request::ReadHome). There is nothing if the
     /// homing is not over, if a stop or a fault ended it, or if there was none.
     Home(Option<HomeFindings>),
+    /// The answer to [`Request::ReadWinding`](super::Request::ReadWinding). There is nothing if the
+    /// measurement is not over, if a stop or a fault ended it, or if there was none.
+    Winding(Option<WindingFindings>),
 }
 
 /// A signal, as a device announces it.

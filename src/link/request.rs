@@ -10,6 +10,7 @@ use crate::identification;
 use crate::motion::Motion;
 use crate::motion::home::HomeRequest;
 use crate::motion::jog::JogRequest;
+use crate::motion::winding::WindingRequest;
 
 /// A request or a reply with its number.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -199,6 +200,12 @@ pub enum Request {
     Home(HomeRequest),
     /// Read the findings of the last homing.
     ReadHome,
+    /// Measure the winding: arm, and pulse the motor at rest with a voltage. The effort must be a
+    /// current (`loop.effort`), since the board then works in each period of the PWM. The
+    /// measurement ends automatically.
+    MeasureWinding(WindingRequest),
+    /// Read the findings of the last measurement of the winding.
+    ReadWinding,
 }
 
 impl Request {
@@ -213,6 +220,7 @@ impl Request {
                 | Self::ReadLevels
                 | Self::ReadJog
                 | Self::ReadHome
+                | Self::ReadWinding
                 | Self::ReadMap
         )
     }

@@ -6,6 +6,7 @@ use crate::control::reference::{Reference, Step};
 use crate::control::signal::Tick;
 use crate::identification::{Identification, Ramp, RampState};
 use crate::motion::jog::{Jog, JogState};
+use crate::motion::winding::WindingTest;
 
 /// A motion that is prepared for a loop.
 #[allow(clippy::large_enum_variant)]
@@ -22,6 +23,8 @@ pub enum Course {
     /// The loop is open and applies the efforts of an identification, which ends automatically. The
     /// identification holds its own state, in the memory that a trajectory's corners would occupy.
     Identification(Identification),
+    /// The board pulses the winding, which ends automatically. The effort of a tick is zero.
+    Winding(WindingTest),
 }
 
 /// The state of a course from tick to tick.
@@ -66,12 +69,13 @@ impl Course {
             Self::Identification(identification) => {
                 identify(controller, remembered, reading, identification)
             }
+            Self::Winding(test) => measure(controller, remembered, reading, test),
         }
     }
 
     /// Returns whether the loop is open.
     pub(crate) const fn is_open(&self) -> bool {
-        matches!(self, Self::Ramp(_) | Self::Jog(_) | Self::Identification(_))
+        matches!(self, Self::Ramp(_) | Self::Jog(_) | Self::Identification(_) | Self::Winding(_))
     }
 
     /// Restarts the course together with the loop: otherwise, a profile and an identification would
@@ -83,6 +87,9 @@ impl Course {
         }
         if let Self::Identification(identification) = self {
             identification.restart();
+        }
+        if let Self::Winding(test) = self {
+            test.restart();
         }
     }
 }
@@ -99,6 +106,18 @@ fn identify(
     let tick = controller.open_loop(state, reading, |counts| identification.update(counts));
     identification.applied(tick.v_applied);
     tick
+}
+
+/// Runs a tick of a measurement of the winding. It is a separate function, so that the other
+/// courses do not become slower.
+#[inline(never)]
+fn measure(
+    controller: &Controller,
+    state: &mut ControllerState,
+    reading: Reading,
+    test: &mut WindingTest,
+) -> Tick {
+    controller.open_loop(state, reading, |counts| test.update(counts))
 }
 
 impl CourseState {
@@ -167,6 +186,7 @@ impl CourseState {
             Course::Ramp(_) => self.ramp.is_over(),
             Course::Jog(_) => self.jog.is_over(),
             Course::Identification(identification) => identification.is_over(),
+            Course::Winding(test) => test.is_over(),
         }
     }
 
@@ -174,7 +194,7 @@ impl CourseState {
     /// levels, a jog ends its way, and an identification ends a push without a reading.
     pub(crate) fn capped(&mut self, course: &mut Course) {
         match course {
-            Course::Follow(_) | Course::Profile(_) => {}
+            Course::Follow(_) | Course::Profile(_) | Course::Winding(_) => {}
             Course::Ramp(_) => self.ramp.abandon(),
             Course::Jog(_) => self.jog.capped(),
             Course::Identification(identification) => identification.capped(),

@@ -87,7 +87,7 @@ table! {
     }
 }
 
-const EFFORT: Key = key(JogBounds::ABOUT, "effort");
+pub(crate) const EFFORT: Key = key(JogBounds::ABOUT, "effort");
 const RATE: Key = key(JogBounds::ABOUT, "rate");
 const TRAVEL: Key = key(JogBounds::ABOUT, "travel");
 const SPEED: Key = key(JogBounds::ABOUT, "speed");

@@ -5,6 +5,7 @@
 //!                   data                         prepared +-> Profile   the same, with a state
 //!                                                         +-> Ramp      efforts, loop open
 //!                                           a link -------+-> Jog
+//!                                                         +-> WindingTest   pulses of the board
 //!                                             Home ---------> Profile   watched until a hard stop
 //! ```
 //!
@@ -15,6 +16,7 @@
 mod course;
 pub mod home;
 pub mod jog;
+pub mod winding;
 
 pub use course::{Course, CourseState};
 
@@ -155,6 +157,20 @@ pub(crate) const ABOUT: &[About] = &[
     about(home::TRAVEL, "home", "travel_deg", Kind::Number, "Largest travel of a homing, deg."),
     about(home::SPEED, "home", "speed_deg_per_s", Kind::Number, "Speed of a homing, deg/s."),
     about(home::TIME, "home", "time_s", Kind::Number, "Longest time of a homing, s."),
+    about(
+        winding::PERIODS,
+        "winding",
+        "periods",
+        Kind::Whole,
+        "Periods of the PWM in a group of readings of a measurement of the winding.",
+    ),
+    about(
+        winding::CYCLES,
+        "winding",
+        "cycles",
+        Kind::Whole,
+        "Cycles of a measurement of the winding.",
+    ),
     about(
         Key(CORNERS),
         "reference.trajectories",

@@ -14,7 +14,7 @@ use crate::control::controller::{Controller, ControllerConfig, EffortMode};
 use crate::control::current_loop;
 use crate::control::current_sensor::CurrentSensor;
 pub use crate::control::device_config::DeviceConfig;
-use crate::control::drive::{DriveConfig, PwmMode, pwm_top};
+use crate::control::drive::{Drive, DriveConfig, PwmMode, pwm_top};
 use crate::control::encoder::Encoder;
 #[cfg(feature = "two-encoders")]
 use crate::control::encoder::RESOLUTION;
@@ -31,6 +31,7 @@ use crate::identification::{self, IdentificationPlan, Ramp};
 use crate::load_encoder::as5047p;
 use crate::motion::home::{Home, HomeRequest};
 use crate::motion::jog::{Jog, JogBounds, JogRequest};
+use crate::motion::winding::{WindingRequest, WindingTest};
 use crate::motion::{self, Course, Motion};
 use crate::safety::monitor::Limits;
 use crate::units::error::{Allowed, HUGE, InvalidValue, above, between};
@@ -38,6 +39,7 @@ use crate::units::value::{About, Key, Table, Values, key, table};
 pub use names::about;
 pub use record::{DecodeError, FORMAT_VERSION, ROOM};
 
+const EFFORT_MODE: Key = key(ControllerConfig::ABOUT, "effort");
 const SAMPLE_TIME: Key = key(ControllerConfig::ABOUT, "sample_time");
 const DEAD_TIME: Key = key(DeviceConfig::ABOUT, "dead_time");
 const VELOCITY: Key = key(ProfileLimits::ABOUT, "velocity");
@@ -403,6 +405,30 @@ impl Parameters {
             return Ok(jog.with_motor(&bounds, count, self.controller.motor.twist));
         }
         Ok(jog)
+    }
+
+    /// Prepares a measurement of the winding, within the bounds of a jog.
+    ///
+    /// # Errors
+    /// Returns an error that names the value that the machine does not allow: without a current
+    /// loop, no board works in each period of the PWM.
+    pub fn measure_winding(
+        &self,
+        asked: &WindingRequest,
+        hardware: &Hardware,
+    ) -> Result<WindingTest, InvalidValue> {
+        let ControllerConfig { drive, encoder, effort, sample_time, .. } = &self.controller;
+        if *effort != EffortMode::Current {
+            let found = f32::from(EffortMode::Voltage as u8);
+            let needed = f32::from(EffortMode::Current as u8);
+            let allowed = Allowed::Between(needed, needed);
+            return Err(InvalidValue { key: EFFORT_MODE, found, allowed });
+        }
+        self.check_brake()?;
+        let prepared = Drive::new(drive, hardware)?;
+        let unit = self.current.unit(hardware.supply_top);
+        let of_tick = [*sample_time, encoder.resolution, unit];
+        WindingTest::new(asked, &self.jog, (prepared, drive), of_tick)
     }
 
     /// Prepares a homing for this machine, within the bounds that a client requests.

@@ -43,7 +43,6 @@
 //! of 0.7 times the expected current, half of it.
 
 use crate::control::current_sensor::{CurrentSensor, Driven};
-use crate::control::encoder::Direction;
 use crate::safety::fault::Fault;
 use crate::units::saturation::saturate;
 
@@ -203,16 +202,12 @@ impl MotorCurrent {
             ticks: in_ticks(lag).max(fewest),
         });
         let middle = 0.5 * f32::from(top);
-        let unit = sensor.full_scale / middle;
-        let signed = match sensor.direction {
-            Direction::Forward => unit,
-            Direction::Reverse => -unit,
-        };
+        let unit = sensor.unit(top);
         sensor.is_there().then(|| Self {
-            unit: signed,
+            unit,
             top,
             offset_error: OFFSET * middle,
-            trip: sensor.trip / unit,
+            trip: sensor.trip / unit.abs(),
             resistance: sensor.resistance,
             back_emf,
             lost: dead_time + BRUSHES,
@@ -367,6 +362,7 @@ impl MotorCurrent {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::control::encoder::Direction;
 
     /// +-10 A in 4095 readings; 2 ohm, 0.05 V s/deg, 0.5 V of dead time, 1 ms. So i_0 is 0.2 A.
     fn sensor(direction: Direction) -> MotorCurrent {

@@ -228,7 +228,7 @@ impl ControlLoop {
             }
             Course::Follow(reference) => reference.at(self.state.next_tick().saturating_sub(1)),
             Course::Profile(profile) => profile.setpoint(),
-            Course::Ramp(_) | Course::Jog(_) | Course::Identification(_) => {
+            Course::Ramp(_) | Course::Jog(_) | Course::Identification(_) | Course::Winding(_) => {
                 Setpoint::at_rest(Position::from_counts(self.state.counts()))
             }
         }
@@ -289,6 +289,10 @@ impl ControlLoop {
         let driven = path.driven(target, speed, seen.driven().travel);
         let found = path.measure(reading, &driven);
         self.monitors.measure(&mut self.watch, path.current(), path.heat_volts());
+        if matches!(self.course, Course::Winding(_)) {
+            // The voltage is that of the pulses, through a winding that is not known yet.
+            return None;
+        }
         match found {
             Ok(bounds) => {
                 if let Some(bounds) = bounds {
@@ -366,7 +370,7 @@ fn any_target(course: &Course, condition: impl Fn(Position) -> bool) -> bool {
         Course::Profile(profile) => condition(profile.target()),
         // It begins where the joint is, and only the servo starts it.
         Course::Follow(Reference::Braking(_)) => false,
-        Course::Ramp(_) | Course::Jog(_) | Course::Identification(_) => false,
+        Course::Ramp(_) | Course::Jog(_) | Course::Identification(_) | Course::Winding(_) => false,
     }
 }
 

@@ -18,7 +18,9 @@ use crate::control::current_loop::{CurrentLoop, CurrentTarget};
 use crate::control::current_sensor::Driven;
 use crate::control::drive::{Drive, DriveConfig, PwmMode};
 use crate::control::hardware::Hardware;
+use crate::control::period_work::PeriodWork;
 use crate::control::signal::Tick;
+use crate::motion::Course;
 use crate::parameters::Parameters;
 use crate::safety::fault::{Fault, LatchedFault};
 use crate::safety::motor_current::{MotorCurrent, MotorCurrentState};
@@ -161,11 +163,17 @@ impl Servo {
         path.is_some_and(|path| path.current_loop.is_some())
     }
 
-    /// Returns the current loop of the motion that begins, with the present offset of the sensor;
-    /// none if the effort is a voltage.
-    pub fn current_loop(&self) -> Option<CurrentLoop> {
-        let path = self.control_loop.as_ref()?.current.as_ref()?;
-        Some(path.current_loop?.with_offset(path.sensor.offset(&path.state)))
+    /// Returns the work of the motion that begins in each period of the PWM: the current loop with
+    /// the present offset of the sensor, or the pulses of a measurement of the winding; none if the
+    /// effort is a voltage.
+    pub fn period_work(&self) -> Option<PeriodWork> {
+        let control_loop = self.control_loop.as_ref()?;
+        let path = control_loop.current.as_ref()?;
+        let of = path.current_loop?;
+        Some(match &control_loop.course {
+            Course::Winding(test) => PeriodWork::Pulse(test.pulses()),
+            _ => PeriodWork::Regulate(of.with_offset(path.sensor.offset(&path.state))),
+        })
     }
 
     /// Returns the command for the current loop until the next tick: the effort of a tick, and the

@@ -42,8 +42,9 @@
 //! The effort of a ramp, which identifies the friction, rises no faster than the configured soft
 //! start. While the ramp runs, the servo accepts only a stop. When the ramp is over, the servo
 //! stops automatically. If the supply is too low for the effort, the ramp ends at once and finds no
-//! level. A [jog](crate::motion::jog) and a [homing](crate::motion::home) also accept only a stop
-//! and end automatically.
+//! level. A [jog](crate::motion::jog), a [homing](crate::motion::home) and a
+//! [measurement of the winding](crate::motion::winding) also accept only a stop and end
+//! automatically.
 
 #[cfg(feature = "two-encoders")]
 mod absolute_load;
@@ -66,6 +67,7 @@ mod refusal;
 mod short_brake;
 mod stopping;
 mod wake_up;
+mod winding;
 
 use crate::control::controller::{Controller, Reading};
 use crate::control::signal::Tick;

@@ -15,6 +15,7 @@ use stiction::identification;
 use stiction::link::{CHUNK, NO_SESSION, PROTOCOL, Request, encode_request};
 use stiction::motion::home::HomeRequest;
 use stiction::motion::jog::JogRequest;
+use stiction::motion::winding::WindingRequest;
 use stiction::parameters::{ROOM, record as form};
 use stiction::units::position::Position;
 use stiction::units::value::Key;
@@ -159,7 +160,7 @@ fn request(random: &mut Random, record: &[u8]) -> Request {
             Request::Subscribe { signals, every: random.below(20) as u16 }
         }
         14 => Request::Fault { index: random.next() as u8 },
-        15 => match random.below(10) {
+        15 => match random.below(12) {
             0 => Request::ReadLevels,
             4 => Request::ReadIdentification,
             5 => Request::ReadMap,
@@ -169,6 +170,12 @@ fn request(random: &mut Random, record: &[u8]) -> Request {
             }),
             1 => Request::ReadJog,
             8 => Request::ReadHome,
+            10 => Request::ReadWinding,
+            11 => Request::MeasureWinding(WindingRequest {
+                effort: random.real(),
+                periods: random.next() as u8,
+                cycles: random.next() as u16,
+            }),
             9 => Request::Home(HomeRequest { time: Some(random.real()), ..HomeRequest::default() }),
             3 => Request::SetBrownOut,
             2 => Request::Jog(JogRequest { effort: Some(random.real()), ..JogRequest::default() }),

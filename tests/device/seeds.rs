@@ -17,6 +17,7 @@ use stiction::link::{
 };
 use stiction::motion::home::HomeRequest;
 use stiction::motion::jog::JogRequest;
+use stiction::motion::winding::WindingRequest;
 use stiction::parameters::{ROOM, record};
 use stiction::units::position::Position;
 
@@ -84,6 +85,9 @@ fn requests() -> Vec<Request> {
         Request::Home(HomeRequest { time: Some(2.0), ..HomeRequest::default() }),
         Request::Stop,
         Request::ReadHome,
+        Request::MeasureWinding(WindingRequest { effort: 0.5, periods: 1, cycles: 10 }),
+        Request::Stop,
+        Request::ReadWinding,
         Request::Clear,
         Request::Fault { index: 0 },
     ]);

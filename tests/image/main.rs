@@ -70,6 +70,8 @@ mod stuck;
 mod supply_and_crystal;
 #[cfg(feature = "emulator")]
 mod timing;
+#[cfg(feature = "emulator")]
+mod winding;
 
 /// Stands for all of them in a build without the emulator, so that they are not left out in
 /// silence.

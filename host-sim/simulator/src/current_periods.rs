@@ -9,7 +9,9 @@
 //! A control tick is at the lower end of the count: it reads the current of the last upper end, and
 //! its target counts from the next one on.
 
-use stiction::control::current_loop::{CurrentLoop, CurrentLoopState, CurrentTarget, periods};
+use stiction::control::current_loop::{CurrentTarget, periods};
+use stiction::control::period_work::{PeriodState, PeriodWork};
+use stiction::control::winding_pulses::GroupSums;
 use stiction::servo::{Boot, Output, Servo, State};
 use stiction::{Parameters, Tick};
 
@@ -69,8 +71,8 @@ pub enum BridgeCommand {
 /// What a tick of the servo commands its current loop.
 #[derive(Clone, Copy, Debug)]
 pub struct RegulatedTick {
-    /// The loop.
-    pub of: CurrentLoop,
+    /// Work of the motion in each period.
+    pub of: PeriodWork,
     /// Command until the next tick.
     pub command: BridgeCommand,
     /// Limits of the converter's watchdog.
@@ -81,7 +83,7 @@ impl RegulatedTick {
     /// Returns the command of a tick; `None` if the effort is a voltage. `voltage` is the code that
     /// the loop has put out last.
     pub fn of(servo: &mut Servo, output: &Output, voltage: i16) -> Option<Self> {
-        let of = servo.current_loop()?;
+        let of = servo.period_work()?;
         let command = match (output.enable, output.state) {
             (false, _) => BridgeCommand::Off,
             (true, State::Armed) => BridgeCommand::Regulate(servo.regulate(&output.tick, voltage)),
@@ -94,7 +96,7 @@ impl RegulatedTick {
 /// A current loop without a servo around it: no limit of the current, no faults.
 #[derive(Clone, Debug)]
 pub struct BareCurrentLoop {
-    of: CurrentLoop,
+    of: PeriodWork,
     /// Back-EMF of a speed of one deg/s, codes.
     back_emf: f32,
     shunt: Shunt,
@@ -106,7 +108,12 @@ impl BareCurrentLoop {
     pub fn of(parameters: &Parameters) -> Option<Self> {
         let servo = Servo::new(Ok(parameters), Boot::at_zero(), &STM32F405);
         let shunt = Shunt::of(&parameters.current);
-        let of = servo.current_loop()?.with_offset(shunt.reading(0.0).into());
+        let of = match servo.period_work()? {
+            PeriodWork::Regulate(of) => {
+                PeriodWork::Regulate(of.with_offset(shunt.reading(0.0).into()))
+            }
+            pulses @ PeriodWork::Pulse(_) => pulses,
+        };
         let back_emf = parameters.limits.back_emf / parameters.controller.drive.lsb;
         Some(Self { of, back_emf, shunt, periods: CurrentPeriods::default() })
     }
@@ -132,8 +139,8 @@ impl BareCurrentLoop {
 /// The periods of the PWM between two ticks.
 #[derive(Clone, Debug, Default)]
 pub struct CurrentPeriods {
-    /// The loop of the present motion; none with the bridge off.
-    running: Option<(CurrentLoop, CurrentLoopState)>,
+    /// The work of the present motion; none with the bridge off.
+    running: Option<(PeriodWork, PeriodState)>,
     /// Code of the duty that has effect.
     code: i16,
     /// Last reading of the current.
@@ -158,6 +165,11 @@ impl CurrentPeriods {
     /// Returns the code of the voltage of the last period.
     pub const fn voltage(&self) -> i16 {
         self.code
+    }
+
+    /// Returns the readings of the motion's pulses, once they are over.
+    pub fn sums(&self) -> Option<GroupSums> {
+        self.running.as_ref().and_then(|(of, state)| of.sums(state).copied())
     }
 
     /// Returns the reading that has turned the bridge off since the last tick, if one has.

@@ -13,6 +13,7 @@ use crate::control::signal::{self, LawSignal, SIGNALS};
 use crate::identification;
 use crate::motion::home::HomeRequest;
 use crate::motion::jog::JogRequest;
+use crate::motion::winding::WindingRequest;
 use crate::motion::{Course, Motion};
 use crate::parameters::{Parameters, ROOM};
 use crate::servo::{self, ControlLoop, Servo};
@@ -87,6 +88,10 @@ impl<const RING: usize> Session<RING> {
             }
             Request::Home(asked) => self.home(&asked, machine)?,
             Request::ReadHome => return Ok(Reply::Home(machine.servo(|servo| servo.homed()))),
+            Request::MeasureWinding(asked) => self.measure_winding(&asked, machine)?,
+            Request::ReadWinding => {
+                return Ok(Reply::Winding(machine.servo(|servo| servo.winding())));
+            }
             Request::ReadJog => return Ok(Reply::Jog(machine.servo(|servo| servo.jogged()))),
         }
         Ok(Reply::Done)
@@ -176,7 +181,7 @@ impl<const RING: usize> Session<RING> {
             Course::Follow(reference) => Ok(machine.servo(|servo| servo.follow(reference))?),
             Course::Profile(profile) => Ok(machine.servo(|servo| servo.go_to(profile))?),
             // A ramp begins with arming, by `Identify`.
-            Course::Ramp(_) | Course::Jog(_) | Course::Identification(_) => {
+            Course::Ramp(_) | Course::Jog(_) | Course::Identification(_) | Course::Winding(_) => {
                 Err(RequestRefusal::NoSuch)
             }
         }
@@ -192,6 +197,17 @@ impl<const RING: usize> Session<RING> {
     fn home(&self, asked: &HomeRequest, machine: &mut impl Machine) -> Result<(), RequestRefusal> {
         let home = self.parameters.as_ref().ok_or(RequestRefusal::NoParameters)?.home(asked)?;
         Ok(machine.servo(|servo| servo.home(home))?)
+    }
+
+    #[inline(never)]
+    fn measure_winding(
+        &self,
+        asked: &WindingRequest,
+        machine: &mut impl Machine,
+    ) -> Result<(), RequestRefusal> {
+        let parameters = self.parameters.as_ref().ok_or(RequestRefusal::NoParameters)?;
+        let test = parameters.measure_winding(asked, &machine.hardware())?;
+        Ok(machine.servo(|servo| servo.measure_winding(test))?)
     }
 
     #[inline(never)]

@@ -8,6 +8,7 @@ use stiction::Fault;
 use stiction::link::{NO_SESSION, Reply, Request, RequestRefusal};
 use stiction::motion::Motion;
 use stiction::motion::home::HomeRequest;
+use stiction::motion::winding::WindingRequest;
 use stiction::servo::State;
 use stiction::units::position::Position;
 
@@ -90,6 +91,7 @@ fn while_the_motor_is_driven_another_client_only_reads() {
         Request::Subscribe { signals: 1, every: 1 },
         Request::SetReference { position: 0 },
         Request::Home(HomeRequest::default()),
+        Request::MeasureWinding(WindingRequest::default()),
         Request::SetBrownOut,
         Request::ReadIdentification,
     ];
@@ -104,6 +106,7 @@ fn while_the_motor_is_driven_another_client_only_reads() {
         Request::Signal { index: 0 },
         Request::ReadJog,
         Request::ReadHome,
+        Request::ReadWinding,
     ];
     for (number, request) in (30..).zip(reads) {
         let [(answered, reply)] = &say(&mut simulated, &of_a_guest(number, request))[..] else {

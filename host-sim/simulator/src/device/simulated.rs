@@ -240,6 +240,9 @@ impl SimulatedDevice {
     fn drive(&mut self, output: &Output) {
         let voltage = self.periods.voltage();
         let regulated = RegulatedTick::of(self.device.servo(), output, voltage);
+        if let Some(sums) = self.periods.sums() {
+            self.device.servo().pulsed(&sums);
+        }
         if let (Some(regulated), Some(shunt)) = (regulated, &self.shunt) {
             let sample_time_s = self.plant.sample_time_s();
             let mut motor = PlantMotor { plant: &mut self.plant, shunt, on_event: |_| {} };

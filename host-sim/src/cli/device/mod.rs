@@ -13,6 +13,7 @@ mod watch;
 #[cfg(not(feature = "watch"))]
 #[path = "no_watch.rs"]
 mod watch;
+mod winding;
 
 use std::io::{Write, stderr};
 use std::path::PathBuf;
@@ -106,6 +107,8 @@ enum Action {
     /// Find the joint's position: go one way, slowly and with a bounded effort, until a hard stop
     /// blocks the joint, and set the reference there
     Home(home::HomeArguments),
+    /// Measure resistance and inductance of the motor's winding, by pulses of voltage at rest
+    Winding(winding::WindingArguments),
     /// Set the position at which the joint stands, from which its range counts
     Reference {
         /// Position of the joint, deg
@@ -344,6 +347,10 @@ fn with(
             print(&home.shown(&result, client.warning()))?;
             home::found(&result)
         }
+        Action::Winding(winding) => {
+            let result = then_off(&mut client, |client| winding.run(client))?;
+            print(&winding.shown(&result, client.warning()))
+        }
         Action::Reference { at } => {
             client.set_reference(*at)?;
             let status = client.status()?;
@@ -408,6 +415,7 @@ impl Action {
                 | Self::Move(_)
                 | Self::Jog(_)
                 | Self::Home(_)
+                | Self::Winding(_)
                 | Self::Identify(_)
                 | Self::Log { .. }
         )

@@ -4,6 +4,7 @@ use stiction::identification::{self, LEAST_TRAVEL_COUNTS, MapPoint, SPEEDS, Summ
 use stiction::link::{Reply, Request, RequestRefusal, StateCode};
 use stiction::motion::home::{HomeFindings, HomeRequest};
 use stiction::motion::jog::{JogFindings, JogRequest};
+use stiction::motion::winding::{WindingFindings, WindingRequest};
 use stiction::servo::FrictionLevels;
 use stiction::units::position::Position;
 use stiction::{Limits, Motion, Parameters};
@@ -174,6 +175,28 @@ impl<W: Wire> Client<W> {
     pub fn homed(&mut self) -> Result<Option<HomeFindings>, Error> {
         match self.ask(Request::ReadHome)? {
             Reply::Home(found) => Ok(found),
+            _ => Err(self.unexpected()),
+        }
+    }
+
+    /// Arms and starts a measurement of the winding, which ends automatically;
+    /// [`winding`](Self::winding) returns its result. Meanwhile the client must send a request
+    /// within the device's link timeout.
+    ///
+    /// # Errors
+    /// Returns why the device refuses.
+    pub fn measure_winding(&mut self, asked: WindingRequest) -> Result<(), Error> {
+        self.done("winding", Request::MeasureWinding(asked))
+    }
+
+    /// Returns the result of the last measurement of the winding; `None` before its end or if it
+    /// was interrupted.
+    ///
+    /// # Errors
+    /// Returns an error if the device does not answer.
+    pub fn winding(&mut self) -> Result<Option<WindingFindings>, Error> {
+        match self.ask(Request::ReadWinding)? {
+            Reply::Winding(found) => Ok(found),
             _ => Err(self.unexpected()),
         }
     }

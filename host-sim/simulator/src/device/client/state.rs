@@ -74,6 +74,14 @@ impl<W: Wire> Client<W> {
         self.pass_while(time, |status| status.state == StateCode::Armed)
     }
 
+    /// Waits until the joint is at rest, for a second at most.
+    ///
+    /// # Errors
+    /// Returns an error if the device does not answer.
+    pub fn wait_at_rest(&mut self) -> Result<Status, Error> {
+        self.pass_while(Duration::from_secs(1), |status| !status.at_rest)
+    }
+
     /// Waits until the output is off. Ctrl-C does not end this wait, since it can be the cause of
     /// the stop.
     pub(super) fn wait_until_off(&mut self) -> Result<(), Error> {

@@ -1,0 +1,142 @@
+//! The measurement of the winding: a joint at rest, pulses of voltage, and the current that they
+//! cause.
+//!
+//! The board makes the pulses in each period of the PWM
+//! ([`winding_pulses`](crate::control::winding_pulses)). The control tick watches the joint
+//! meanwhile: the travel and the time of a jog bound it, and so do the monitors of the servo,
+//! except for those of the current, which compare it with the configured winding. The effort of a
+//! jog bounds the voltage.
+//!
+//! The client calculates resistance and inductance from the readings.
+
+use serde::{Deserialize, Serialize};
+
+use crate::control::drive::{Drive, DriveConfig};
+use crate::control::winding_pulses::{GroupSums, MOST_CYCLES, MOST_PERIODS, WindingPulses};
+use crate::motion::jog::{EFFORT, JogBounds};
+use crate::units::error::{InvalidValue, above, between};
+use crate::units::value::Key;
+
+/// Names of a request's values in messages.
+pub(crate) const PERIODS: Key = Key(0x0610);
+pub(crate) const CYCLES: Key = Key(0x0611);
+
+/// Request of a client for a measurement of the winding.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct WindingRequest {
+    /// Voltage of the pulses, V: at most the effort of a jog.
+    pub effort: f32,
+    /// Periods of the PWM in a group of readings, 1 to 64.
+    pub periods: u8,
+    /// Counted cycles, 1 to 2000.
+    pub cycles: u16,
+}
+
+/// End of a measurement of the winding.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum WindingEnd {
+    /// It has not ended.
+    #[default]
+    Not,
+    /// All cycles are over.
+    Done,
+    /// The joint has moved by the travel of a jog.
+    Travel,
+    /// The time of a jog is over.
+    Time,
+}
+
+/// Findings of a measurement of the winding.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct WindingFindings {
+    /// What has ended it.
+    pub ended: WindingEnd,
+    /// Voltage of the pulses, V: the effort of the request in whole codes.
+    pub effort: f32,
+    /// Current of a reading, A, with the sign of the sensor's direction.
+    pub unit: f32,
+    /// Largest distance of the joint from its place, counts.
+    pub moved: u32,
+    /// Sums of the readings.
+    pub sums: GroupSums,
+}
+
+/// A measurement of the winding with its state.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WindingTest {
+    pulses: WindingPulses,
+    travel: u32,
+    ticks: u32,
+    findings: WindingFindings,
+}
+
+impl WindingTest {
+    /// Prepares a measurement for a drive that has been validated, within the bounds of a jog.
+    /// `unit` is the current of a reading, A; `sample_time` in s, and `count` is the angle of a
+    /// count, deg.
+    ///
+    /// # Errors
+    /// Returns an error that names the value that is not allowed.
+    pub fn new(
+        asked: &WindingRequest,
+        bounds: &JogBounds,
+        (drive, config): (Drive, &DriveConfig),
+        [sample_time, count, unit]: [f32; 3],
+    ) -> Result<Self, InvalidValue> {
+        let WindingRequest { effort, periods, cycles } = *asked;
+        above(EFFORT, effort, 0.0, bounds.effort)?;
+        between(PERIODS, periods.into(), 1.0, MOST_PERIODS.into())?;
+        between(CYCLES, cycles.into(), 1.0, MOST_CYCLES.into())?;
+        let pulses = WindingPulses::new(effort, periods, cycles, drive);
+        let findings =
+            WindingFindings { effort: pulses.volts(config), unit, ..WindingFindings::default() };
+        // The conversions saturate.
+        let ticks = (bounds.time / sample_time) as u32;
+        Ok(Self { pulses, travel: (bounds.travel / count) as u32, ticks, findings })
+    }
+
+    /// Returns the pulses for the board.
+    pub const fn pulses(&self) -> WindingPulses {
+        self.pulses
+    }
+
+    /// Runs one tick with the joint at `counts` from where the measurement began. The effort of the
+    /// tick is zero: the board makes the voltage.
+    pub fn update(&mut self, counts: i32) -> f32 {
+        if self.is_over() {
+            return 0.0;
+        }
+        self.findings.moved = self.findings.moved.max(counts.unsigned_abs());
+        self.ticks = self.ticks.saturating_sub(1);
+        if self.findings.moved > self.travel {
+            self.findings.ended = WindingEnd::Travel;
+        } else if self.ticks == 0 {
+            self.findings.ended = WindingEnd::Time;
+        }
+        0.0
+    }
+
+    /// Takes the readings of pulses that are over.
+    pub fn take(&mut self, sums: &GroupSums) {
+        if !self.is_over() {
+            self.findings.sums = *sums;
+            self.findings.ended = WindingEnd::Done;
+        }
+    }
+
+    /// Restarts the measurement.
+    pub fn restart(&mut self) {
+        let WindingFindings { effort, unit, .. } = self.findings;
+        self.findings = WindingFindings { effort, unit, ..WindingFindings::default() };
+    }
+
+    /// Returns whether the measurement has ended.
+    pub const fn is_over(&self) -> bool {
+        !matches!(self.findings.ended, WindingEnd::Not)
+    }
+
+    /// Returns the findings so far.
+    pub const fn findings(&self) -> &WindingFindings {
+        &self.findings
+    }
+}
