@@ -33,6 +33,7 @@ impl Settings {
         let unit: PositionUnit = word("position-unit", &self.position_unit)?;
         let scale = LogUnits::checked(time_s, unit, self.counts_per_turn, self.effort_gain);
         let settings = FitSettings {
+            has_motor_current: false,
             scale: scale.map_err(|why| refused(&why))?,
             is_asymmetric: self.asymmetric,
             has_stribeck: self.stribeck,

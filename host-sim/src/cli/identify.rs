@@ -33,6 +33,10 @@ pub struct IdentifyLogArguments {
     /// ratio, slack and stiffness of the gear
     #[arg(long, value_name = "COLUMN")]
     motor_position: Option<String>,
+    /// Column of the motor's current, A, if `--effort` is its voltage, V: finds resistance and
+    /// back-EMF constant of the motor
+    #[arg(long, value_name = "COLUMN", conflicts_with = "motor_position")]
+    motor_current: Option<String>,
     /// Unit of the motor's position: rad, deg or count [default: the end of the column's name, as
     /// in `motor_counts`; else rad]
     #[arg(long, value_name = "UNIT", requires = "motor_position")]
@@ -123,7 +127,8 @@ pub fn identify_log(arguments: &IdentifyLogArguments) -> Result<(), Error> {
         time: arguments.time.clone(),
         position: arguments.position.clone(),
         effort: arguments.effort.clone(),
-        motor: arguments.motor_position.clone(),
+        motor: arguments.motor_position.clone().or(arguments.motor_current.clone()),
+        has_motor_current: arguments.motor_current.is_some(),
     };
     let log = read(&arguments.log, &columns)?;
     let mut found =
@@ -223,6 +228,7 @@ impl IdentifyLogArguments {
             has_gravity: self.gravity,
             cut_off_hz: self.cut_off,
             effort_delay_s: self.effort_delay,
+            has_motor_current: self.motor_current.is_some(),
         };
         settings.checked().map_err(Error::Input)
     }

@@ -31,6 +31,7 @@ pub mod machine_file;
 pub mod misfit;
 pub mod model;
 pub mod moments;
+pub mod motor_constants;
 pub mod output;
 pub mod proposal;
 pub mod reading;
@@ -49,6 +50,7 @@ use implausible::Implausible;
 use misfit::Misfit;
 use model::{FittedModel, FittedParameter, RegressionSample};
 use moments::FilteredLog;
+use motor_constants::MotorConstants;
 use proposal::Proposal;
 use reading::MotionLog;
 use time_grid::TimeGrid;
@@ -73,6 +75,9 @@ pub struct FitSettings {
     pub cut_off_hz: Option<f64>,
     /// Delay until the logged effort acts, s; `None`: estimated.
     pub effort_delay_s: Option<f64>,
+    /// Whether the column beside the position is the motor's current, A, and the effort its
+    /// voltage, V. It is the motor's position otherwise.
+    pub has_motor_current: bool,
 }
 
 impl FitSettings {
@@ -123,6 +128,9 @@ pub struct IdentifiedMachine {
     /// The gear, or the reason why it was not identified; `None` if the log has no position of the
     /// motor.
     pub gear: Option<Result<IdentifiedGear, String>>,
+    /// The motor's constants, or the reason why they were not identified; `None` if the log has no
+    /// current of the motor.
+    pub motor: Option<Result<MotorConstants, String>>,
     /// Rows of the regression.
     pub moments: Vec<RegressionSample>,
     /// Statistics of the log.
@@ -192,7 +200,8 @@ pub fn identify(mut log: MotionLog, request: &FitSettings) -> Result<IdentifiedM
     // The mean of several rows has a finer resolution.
     let cut_off = cut_off::choose(&grid, count / folded as f64, request.cut_off_hz);
     let has_motor = grid.stretches.iter().any(|one| !one.beside.is_empty());
-    let gear = has_motor.then(|| gear::identify(&grid, counts, request));
+    let has_gear = has_motor && !request.has_motor_current;
+    let gear = has_gear.then(|| gear::identify(&grid, counts, request));
     let mut request = *request;
     if let Some(Ok(gear)) = &gear
         && let Some(delay_s) = gear.carry(&mut grid, &request.scale, counts, cut_off.hz)
@@ -201,6 +210,8 @@ pub fn identify(mut log: MotionLog, request: &FitSettings) -> Result<IdentifiedM
     }
     let slow = if request.has_stribeck { gate::CREEPING_WITH_STRIBECK } else { gate::CREEPING };
     let filtered = FilteredLog::of(&grid, [slow, count, cut_off.hz]);
+    let has_current = has_motor && request.has_motor_current;
+    let motor = has_current.then(|| motor_constants::identify(&grid, &filtered, &request.scale));
     let (fitted, compared, effort_delay_s, moments) =
         regression::regress(&filtered, &request, grid.step_s)?;
     let mut parameters = fitted.parameters();
@@ -255,6 +266,7 @@ pub fn identify(mut log: MotionLog, request: &FitSettings) -> Result<IdentifiedM
         verdict,
         warnings,
         gear,
+        motor,
         moments,
         read,
     })

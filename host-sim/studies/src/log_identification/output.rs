@@ -5,6 +5,7 @@ use serde_json::{Map, Value, json};
 use super::IdentifiedMachine;
 use super::gear::IdentifiedGear;
 use super::model::FittedParameter;
+use super::motor_constants::MotorConstants;
 use files::error::rounded;
 use simulator::output::grid;
 
@@ -49,6 +50,8 @@ pub fn object(log: &str, identified: &IdentifiedMachine) -> Value {
         "proposals": identified.proposals,
         "gear": gear.and_then(|gear| gear.as_ref().ok()).map(|gear| gear_object(identified, gear)),
         "gear_refused": gear.and_then(|gear| gear.as_ref().err()),
+        "motor": identified.motor.as_ref().and_then(|motor| motor.as_ref().ok()),
+        "motor_refused": identified.motor.as_ref().and_then(|motor| motor.as_ref().err()),
         "warnings": identified.warnings,
         "cut_off_hz": identified.cut_off.hz,
         "effort_delay_s": identified.effort_delay_s,
@@ -100,6 +103,26 @@ fn gear_text(identified: &IdentifiedMachine, gear: &Result<IdentifiedGear, Strin
     let doubts: String = gear.doubts.iter().map(|words| format!("  - {words}\n")).collect();
     format!(
         "gear, all at the joint\n{}\n{:<11} {residual} % of the effort\n{doubts}",
+        rows.trim_fmt(),
+        "residual"
+    )
+}
+
+/// Returns the table of a motor's constants, or the reason why there is none.
+fn motor_text(identified: &IdentifiedMachine, motor: &Result<MotorConstants, String>) -> String {
+    let motor = match motor {
+        Ok(motor) => motor,
+        Err(why) => return format!("motor: not identified: {why}\n"),
+    };
+    let position = identified.scale.position_unit();
+    let torque = if identified.scale.is_linear { "N/A" } else { "N m/A" };
+    let mut rows = grid::new(&HEADER);
+    rows.add_row(row("resistance", &motor.resistance_ohm, "ohm".into()));
+    rows.add_row(row("back_emf", &motor.back_emf, format!("V s/{position}, {torque}")));
+    rows.add_row(row("lost", &motor.lost_v, "V".into()));
+    let residual = short(motor.relative_residual_percent);
+    format!(
+        "motor, at the joint\n{}\n{:<11} {residual} % of the voltage\n",
         rows.trim_fmt(),
         "residual"
     )
@@ -173,6 +196,8 @@ pub fn text(identified: &IdentifiedMachine) -> String {
         text += &format!("  - {words}\n");
     }
     text += &identified.gear.as_ref().map_or(String::new(), |gear| gear_text(identified, gear));
+    let motor = identified.motor.as_ref();
+    text += &motor.map_or(String::new(), |motor| motor_text(identified, motor));
     text
 }
 

@@ -37,8 +37,16 @@ pub struct LogColumns {
     pub position: String,
     /// Effort.
     pub effort: String,
-    /// Position of the motor, if the position is that of the load behind a gear.
+    /// Position of the motor, if the position is that of the load behind a gear; or its current.
     pub motor: Option<String>,
+    /// Whether it is its current.
+    pub has_motor_current: bool,
+}
+
+impl LogColumns {
+    const fn motor_option(&self) -> &'static str {
+        if self.has_motor_current { "--motor-current" } else { "--motor-position" }
+    }
 }
 
 /// A log of time, position and effort, in the units of its file.
@@ -50,7 +58,7 @@ pub struct MotionLog {
     pub position: Vec<f64>,
     /// Effort of each sample.
     pub effort: Vec<f64>,
-    /// Position of the motor at each sample; empty without its column.
+    /// Position of the motor at each sample, or its current; empty without its column.
     pub motor: Vec<f64>,
     /// Number of rows with all numbers.
     pub rows: u64,
@@ -265,14 +273,14 @@ fn places_of(
         place("--effort", &columns.effort)?,
     ];
     if let Some(motor) = &columns.motor {
-        found.push(place("--motor-position", motor)?);
+        found.push(place(columns.motor_option(), motor)?);
     }
     let different: BTreeSet<usize> = found.iter().copied().collect();
     if different.len() < found.len() {
         let options = if found.len() == COLUMNS {
-            "two of --time, --position, --effort and --motor-position"
+            format!("two of --time, --position, --effort and {}", columns.motor_option())
         } else {
-            "two of --time, --position and --effort"
+            "two of --time, --position and --effort".into()
         };
         return Err(format!("{options} name the same column; each needs its own"));
     }

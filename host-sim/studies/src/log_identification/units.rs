@@ -148,7 +148,7 @@ impl LogUnits {
 
     /// Converts a log to SI; an effort of unknown unit stays as it is.
     pub fn apply(&self, log: &mut MotionLog) {
-        let effort = self.effort.unwrap_or(1.0);
+        let effort = self.effort_per_unit();
         for (series, factor) in [
             (&mut log.time, self.time_s),
             (&mut log.position, self.position),
@@ -165,6 +165,11 @@ impl LogUnits {
         log.smallest_change *= self.position;
         log.smallest_motor_change *= self.motor.unwrap_or(1.0);
         log.time_digit *= self.time_s;
+    }
+
+    /// Returns the effort of a unit of the log's effort.
+    pub fn effort_per_unit(&self) -> f64 {
+        self.effort.unwrap_or(1.0)
     }
 
     /// Returns these units with the unit of the motor's position.

@@ -5,7 +5,13 @@ use crate::log_identification::reading::{LogColumns, MOST, MotionLog, read_from}
 use crate::log_identification::time_grid::{Stretch, TimeGrid};
 
 fn columns(time: &str, position: &str, effort: &str) -> LogColumns {
-    LogColumns { time: time.into(), position: position.into(), effort: effort.into(), motor: None }
+    LogColumns {
+        time: time.into(),
+        position: position.into(),
+        effort: effort.into(),
+        motor: None,
+        has_motor_current: false,
+    }
 }
 
 fn read(text: &str, names: [&str; 3]) -> Result<MotionLog, String> {

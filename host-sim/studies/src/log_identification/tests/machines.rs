@@ -10,6 +10,7 @@ use crate::log_identification::{FitSettings, IdentifiedMachine, identify};
 
 pub fn request() -> FitSettings {
     FitSettings {
+        has_motor_current: false,
         scale: LogUnits::new(1.0, PositionUnit::Rad, 1.0, Some(1.0)),
         is_asymmetric: Some(true),
         has_stribeck: false,

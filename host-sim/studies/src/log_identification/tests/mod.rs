@@ -8,4 +8,5 @@ mod gears;
 mod grids;
 mod machine;
 mod machines;
+mod motor;
 mod regressions;
