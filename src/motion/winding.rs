@@ -91,7 +91,7 @@ impl WindingTest {
         let findings =
             WindingFindings { effort: pulses.volts(config), unit, ..WindingFindings::default() };
         // The conversions saturate.
-        let ticks = (bounds.time / sample_time) as u32;
+        let ticks = libm::roundf(bounds.time / sample_time) as u32;
         Ok(Self { pulses, travel: (bounds.travel / count) as u32, ticks, findings })
     }
 
@@ -138,5 +138,68 @@ impl WindingTest {
     /// Returns the findings so far.
     pub const fn findings(&self) -> &WindingFindings {
         &self.findings
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::control::hardware::Hardware;
+    use crate::units::value::Table;
+
+    const COUNT: f32 = 0.01;
+
+    fn test(asked: WindingRequest) -> Result<WindingTest, InvalidValue> {
+        let hardware = Hardware {
+            pwm_clock_hz: 168e6,
+            supply_top: 4095,
+            dead_time_max: 6e-6,
+            sample_time: [1e-4, 0.02],
+        };
+        let config = DriveConfig::EXAMPLE;
+        let bounds = JogBounds { effort: 1.5, travel: 0.5, time: 2.0, ..JogBounds::EXAMPLE };
+        let drive = Drive::new(&config, &hardware).unwrap();
+        WindingTest::new(&asked, &bounds, (drive, &config), [0.001, COUNT, 0.01])
+    }
+
+    const ASKED: WindingRequest = WindingRequest { effort: 1.0, periods: 4, cycles: 10 };
+
+    #[test]
+    fn travel_and_time_of_a_jog_end_a_measurement_whose_readings_then_come_too_late() {
+        for (counts, ticks, ended) in [
+            (51, 1, WindingEnd::Travel),
+            (-51, 1, WindingEnd::Travel),
+            (50, 2000, WindingEnd::Time),
+        ] {
+            let mut test = test(ASKED).unwrap();
+            for tick in 1..=ticks {
+                assert!(!test.is_over(), "{counts}: {tick}");
+                assert_eq!(test.update(counts), 0.0);
+            }
+            test.take(&[7; crate::control::winding_pulses::GROUPS]);
+            let found = test.findings();
+            assert_eq!((found.ended, found.moved), (ended, counts.unsigned_abs()));
+            assert_eq!(found.sums, GroupSums::default());
+            test.restart();
+            assert!(!test.is_over() && test.findings().moved == 0);
+        }
+    }
+
+    #[test]
+    fn an_effort_beyond_that_of_a_jog_and_numbers_out_of_range_are_named() {
+        for (asked, key) in [
+            (WindingRequest { effort: 1.6, ..ASKED }, EFFORT),
+            (WindingRequest { effort: -1.0, ..ASKED }, EFFORT),
+            (WindingRequest { effort: f32::NAN, ..ASKED }, EFFORT),
+            (WindingRequest { periods: 0, ..ASKED }, PERIODS),
+            (WindingRequest { periods: 65, ..ASKED }, PERIODS),
+            (WindingRequest { cycles: 0, ..ASKED }, CYCLES),
+            (WindingRequest { cycles: 2001, ..ASKED }, CYCLES),
+        ] {
+            assert_eq!(test(asked).map(|_| ()).unwrap_err().key, key, "{asked:?}");
+        }
+        for asked in [ASKED, WindingRequest { effort: 1.5, periods: 64, cycles: 2000 }] {
+            assert!(test(asked).is_ok(), "{asked:?}");
+        }
     }
 }
