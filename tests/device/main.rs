@@ -62,4 +62,5 @@ mod short_brake;
 mod soak;
 mod thesis;
 mod wake_up;
+mod winding_heat;
 mod wrong_friction;

@@ -28,3 +28,4 @@ pub mod run;
 pub mod settling;
 pub mod shunt;
 pub mod target;
+pub mod winding_heat;

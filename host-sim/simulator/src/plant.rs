@@ -6,6 +6,10 @@
 //! a bridge that is off, which would conduct at a back-EMF above the supply, are not simulated.
 //! Without a known winding the viscous friction of the joint is always the same.
 //!
+//! A winding with a heat path ([`HeatPath`]) heats up by its current, and its resistance with it:
+//! with r = R(T) / R, an effort u acts as u / r, and the back-EMF brakes by 1 / r. The lag that the
+//! solver of a data sheet's joint has itself stays L / R.
+//!
 //! In each sample the driver of the plant reads the counter, puts out a code, and advances the time
 //! to the next sample. The bare loop, the servo, a simulated device and the emulated board use the
 //! same plant.
@@ -13,6 +17,7 @@
 use stiction::control::encoder::Direction;
 
 use crate::counters::Counters;
+use crate::winding_heat::{HeatPath, Temperatures};
 use dynamics::joint::RunJoint;
 use dynamics::mechanism::RobotAxis;
 use dynamics::solver::{AxisSolver, Event};
@@ -97,9 +102,21 @@ pub struct Winding {
     pub back_emf_v_per_deg_per_s: f64,
     /// Time constant L/R, s, by which the plant delays the effort; 0 if its solver does.
     pub lag_s: f64,
+    /// Heat path to the ambient air; `None`: the resistance is constant.
+    pub heat: Option<HeatPath>,
 }
 
 impl Winding {
+    /// Returns the winding as one of the resistance R whose efforts count 1 / r each, for a
+    /// resistance of r R.
+    fn heated(self, ratio: f64) -> Self {
+        Self {
+            back_emf_v_per_deg_per_s: self.back_emf_v_per_deg_per_s / ratio,
+            lag_s: self.lag_s / ratio,
+            ..self
+        }
+    }
+
     /// Returns the current (A) under an effort (V), at a speed of the joint (deg/s).
     fn current_a(&self, effort_v: f64, speed: f64) -> f64 {
         (effort_v - self.back_emf_v_per_deg_per_s * speed) / self.resistance_ohm
@@ -113,6 +130,22 @@ pub struct EffortState {
     pub volts: f64,
     /// Whether the bridge is on.
     pub is_on: bool,
+}
+
+/// Temperatures of a winding with its heat path.
+#[derive(Clone, Copy, Debug)]
+struct Heat {
+    path: HeatPath,
+    temperatures: Temperatures,
+    /// Copper loss (J) and time (s) since the last update.
+    loss_j: f64,
+    since_s: f64,
+}
+
+impl Heat {
+    fn at_start(path: HeatPath) -> Self {
+        Self { path, temperatures: path.start(), loss_j: 0.0, since_s: 0.0 }
+    }
 }
 
 /// State of the wires between bridge and motor.
@@ -147,6 +180,10 @@ pub struct Plant<S> {
     pub motor_wires: MotorWires,
     /// Winding of the motor, if its resistance is known.
     winding: Option<Winding>,
+    /// Temperatures of that winding, if it has a heat path.
+    heat: Option<Heat>,
+    /// Resistance of the winding over that of the file.
+    resistance_ratio: f64,
     /// Current of the motor at the end of the last held effort, A.
     current_a: f64,
     /// Electrical energy that the motor has drawn from the bridge since it was last taken, J.
@@ -193,6 +230,8 @@ impl<S: AxisSolver> Plant<S> {
             supply_ratio: 1.0,
             motor_wires: MotorWires::Sound,
             winding: None,
+            heat: None,
+            resistance_ratio: 1.0,
             current_a: 0.0,
             drawn_j: 0.0,
             lagged_v: 0.0,
@@ -223,7 +262,27 @@ impl<S: AxisSolver> Plant<S> {
     /// Adds the winding of the motor, which has a current.
     #[must_use]
     pub fn with_winding(self, winding: Option<Winding>) -> Self {
-        Self { winding, ..self }
+        let heat = winding.and_then(|winding| winding.heat).map(Heat::at_start);
+        let ratio = |heat: Heat| heat.temperatures.resistance_ratio();
+        Self { winding, heat, resistance_ratio: heat.map_or(1.0, ratio), ..self }
+    }
+
+    /// Returns the temperatures of the motor; `None` without a heat path of its winding.
+    pub fn temperatures(&self) -> Option<Temperatures> {
+        self.heat.map(|heat| heat.temperatures)
+    }
+
+    /// Holds the effort of a bare loop until the next sample. Without a heat path, the effort is
+    /// held as it is.
+    #[inline]
+    pub fn hold_effort(&mut self, volts: f64, on_event: &mut impl FnMut(Event)) {
+        let sample_time_s = self.sample_time_s;
+        if self.heat.is_some() {
+            let effort = EffortState { volts, is_on: true };
+            self.hold_driven_and_report(effort, sample_time_s, on_event);
+        } else {
+            self.hold(volts, sample_time_s, on_event);
+        }
     }
 
     /// Returns the current of the motor at the end of the last held effort, A; zero without a known
@@ -351,12 +410,12 @@ impl<S: AxisSolver> Plant<S> {
         let put_out_v = self.supply_ratio * effort.volts;
         let is_driven = effort.is_on && !self.is_unpowered;
         let reaches = is_driven && self.motor_wires == MotorWires::Sound;
-        let effort_v = if reaches { put_out_v } else { 0.0 };
+        let effort_v = if reaches { put_out_v / self.resistance_ratio } else { 0.0 };
         self.open_or_close(is_driven);
         let [held_v, lag_left_v] = self.lagged(effort_v, duration_s);
         let before = (self.current_a, self.solver.motor_velocity());
         self.hold(held_v + self.load_v, duration_s, on_event);
-        let Some(winding) = &self.winding else { return };
+        let Some(winding) = self.heated_winding() else { return };
         let left_v = self.solver.effort_left() + lag_left_v;
         let speed = self.solver.motor_velocity();
         self.current_a = match self.motor_wires {
@@ -374,6 +433,31 @@ impl<S: AxisSolver> Plant<S> {
             };
             self.drawn_j += put_out_v * mean_a * duration_s;
         }
+        self.heat_up([before.0, self.current_a], winding.resistance_ohm, duration_s);
+    }
+
+    /// Returns the winding at its present temperature.
+    fn heated_winding(&self) -> Option<Winding> {
+        self.winding.map(|winding| winding.heated(self.resistance_ratio))
+    }
+
+    /// Adds the copper loss of a time (s) in which the current has gone from one value to another,
+    /// A; once a sample, computes temperatures and resistance anew.
+    fn heat_up(&mut self, [from_a, to_a]: [f64; 2], resistance_ohm: f64, duration_s: f64) {
+        let Some(heat) = &mut self.heat else { return };
+        // A current through a short behind the sensor is not that of the winding.
+        if self.motor_wires != MotorWires::Shorted {
+            let mean_square = (from_a * from_a + from_a * to_a + to_a * to_a) / 3.0;
+            heat.loss_j += mean_square * resistance_ohm * self.resistance_ratio * duration_s;
+        }
+        heat.since_s += duration_s;
+        // The periods of the PWM add up to a sample except for rounding.
+        if heat.since_s < self.sample_time_s * (1.0 - 1e-6) {
+            return;
+        }
+        heat.temperatures.advance(&heat.path, heat.loss_j, heat.since_s);
+        (heat.loss_j, heat.since_s) = (0.0, 0.0);
+        self.resistance_ratio = heat.temperatures.resistance_ratio();
     }
 
     /// Opens the winding if no current can flow, and closes it otherwise.
@@ -384,14 +468,16 @@ impl<S: AxisSolver> Plant<S> {
             MotorWires::Open => true,
             MotorWires::Shorted => false,
         };
-        let back_emf = if is_open { winding.back_emf_v_per_deg_per_s } else { 0.0 };
+        // A closed winding that is hot brakes by the back-EMF over r.
+        let share = if is_open { 1.0 } else { 1.0 - 1.0 / self.resistance_ratio };
+        let back_emf = winding.back_emf_v_per_deg_per_s * share;
         self.solver.open_winding(back_emf);
     }
 
     /// Returns the mean over a time (s) of an effort (V) behind the lag of the winding, and what is
     /// left of the former effort at its end, V.
     fn lagged(&mut self, effort_v: f64, duration_s: f64) -> [f64; 2] {
-        let lag_s = self.winding.map_or(0.0, |winding| winding.lag_s);
+        let lag_s = self.heated_winding().map_or(0.0, |winding| winding.lag_s);
         if lag_s <= 0.0 || duration_s <= 0.0 {
             return [effort_v, 0.0];
         }

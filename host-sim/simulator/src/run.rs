@@ -122,7 +122,7 @@ pub fn run_driven(plan: &RunPlan, driven: RunDriver) -> Result<RunResult, Error>
 }
 
 fn run_on_its_joint(plan: &RunPlan, driven: RunDriver) -> Result<RunResult, Error> {
-    if plan.has_current_loop() {
+    if plan.has_current_loop() || plan.has_heat()? {
         return run_with(plan, driven, plan.joint()?);
     }
     if let Some(axis) = plan.sheet_axis()? {

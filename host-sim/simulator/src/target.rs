@@ -43,7 +43,7 @@ pub trait Target {
         effort_v: f64,
         on_event: &mut impl FnMut(Event),
     ) {
-        plant.hold(effort_v, plant.sample_time_s(), on_event);
+        plant.hold_effort(effort_v, on_event);
     }
 }
 
@@ -273,7 +273,7 @@ impl Target for WatchedServo {
     ) {
         let sample_time_s = plant.sample_time_s();
         let Some(mut regulated) = self.regulated else {
-            plant.hold(effort_v, sample_time_s, on_event);
+            plant.hold_effort(effort_v, on_event);
             return;
         };
         if let BridgeCommand::Regulate(target) = &mut regulated.command {

@@ -11,6 +11,7 @@ use crate::current_periods::{BareCurrentLoop, half_period_s};
 use crate::dc_link::DcLink;
 use crate::plant::{Delay, Plant, Winding};
 use crate::shunt::Shunt;
+use crate::winding_heat::HeatPath;
 use dynamics::joint::{RunJoint, Substitute};
 use files::data_sheet::tables::{DrivenBy, LoadEncoderKind, SupplyTable};
 use files::data_sheet::{
@@ -61,6 +62,7 @@ impl RunPlan {
                 resistance_ohm,
                 back_emf_v_per_deg_per_s,
                 lag_s: inductance_h / resistance_ohm,
+                heat: HeatPath::of(&sheet.motor),
             }));
         }
         let back_emf = self.machine.limits.number("back_emf_v_per_deg_per_s");
@@ -68,7 +70,16 @@ impl RunPlan {
             resistance_ohm,
             back_emf_v_per_deg_per_s: back_emf.unwrap_or(0.0),
             lag_s: self.sensed("inductance_h").unwrap_or(0.0) / resistance_ohm,
+            heat: None,
         }))
+    }
+
+    /// Returns whether the winding of the file's motor heats up.
+    ///
+    /// # Errors
+    /// Returns an error that names the invalid value.
+    pub fn has_heat(&self) -> Result<bool, Error> {
+        Ok(self.winding()?.is_some_and(|winding| winding.heat.is_some()))
     }
 
     /// Returns a number of `[current_sensor]`, if it is in the file.

@@ -294,7 +294,7 @@ fn drive(pair: [&RunPlan; 2], samples: u32, see: impl FnMut(&CaseSample)) -> Res
     let [nominal, joint] = pair;
     nominal.as_case(|| {
         // The drive of a data sheet's axis has no current.
-        if joint.has_current_loop() {
+        if joint.has_current_loop() || joint.has_heat()? {
             let has_sheet = joint.nm_per_v()?.is_some();
             let side = if has_sheet { DiscSide::Load } else { DiscSide::Motor };
             return Ok(Driven { fault: drive_with(joint.joint()?, pair, samples, see)?, side });
