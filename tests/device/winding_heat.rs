@@ -26,7 +26,7 @@ const HEAT: [&str; 4] = [
 ];
 
 /// A device that holds a step against a block, without the monitors that would end it.
-fn blocked(set: &[&str], to_deg: f64) -> SimulatedDevice {
+pub fn blocked(set: &[&str], to_deg: f64) -> SimulatedDevice {
     let unwatched = [
         "limits.stall_v=off",
         "limits.following_error_deg=off",

@@ -21,6 +21,7 @@ use crate::winding_heat::{HeatPath, Temperatures};
 use dynamics::joint::RunJoint;
 use dynamics::mechanism::RobotAxis;
 use dynamics::solver::{AxisSolver, Event};
+use files::data_sheet::shrink;
 use files::encoder::EncoderModel;
 
 /// Computation delay of an output.
@@ -102,6 +103,8 @@ pub struct Winding {
     pub back_emf_v_per_deg_per_s: f64,
     /// Time constant L/R, s, by which the plant delays the effort; 0 if its solver does.
     pub lag_s: f64,
+    /// Voltage that the dead time of the bridge loses at the nominal supply, V; against the current.
+    pub dead_time_v: f64,
     /// Heat path to the ambient air; `None`: the resistance is constant.
     pub heat: Option<HeatPath>,
 }
@@ -180,6 +183,8 @@ pub struct Plant<S> {
     pub motor_wires: MotorWires,
     /// Winding of the motor, if its resistance is known.
     winding: Option<Winding>,
+    /// Whether that winding loses effort by heat or dead time, also under a bare loop.
+    is_winding_driven: bool,
     /// Temperatures of that winding, if it has a heat path.
     heat: Option<Heat>,
     /// Resistance of the winding over that of the file.
@@ -230,6 +235,7 @@ impl<S: AxisSolver> Plant<S> {
             supply_ratio: 1.0,
             motor_wires: MotorWires::Sound,
             winding: None,
+            is_winding_driven: false,
             heat: None,
             resistance_ratio: 1.0,
             current_a: 0.0,
@@ -259,12 +265,20 @@ impl<S: AxisSolver> Plant<S> {
         Self { absolute_zero, ..self }
     }
 
-    /// Adds the winding of the motor, which has a current.
+    /// Adds the winding of the motor, which has a current. A solver that has the drive of a data
+    /// sheet itself needs none: the dead time would count twice.
     #[must_use]
     pub fn with_winding(self, winding: Option<Winding>) -> Self {
         let heat = winding.and_then(|winding| winding.heat).map(Heat::at_start);
         let ratio = |heat: Heat| heat.temperatures.resistance_ratio();
-        Self { winding, heat, resistance_ratio: heat.map_or(1.0, ratio), ..self }
+        let has_dead_time = winding.is_some_and(|winding| winding.dead_time_v > 0.0);
+        Self {
+            winding,
+            is_winding_driven: heat.is_some() || has_dead_time,
+            heat,
+            resistance_ratio: heat.map_or(1.0, ratio),
+            ..self
+        }
     }
 
     /// Returns the temperatures of the motor; `None` without a heat path of its winding.
@@ -272,16 +286,16 @@ impl<S: AxisSolver> Plant<S> {
         self.heat.map(|heat| heat.temperatures)
     }
 
-    /// Holds the effort of a bare loop until the next sample. Without a heat path, the effort is
-    /// held as it is.
+    /// Holds the effort of a bare loop until the next sample. Without heat path and dead time, the
+    /// effort is held as the supply makes it.
     #[inline]
     pub fn hold_effort(&mut self, volts: f64, on_event: &mut impl FnMut(Event)) {
         let sample_time_s = self.sample_time_s;
-        if self.heat.is_some() {
+        if self.is_winding_driven {
             let effort = EffortState { volts, is_on: true };
             self.hold_driven_and_report(effort, sample_time_s, on_event);
         } else {
-            self.hold(volts, sample_time_s, on_event);
+            self.hold(self.supply_ratio * volts, sample_time_s, on_event);
         }
     }
 
@@ -407,7 +421,7 @@ impl<S: AxisSolver> Plant<S> {
         duration_s: f64,
         on_event: &mut impl FnMut(Event),
     ) {
-        let put_out_v = self.supply_ratio * effort.volts;
+        let put_out_v = self.behind_dead_time(self.supply_ratio * effort.volts);
         let is_driven = effort.is_on && !self.is_unpowered;
         let reaches = is_driven && self.motor_wires == MotorWires::Sound;
         let effort_v = if reaches { put_out_v / self.resistance_ratio } else { 0.0 };
@@ -458,6 +472,27 @@ impl<S: AxisSolver> Plant<S> {
         heat.temperatures.advance(&heat.path, heat.loss_j, heat.since_s);
         (heat.loss_j, heat.since_s) = (0.0, 0.0);
         self.resistance_ratio = heat.temperatures.resistance_ratio();
+    }
+
+    /// Returns the mean voltage of a bridge for a duty of this voltage (V): less by the dead time,
+    /// against the current. A current that the loss would reverse is zero. At a duty of zero volts
+    /// the current ripples through zero, and nothing is lost.
+    fn behind_dead_time(&self, volts: f64) -> f64 {
+        let Some(winding) = self.winding.filter(|winding| winding.dead_time_v > 0.0) else {
+            return volts;
+        };
+        let lost_v = self.supply_ratio * winding.dead_time_v;
+        let induced_v = winding.back_emf_v_per_deg_per_s * self.solver.motor_velocity();
+        let drives_v = volts - induced_v;
+        // Behind an inductance, a current flows on against a voltage that has changed its sign.
+        let has_lag = winding.lag_s > 0.0 || self.solver.effort_left() != 0.0;
+        if volts == 0.0 {
+            volts
+        } else if has_lag && self.current_a * drives_v < 0.0 {
+            volts - lost_v.copysign(self.current_a)
+        } else {
+            induced_v + shrink(drives_v, lost_v)
+        }
     }
 
     /// Opens the winding if no current can flow, and closes it otherwise.

@@ -62,6 +62,7 @@ impl RunPlan {
                 resistance_ohm,
                 back_emf_v_per_deg_per_s,
                 lag_s: inductance_h / resistance_ohm,
+                dead_time_v: sheet.dead_time_v(self.machine.drive.number("pwm_hz").unwrap_or(0.0)),
                 heat: HeatPath::of(&sheet.motor),
             }));
         }
@@ -70,6 +71,7 @@ impl RunPlan {
             resistance_ohm,
             back_emf_v_per_deg_per_s: back_emf.unwrap_or(0.0),
             lag_s: self.sensed("inductance_h").unwrap_or(0.0) / resistance_ohm,
+            dead_time_v: 0.0,
             heat: None,
         }))
     }
@@ -308,8 +310,8 @@ impl RunPlan {
     fn has_a_plain_drive(&self, sheet: &DataSheet) -> Result<(), Error> {
         let Some(key) = sheet.has_a_drive_of_its_own() else { return Ok(()) };
         Err(Error::Input(format!(
-            "{}: `{key}` is simulated by `stiction run` and `benchmark` only; a simulated device \
-             has an ideal drive and readings without noise",
+            "{}: `{key}` is simulated by `stiction run` and `benchmark` only, without a current \
+             loop, a winding that heats up, and another supply; a simulated device has an ideal supply, or one with a capacitor, and readings without noise",
             self.origin.of(key)
         )))
     }
