@@ -284,6 +284,12 @@ impl MotorCurrent {
         state.current.abs().max(HEATS * state.at_least.abs()) * self.resistance
     }
 
+    /// Returns the measured current, as the effort at standstill that causes it, V. In a short brake
+    /// no effort is there that would set a least current.
+    pub fn volts(&self, state: &MotorCurrentState) -> f32 {
+        state.current * self.resistance
+    }
+
     /// Checks a tick with the bridge on. The value of the fault is the current, A.
     pub fn check(&self, state: &mut MotorCurrentState, driven: &Driven) -> Option<(Fault, f32)> {
         let induced = self.back_emf * driven.speed;

@@ -142,6 +142,12 @@ impl CurrentPath {
         self.state.current()
     }
 
+    /// Returns the current of a tick in a short brake, as the effort at standstill that causes it,
+    /// V.
+    pub fn brake_volts(&self) -> f32 {
+        self.sensor.volts(&self.state)
+    }
+
     /// Returns the current that heats the winding, as the effort at standstill that causes it, V.
     pub fn heat_volts(&self) -> f32 {
         self.sensor.heat_volts(&self.state)

@@ -25,7 +25,12 @@
 //! Guarantees: the effort is zero, and the bridge is off after `short_brake_s`. Does badly: without
 //! a sensor, only the resistance of the winding limits the current; at a speed whose back-EMF
 //! exceeds `1.25 R peak_a` a joint with a sensor is braked for a tick and then coasts. A load that
-//! drives the joint is slowed down, not held. The heat of the brake is not counted.
+//! drives the joint is slowed down, not held.
+//!
+//! The current heats the winding, and the heat counts as that of any other current: `(R i)^2` of
+//! the measured current, or `(k_e v)^2` of the travel without a sensor. It trips nothing while it
+//! brakes, and forbids arming if it is beyond `continuous_v`. Without a sensor, an encoder that has
+//! failed counts no heat, and a travel of few counts a tick counts up to twice its heat.
 
 use super::stopping::{Phase, Transition};
 use super::{BrakeCommand, Input, Output, Servo, State};
@@ -85,13 +90,16 @@ impl Servo {
             if control_loop.monitors.is_supply_out(input.supply) {
                 self.transition = None;
             }
+            let mut heats = None;
             if let Some(path) = &mut control_loop.current {
                 let is_beyond = path.brakes_beyond(input.current);
                 tick.current = path.current();
+                heats = Some(path.brake_volts());
                 if is_beyond {
                     self.transition = None;
                 }
             }
+            control_loop.monitors.brake(&mut control_loop.watch, &self.follower.seen, heats);
         }
         self.tripped(&tick)
     }

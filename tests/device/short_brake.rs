@@ -203,3 +203,45 @@ fn a_controlled_stop_keeps_the_limit_of_the_current() {
         assert!(bounded < 1.1 * 1.5, "{effort:?}: {bounded} A");
     }
 }
+
+/// At zero volts the current ripples through zero, and the dead time takes nothing from the brake.
+#[test]
+fn a_short_brake_loses_nothing_by_the_dead_time_of_its_bridge() {
+    let set = ["motor.dead_time_s=1e-6", "drive.mode=locked-antiphase", "drive.pwm_hz=20000"];
+    let (braked, _) = after(&mut at_speed(&set, SPEED), Fault::Overspeed);
+    let expected = way(SPEED.to_radians(), B + K * K / R).to_degrees();
+    assert!((braked - expected).abs() < 0.01, "{braked} deg, not {expected} deg");
+}
+
+/// The heat is `K^2 int v^2 dt / tau`. Friction and winding take the energy of the joint:
+/// `D int v^2 dt = J v^2 / 2 - F way`. The first tick is a whole one at the speed of the fault, 1 ms
+/// of 15 ms.
+#[test]
+fn the_current_of_a_short_brake_heats_the_winding_with_and_without_a_sensor() {
+    let speed = SPEED.to_radians();
+    let shorted = B + K * K / R;
+    let squares = (0.5 * J * speed * speed - F * way(speed, shorted)) / shorted;
+    let expected = (K * K * squares / 100.0).sqrt();
+    for has_sensor in [true, false] {
+        let mut device = at_speed(&["limits.thermal_s=100"], SPEED);
+        if !has_sensor {
+            let mut parameters = device.device.parameters().unwrap().clone();
+            parameters.current = stiction::control::current_sensor::CurrentSensor::NONE;
+            let plan = &current_sensor(&["pd"], &[])[0];
+            let boot = stiction::servo::Boot::at_zero();
+            device = SimulatedDevice::running(plan, &parameters, boot).unwrap();
+            device.ticks(200);
+            device.device.servo().arm_for_link(None).unwrap();
+            (0..600).for_each(|_| assert_eq!(heard(&mut device).state, State::Armed));
+            device.push(device.position_deg(), SPEED);
+        }
+        let before = f64::from(device.device.servo().thermal_effort());
+        let (_, on) = after(&mut device, Fault::Overspeed);
+        assert_eq!(on, BRAKE);
+        let found = f64::from(device.device.servo().thermal_effort());
+        assert!(before < 0.05 * expected, "{before} V before the fault");
+        // The root of 1 ms of heat more or less, and cooling for 1 s of 100 s.
+        let apart = found / expected - 1.0;
+        assert!(apart.abs() < 0.05, "{has_sensor}: {found} V, not {expected} V");
+    }
+}

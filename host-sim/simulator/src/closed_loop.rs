@@ -8,6 +8,7 @@ use stiction::{Controller, Course, Tick};
 
 pub use crate::plant::Delay;
 use crate::plant::Plant;
+use crate::supply::SupplyCourse;
 use crate::target::{BareLoop, Target};
 use dynamics::mechanism::RobotAxis;
 use dynamics::solver::{AxisSolver, Event};
@@ -32,6 +33,8 @@ pub struct ClosedLoop {
     pub sample_time_s: f64,
     /// Computation delay.
     pub delay: Delay,
+    /// Supply of the bridge; `None`: the nominal one.
+    pub supply: Option<SupplyCourse>,
     /// Axis with its friction over time.
     pub axis: RobotAxis,
 }
@@ -115,6 +118,9 @@ impl ClosedLoop {
             let moment = self.moment(time_s, tick, effort_v, &plant.solver);
             on_moment(&LoopSample { motor_counts: plant.motor_counts(), ..moment });
             if k < samples {
+                if let Some(supply) = &self.supply {
+                    plant.supply_ratio = supply.ratio_at(time_s);
+                }
                 target.drive(plant, &tick, effort_v, &mut on_event);
             }
         }

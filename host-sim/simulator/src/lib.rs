@@ -27,4 +27,6 @@ pub mod rules;
 pub mod run;
 pub mod settling;
 pub mod shunt;
+pub mod supply;
 pub mod target;
+pub mod winding_heat;

@@ -6,6 +6,10 @@
 //! a bridge that is off, which would conduct at a back-EMF above the supply, are not simulated.
 //! Without a known winding the viscous friction of the joint is always the same.
 //!
+//! A winding with a heat path ([`HeatPath`]) heats up by its current, and its resistance with it:
+//! with r = R(T) / R, an effort u acts as u / r, and the back-EMF brakes by 1 / r. The lag that the
+//! solver of a data sheet's joint has itself stays L / R.
+//!
 //! In each sample the driver of the plant reads the counter, puts out a code, and advances the time
 //! to the next sample. The bare loop, the servo, a simulated device and the emulated board use the
 //! same plant.
@@ -13,9 +17,11 @@
 use stiction::control::encoder::Direction;
 
 use crate::counters::Counters;
+use crate::winding_heat::{HeatPath, Temperatures};
 use dynamics::joint::RunJoint;
 use dynamics::mechanism::RobotAxis;
 use dynamics::solver::{AxisSolver, Event};
+use files::data_sheet::shrink;
 use files::encoder::EncoderModel;
 
 /// Computation delay of an output.
@@ -97,9 +103,23 @@ pub struct Winding {
     pub back_emf_v_per_deg_per_s: f64,
     /// Time constant L/R, s, by which the plant delays the effort; 0 if its solver does.
     pub lag_s: f64,
+    /// Voltage that the dead time of the bridge loses at the nominal supply, V; against the current.
+    pub dead_time_v: f64,
+    /// Heat path to the ambient air; `None`: the resistance is constant.
+    pub heat: Option<HeatPath>,
 }
 
 impl Winding {
+    /// Returns the winding as one of the resistance R whose efforts count 1 / r each, for a
+    /// resistance of r R.
+    fn heated(self, ratio: f64) -> Self {
+        Self {
+            back_emf_v_per_deg_per_s: self.back_emf_v_per_deg_per_s / ratio,
+            lag_s: self.lag_s / ratio,
+            ..self
+        }
+    }
+
     /// Returns the current (A) under an effort (V), at a speed of the joint (deg/s).
     fn current_a(&self, effort_v: f64, speed: f64) -> f64 {
         (effort_v - self.back_emf_v_per_deg_per_s * speed) / self.resistance_ohm
@@ -113,6 +133,22 @@ pub struct EffortState {
     pub volts: f64,
     /// Whether the bridge is on.
     pub is_on: bool,
+}
+
+/// Temperatures of a winding with its heat path.
+#[derive(Clone, Copy, Debug)]
+struct Heat {
+    path: HeatPath,
+    temperatures: Temperatures,
+    /// Copper loss (J) and time (s) since the last update.
+    loss_j: f64,
+    since_s: f64,
+}
+
+impl Heat {
+    fn at_start(path: HeatPath) -> Self {
+        Self { path, temperatures: path.start(), loss_j: 0.0, since_s: 0.0 }
+    }
 }
 
 /// State of the wires between bridge and motor.
@@ -147,6 +183,12 @@ pub struct Plant<S> {
     pub motor_wires: MotorWires,
     /// Winding of the motor, if its resistance is known.
     winding: Option<Winding>,
+    /// Whether that winding loses effort by heat or dead time, also under a bare loop.
+    is_winding_driven: bool,
+    /// Temperatures of that winding, if it has a heat path.
+    heat: Option<Heat>,
+    /// Resistance of the winding over that of the file.
+    resistance_ratio: f64,
     /// Current of the motor at the end of the last held effort, A.
     current_a: f64,
     /// Electrical energy that the motor has drawn from the bridge since it was last taken, J.
@@ -193,6 +235,9 @@ impl<S: AxisSolver> Plant<S> {
             supply_ratio: 1.0,
             motor_wires: MotorWires::Sound,
             winding: None,
+            is_winding_driven: false,
+            heat: None,
+            resistance_ratio: 1.0,
             current_a: 0.0,
             drawn_j: 0.0,
             lagged_v: 0.0,
@@ -220,10 +265,38 @@ impl<S: AxisSolver> Plant<S> {
         Self { absolute_zero, ..self }
     }
 
-    /// Adds the winding of the motor, which has a current.
+    /// Adds the winding of the motor, which has a current. A solver that has the drive of a data
+    /// sheet itself needs none: the dead time would count twice.
     #[must_use]
     pub fn with_winding(self, winding: Option<Winding>) -> Self {
-        Self { winding, ..self }
+        let heat = winding.and_then(|winding| winding.heat).map(Heat::at_start);
+        let ratio = |heat: Heat| heat.temperatures.resistance_ratio();
+        let has_dead_time = winding.is_some_and(|winding| winding.dead_time_v > 0.0);
+        Self {
+            winding,
+            is_winding_driven: heat.is_some() || has_dead_time,
+            heat,
+            resistance_ratio: heat.map_or(1.0, ratio),
+            ..self
+        }
+    }
+
+    /// Returns the temperatures of the motor; `None` without a heat path of its winding.
+    pub fn temperatures(&self) -> Option<Temperatures> {
+        self.heat.map(|heat| heat.temperatures)
+    }
+
+    /// Holds the effort of a bare loop until the next sample. Without heat path and dead time, the
+    /// effort is held as the supply makes it.
+    #[inline]
+    pub fn hold_effort(&mut self, volts: f64, on_event: &mut impl FnMut(Event)) {
+        let sample_time_s = self.sample_time_s;
+        if self.is_winding_driven {
+            let effort = EffortState { volts, is_on: true };
+            self.hold_driven_and_report(effort, sample_time_s, on_event);
+        } else {
+            self.hold(self.supply_ratio * volts, sample_time_s, on_event);
+        }
     }
 
     /// Returns the current of the motor at the end of the last held effort, A; zero without a known
@@ -348,15 +421,15 @@ impl<S: AxisSolver> Plant<S> {
         duration_s: f64,
         on_event: &mut impl FnMut(Event),
     ) {
-        let put_out_v = self.supply_ratio * effort.volts;
+        let put_out_v = self.behind_dead_time(self.supply_ratio * effort.volts);
         let is_driven = effort.is_on && !self.is_unpowered;
         let reaches = is_driven && self.motor_wires == MotorWires::Sound;
-        let effort_v = if reaches { put_out_v } else { 0.0 };
+        let effort_v = if reaches { put_out_v / self.resistance_ratio } else { 0.0 };
         self.open_or_close(is_driven);
         let [held_v, lag_left_v] = self.lagged(effort_v, duration_s);
         let before = (self.current_a, self.solver.motor_velocity());
         self.hold(held_v + self.load_v, duration_s, on_event);
-        let Some(winding) = &self.winding else { return };
+        let Some(winding) = self.heated_winding() else { return };
         let left_v = self.solver.effort_left() + lag_left_v;
         let speed = self.solver.motor_velocity();
         self.current_a = match self.motor_wires {
@@ -374,6 +447,52 @@ impl<S: AxisSolver> Plant<S> {
             };
             self.drawn_j += put_out_v * mean_a * duration_s;
         }
+        self.heat_up([before.0, self.current_a], winding.resistance_ohm, duration_s);
+    }
+
+    /// Returns the winding at its present temperature.
+    fn heated_winding(&self) -> Option<Winding> {
+        self.winding.map(|winding| winding.heated(self.resistance_ratio))
+    }
+
+    /// Adds the copper loss of a time (s) in which the current has gone from one value to another,
+    /// A; once a sample, computes temperatures and resistance anew.
+    fn heat_up(&mut self, [from_a, to_a]: [f64; 2], resistance_ohm: f64, duration_s: f64) {
+        let Some(heat) = &mut self.heat else { return };
+        // A current through a short behind the sensor is not that of the winding.
+        if self.motor_wires != MotorWires::Shorted {
+            let mean_square = (from_a * from_a + from_a * to_a + to_a * to_a) / 3.0;
+            heat.loss_j += mean_square * resistance_ohm * self.resistance_ratio * duration_s;
+        }
+        heat.since_s += duration_s;
+        // The periods of the PWM add up to a sample except for rounding.
+        if heat.since_s < self.sample_time_s * (1.0 - 1e-6) {
+            return;
+        }
+        heat.temperatures.advance(&heat.path, heat.loss_j, heat.since_s);
+        (heat.loss_j, heat.since_s) = (0.0, 0.0);
+        self.resistance_ratio = heat.temperatures.resistance_ratio();
+    }
+
+    /// Returns the mean voltage of a bridge for a duty of this voltage (V): less by the dead time,
+    /// against the current. A current that the loss would reverse is zero. At a duty of zero volts
+    /// the current ripples through zero, and nothing is lost.
+    fn behind_dead_time(&self, volts: f64) -> f64 {
+        let Some(winding) = self.winding.filter(|winding| winding.dead_time_v > 0.0) else {
+            return volts;
+        };
+        let lost_v = self.supply_ratio * winding.dead_time_v;
+        let induced_v = winding.back_emf_v_per_deg_per_s * self.solver.motor_velocity();
+        let drives_v = volts - induced_v;
+        // Behind an inductance, a current flows on against a voltage that has changed its sign.
+        let has_lag = winding.lag_s > 0.0 || self.solver.effort_left() != 0.0;
+        if volts == 0.0 {
+            volts
+        } else if has_lag && self.current_a * drives_v < 0.0 {
+            volts - lost_v.copysign(self.current_a)
+        } else {
+            induced_v + shrink(drives_v, lost_v)
+        }
     }
 
     /// Opens the winding if no current can flow, and closes it otherwise.
@@ -384,14 +503,16 @@ impl<S: AxisSolver> Plant<S> {
             MotorWires::Open => true,
             MotorWires::Shorted => false,
         };
-        let back_emf = if is_open { winding.back_emf_v_per_deg_per_s } else { 0.0 };
+        // A closed winding that is hot brakes by the back-EMF over r.
+        let share = if is_open { 1.0 } else { 1.0 - 1.0 / self.resistance_ratio };
+        let back_emf = winding.back_emf_v_per_deg_per_s * share;
         self.solver.open_winding(back_emf);
     }
 
     /// Returns the mean over a time (s) of an effort (V) behind the lag of the winding, and what is
     /// left of the former effort at its end, V.
     fn lagged(&mut self, effort_v: f64, duration_s: f64) -> [f64; 2] {
-        let lag_s = self.winding.map_or(0.0, |winding| winding.lag_s);
+        let lag_s = self.heated_winding().map_or(0.0, |winding| winding.lag_s);
         if lag_s <= 0.0 || duration_s <= 0.0 {
             return [effort_v, 0.0];
         }

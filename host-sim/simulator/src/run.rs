@@ -11,7 +11,7 @@ use crate::closed_loop::{ClosedLoop, LoopSample};
 use crate::experiment::{RunPlan, Task, parameters};
 use crate::identification::RampFriction;
 use crate::metrics::{RunMetrics, is_unstable};
-use crate::plant::{Delay, Plant};
+use crate::plant::{Delay, Plant, Winding};
 use crate::progress::{Progress, Silent};
 use crate::target::{BareLoop, RegulatedLoop, Target, WatchedServo};
 use dynamics::solver::{AxisSolver, Event, Rk4Axis};
@@ -122,19 +122,22 @@ pub fn run_driven(plan: &RunPlan, driven: RunDriver) -> Result<RunResult, Error>
 }
 
 fn run_on_its_joint(plan: &RunPlan, driven: RunDriver) -> Result<RunResult, Error> {
-    if plan.has_current_loop() {
-        return run_with(plan, driven, plan.joint()?);
+    if plan.has_current_loop() || plan.has_heat()? || plan.supply.is_some() {
+        return run_with(plan, driven, plan.joint()?, plan.winding()?);
     }
     if let Some(axis) = plan.sheet_axis()? {
-        return run_with(plan, driven, axis);
+        return run_with(plan, driven, axis, None);
     }
     let axis = plan.axis()?;
     match plan.machine.run.solver {
         AxisSolverName::Rk4 if plan.substitute.is_none() => {
             let band = plan.machine.joint.friction.band_deg_per_s;
-            run_with(plan, driven, Rk4Axis::at_rest(&axis, band, plan.machine.run.step_s))
+            let solver = Rk4Axis::at_rest(&axis, band, plan.machine.run.step_s);
+            run_with(plan, driven, solver, None)
         }
-        AxisSolverName::Exact | AxisSolverName::Rk4 => run_with(plan, driven, plan.joint()?),
+        AxisSolverName::Exact | AxisSolverName::Rk4 => {
+            run_with(plan, driven, plan.joint()?, plan.winding()?)
+        }
     }
 }
 
@@ -142,9 +145,10 @@ fn run_with<S: AxisSolver>(
     plan: &RunPlan,
     driven: RunDriver,
     solver: S,
+    winding: Option<Winding>,
 ) -> Result<RunResult, Error> {
     let mut recording = Recording::new(plan)?;
-    let mut plant = recording.closed_loop.plant(solver).with_winding(plan.winding()?);
+    let mut plant = recording.closed_loop.plant(solver).with_winding(winding);
     let (counter, counts) = (plant.counter(), plant.counts());
     if driven == RunDriver::ByServo {
         if let Task::Ramp(_) = plan.task {

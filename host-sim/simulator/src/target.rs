@@ -43,7 +43,7 @@ pub trait Target {
         effort_v: f64,
         on_event: &mut impl FnMut(Event),
     ) {
-        plant.hold(effort_v, plant.sample_time_s(), on_event);
+        plant.hold_effort(effort_v, on_event);
     }
 }
 
@@ -122,7 +122,9 @@ impl Target for RegulatedLoop<'_> {
 #[derive(Clone, Debug)]
 pub struct WatchedServo {
     servo: Servo,
+    /// Converter's reading of the supply, and of the nominal one.
     supply: u16,
+    nominal_supply: u16,
     /// Converter's reading of the motor's current.
     current: u16,
     shunt: Shunt,
@@ -174,6 +176,7 @@ impl WatchedServo {
             Ok(()) => Ok(Self {
                 servo,
                 supply,
+                nominal_supply: supply,
                 current: reading,
                 shunt,
                 periods: CurrentPeriods::default(),
@@ -272,8 +275,11 @@ impl Target for WatchedServo {
         on_event: &mut impl FnMut(Event),
     ) {
         let sample_time_s = plant.sample_time_s();
+        // The next tick reads the conversion that this one has started.
+        let supply = (plant.supply_ratio * f64::from(self.nominal_supply)).round();
+        self.supply = supply.min(f64::from(STM32F405.supply_top)) as u16;
         let Some(mut regulated) = self.regulated else {
-            plant.hold(effort_v, sample_time_s, on_event);
+            plant.hold_effort(effort_v, on_event);
             return;
         };
         if let BridgeCommand::Regulate(target) = &mut regulated.command {

@@ -9,6 +9,7 @@ use figure::{figure_directory, figures, set_title, write_figures};
 use files::error::Error;
 use simulator::experiment::{Document, Experiment};
 use simulator::output::{OutputDirectory, OutputFile, OverwriteGuard, csv, json, table};
+use simulator::supply::SupplyCourse;
 use thesis::lab::{self, LabResult};
 
 #[derive(Debug, clap::Args)]
@@ -52,6 +53,17 @@ pub struct RunArguments {
     /// Samples of computation delay (short for --set run.delay_samples=...)
     #[arg(long, value_name = "0|1", allow_hyphen_values = true)]
     delay: Option<String>,
+    /// Supply of the bridge over the nominal one, from 0.1 to 2
+    #[arg(long, value_name = "RATIO", allow_hyphen_values = true)]
+    supply: Option<f64>,
+    /// A sag of the supply: the supply in it over that before, its start and its duration, s
+    #[arg(
+        long,
+        value_name = "RATIO,FROM_S,FOR_S",
+        value_delimiter = ',',
+        allow_hyphen_values = true
+    )]
+    sag: Vec<f64>,
     #[command(flatten)]
     target: target::TargetArguments,
 }
@@ -85,7 +97,16 @@ pub fn run(arguments: &RunArguments) -> Result<(), Error> {
     let controllers = document.add_controllers(&arguments.controller, &own)?;
     let experiment = Experiment::plan(&document, &controllers, &fixed)?;
     warn(&experiment.left_out);
-    let results = arguments.target.run(&experiment.runs)?;
+    let mut runs = experiment.runs.clone();
+    if let Some(supply) = SupplyCourse::of_options(arguments.supply, &arguments.sag)? {
+        if arguments.target.is_emulator() {
+            let why = "the emulated board has the supply of the file; use --target host or servo";
+            let option = if arguments.supply.is_some() { "--supply" } else { "--sag" };
+            return Err(Error::Input(format!("{option} with --target emulator: {why}")));
+        }
+        runs = runs.into_iter().map(|run| run.with_supply(supply)).collect::<Result<_, _>>()?;
+    }
+    let results = arguments.target.run(&runs)?;
     if let Some(file) = &outputs.csv {
         let text = csv::render(&results).map_err(|error| Error::Input(error.to_string()))?;
         file.write(&text)?;
@@ -131,6 +152,8 @@ impl RunArguments {
             ("--controller", !self.controller.is_empty()),
             ("--law", !self.own.is_empty()),
             ("--delay", self.delay.is_some()),
+            ("--supply", self.supply.is_some()),
+            ("--sag", !self.sag.is_empty()),
             ("--target emulator", !self.target.is_host()),
         ];
         if let Some((option, _)) = foreign.iter().find(|(_, given)| *given) {

@@ -48,6 +48,11 @@ impl TargetArguments {
         self.target == Target::Host && !self.free_running && self.image.is_none() && !self.log
     }
 
+    /// Returns whether the target is the flash image on an emulated board.
+    pub fn is_emulator(&self) -> bool {
+        self.target == Target::Emulator
+    }
+
     /// Returns the flash image of the option, if any.
     pub const fn image(&self) -> Option<&PathBuf> {
         self.image.as_ref()

@@ -16,6 +16,12 @@ const CASES: &[(&str, &[&str])] = &[
     ("motor.rotor_inertia_kg_m2=-1", &["`motor.rotor_inertia_kg_m2` is -1", "not below 0"]),
     ("motor.current_limit_a=nan", &["`motor.current_limit_a` is NaN", "a finite number above 0"]),
     ("motor.dead_time_s=0.1", &["`motor.dead_time_s` is 0.1; must be a number from 0 to 0.001"]),
+    (
+        "motor.thermal_time_motor_s=600",
+        &["`motor.thermal_resistance_winding_k_per_w` is missing", "all four thermal keys"],
+    ),
+    ("motor.thermal_resistance_case_k_per_w=0", &["_case_k_per_w` is 0", "above 0"]),
+    ("motor.ambient_c=25", &["`motor.thermal_resistance_winding_k_per_w` is missing"]),
     ("gear.ratio=inf", &["`gear.ratio` is inf; must be a finite number above 0"]),
     ("gear.efficiency=90", &["`gear.efficiency` is 90; must be a number above 0, up to 1"]),
     ("gear.backlash_deg=0.1", &["`gear.stiffness_nm_per_rad` is missing", "backlash"]),

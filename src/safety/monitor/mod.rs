@@ -356,6 +356,24 @@ impl Monitors {
         state.warning = false;
     }
 
+    /// Adds the heat of a tick of the short brake, after [`idle`](Self::idle): that of the measured
+    /// current, as the effort at standstill that causes it, V. Without a sensor, `None`: that of the
+    /// back-EMF at the speed of the travel.
+    pub fn brake(&self, state: &mut MonitorState, seen: &Seen, measured: Option<f32>) {
+        #[cfg(feature = "two-encoders")]
+        let count = self.driven_count;
+        #[cfg(not(feature = "two-encoders"))]
+        let count = self.units.count;
+        let current = match measured {
+            Some(volts) => volts / self.units.code,
+            None => {
+                let time = self.units.tick * seen.ticks() as f32;
+                self.thermal.induced(seen.driven().travel as f32 * count / time)
+            }
+        };
+        self.thermal.heat(&mut state.thermal, current);
+    }
+
     /// Checks a tick of the driver's wake-up, without output. Trips on a condition that forbids
     /// arming, or on a silent link.
     pub fn waking(&self, state: &mut MonitorState, seen: &Seen, supply: u16) -> Option<Trip> {

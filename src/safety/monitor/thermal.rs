@@ -9,7 +9,8 @@
 //!
 //! `continuous` is R times the current that the motor tolerates forever. An effort `V` at
 //! standstill trips from cold after `tau ln(1 / (1 - (continuous / V)^2))`; its sign does not
-//! matter. The winding cools while the bridge is off. It stays warm when the servo is armed again,
+//! matter. The winding cools while the bridge is off, except in a
+//! [short brake](crate::safety::fault::Reaction::ShortBrake), whose current counts as any other. It stays warm when the servo is armed again,
 //! when parameters change, and across a reset ([`Boot`](crate::servo::Boot)).
 //!
 //! Does badly: it models neither the room nor the housing, and without power the heat is forgotten.
@@ -58,6 +59,19 @@ impl Thermal {
     pub fn check_measured(&self, state: &mut ThermalState, current: f32) -> bool {
         state.heat += (current * current - state.heat) * self.share;
         state.heat > self.most
+    }
+
+    /// Returns the current that the back-EMF drives through a shorted winding at a speed of the
+    /// joint, deg/s, as the code at standstill that causes it.
+    pub fn induced(&self, velocity: f32) -> f32 {
+        -self.back_emf * velocity
+    }
+
+    /// Adds the heat of a tick in which a current flowed, after [`cool`](Self::cool): both together
+    /// are [`check_measured`](Self::check_measured). The current is the code at standstill that
+    /// causes it.
+    pub fn heat(&self, state: &mut ThermalState, current: f32) {
+        state.heat += current * current * self.share;
     }
 
     /// Cools for a tick without current.

@@ -44,4 +44,9 @@ pub(super) const MUTATIONS: &[Mutation] = &[
          "w.cen().enabled()"],
         "the resistor stays on while the program stands still",
         Suite::Image, &["stands_still_commands_no_further_pulse"]),
+    fault("src/control/brake_resistor.rs",
+        ["let change = change + self.rest;",
+         "let change = change + 0.0 * self.rest;"],
+        "a large resistor never cools",
+        Suite::Core, &["cools_by_less_than_the_last_bit"]),
 ];

@@ -212,13 +212,13 @@ impl DataSheet {
         if self.load_noise_counts() > 0 {
             return Some("load_encoder.noise_counts");
         }
-        if self.motor.dead_time_s > 0.0 {
-            return Some("motor.dead_time_s");
-        }
-        // A device simulates the supply of a bridge with its capacitor.
-        let has_capacitor = self.motor.driven_by == DrivenBy::Voltage
-            && self.supply.as_ref().is_some_and(|supply| supply.capacitance_f > 0.0);
-        (!has_capacitor && DriveModel::of(self, 0.0) != DriveModel::Ideal).then_some("supply")
+        // A device simulates the dead time of a bridge, and its supply with a capacitor.
+        let has_capacitor = self.supply.as_ref().is_some_and(|supply| supply.capacitance_f > 0.0);
+        let is_of_its_own = match self.motor.driven_by {
+            DrivenBy::Voltage => !has_capacitor && self.supply_is_real(),
+            DrivenBy::Current => DriveModel::of(self, 0.0) != DriveModel::Ideal,
+        };
+        is_of_its_own.then_some("supply")
     }
 
     /// Returns the joint without its drive, which replaces the axis in closed form in a device. Its

@@ -33,6 +33,8 @@ impl May {
 /// count; the most is 2^26, the finest encoders that are sold.
 const MIN_COUNTS: u32 = 360;
 const MAX_COUNTS: u32 = 1 << 26;
+/// Least time constant of the heat, s: the simulator computes temperatures once a sample.
+const MIN_HEAT_S: f64 = 0.1;
 /// Counts of an AS5047P in a turn: 14 bits.
 const AS5047P_COUNTS: u32 = 1 << 14;
 
@@ -45,6 +47,7 @@ impl DataSheet {
         }
         self.check_numbers()?;
         self.check_motor()?;
+        self.check_heat()?;
         self.check_gear()?;
         self.check_friction()?;
         self.check_encoder()
@@ -62,6 +65,16 @@ impl DataSheet {
             ("motor.current_limit_a", motor.current_limit_a, Positive),
             ("motor.rated_current_a", motor.rated_current_a, Positive),
             ("motor.amplifier_a_per_v", motor.amplifier_a_per_v, Positive),
+            (
+                "motor.thermal_resistance_winding_k_per_w",
+                motor.thermal_resistance_winding_k_per_w,
+                Positive,
+            ),
+            (
+                "motor.thermal_resistance_case_k_per_w",
+                motor.thermal_resistance_case_k_per_w,
+                Positive,
+            ),
             ("motor.no_load_rpm", motor.no_load_rpm, Positive),
             ("motor.no_load_rad_per_s", motor.no_load_rad_per_s, Positive),
             ("gear.ratio", Some(gear.ratio), Positive),
@@ -155,6 +168,43 @@ impl DataSheet {
             return Err(SheetRefusal::number("motor.dead_time_s", dead_time, why));
         }
         Ok(())
+    }
+
+    /// Checks the heat path of the winding: all of its keys are there, or none.
+    fn check_heat(&self) -> Result<(), SheetRefusal> {
+        let motor = &self.motor;
+        let path = [
+            ("motor.thermal_resistance_winding_k_per_w", motor.thermal_resistance_winding_k_per_w),
+            ("motor.thermal_resistance_case_k_per_w", motor.thermal_resistance_case_k_per_w),
+            ("motor.thermal_time_winding_s", motor.thermal_time_winding_s),
+            ("motor.thermal_time_motor_s", motor.thermal_time_motor_s),
+        ];
+        let all = path.iter().copied().chain([("motor.ambient_c", motor.ambient_c)]);
+        let Some((first, _)) = all.clone().find(|(_, found)| found.is_some()) else {
+            return Ok(());
+        };
+        if motor.driven_by == DrivenBy::Current {
+            let sentence = format!(
+                "`{first}` belongs to a motor driven by a voltage, but `motor.driven_by` is \
+                 \"current\": an amplifier compensates a hot winding"
+            );
+            return Err(SheetRefusal::of(first, sentence));
+        }
+        if let Some((key, _)) = path.iter().find(|(_, found)| found.is_none()) {
+            let why = "a winding that heats up needs all four thermal keys";
+            return Err(SheetRefusal::missing(key, why));
+        }
+        for (key, found) in path.iter().skip(2) {
+            if let Some(found) = found.filter(|found| !(MIN_HEAT_S..=1e6).contains(found)) {
+                return Err(SheetRefusal::number(key, found, "a number from 0.1 to 1000000"));
+            }
+        }
+        match motor.ambient_c {
+            Some(found) if !(-60.0..=150.0).contains(&found) => {
+                Err(SheetRefusal::number("motor.ambient_c", found, "a number from -60 to 150"))
+            }
+            _ => Ok(()),
+        }
     }
 
     /// Checks the supply. With an amplifier, the supply limits the current, so the motor's

@@ -55,7 +55,7 @@ pub enum DriveModel {
 }
 
 /// Returns `sgn(x) max(|x| - a, 0)`.
-fn shrink(x: f64, a: f64) -> f64 {
+pub fn shrink(x: f64, a: f64) -> f64 {
     (x.abs() - a).max(0.0).copysign(x)
 }
 
@@ -74,7 +74,7 @@ impl DriveModel {
                 resistance,
                 supply_resistance: supply.internal_resistance_ohm,
                 supply: supply.voltage_v,
-                dead_time: 2.0 * motor.dead_time_s * pwm_hz * supply.voltage_v,
+                dead_time: sheet.dead_time_v(pwm_hz),
                 takes_current_back: supply.takes_current_back,
                 back_emf,
             },
@@ -111,11 +111,20 @@ impl DriveModel {
 impl DataSheet {
     /// Returns whether the bridge or its supply differs from an ideal one.
     pub fn bridge_is_real(&self) -> bool {
-        let supply = self.supply.as_ref();
-        let of_supply = supply.is_some_and(|supply| {
+        self.supply_is_real() || self.motor.dead_time_s > 0.0
+    }
+
+    /// Returns whether the supply differs from an ideal one.
+    pub fn supply_is_real(&self) -> bool {
+        self.supply.as_ref().is_some_and(|supply| {
             supply.internal_resistance_ohm > 0.0 || !supply.takes_current_back
-        });
-        of_supply || self.motor.dead_time_s > 0.0
+        })
+    }
+
+    /// Returns the voltage that a bridge loses by its dead time, V, with a PWM of `pwm_hz`.
+    pub fn dead_time_v(&self, pwm_hz: f64) -> f64 {
+        let supply_v = self.supply.as_ref().map_or(0.0, |supply| supply.voltage_v);
+        2.0 * self.motor.dead_time_s * pwm_hz * supply_v
     }
 }
 

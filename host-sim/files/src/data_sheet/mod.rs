@@ -26,6 +26,7 @@ mod unseen_slack;
 
 pub use axis::{SheetAxis, SheetFactors};
 pub use derived::{OF_A_SHEET, derive, mapping};
+pub use drive::shrink;
 pub use motor_heat::MotorHeat;
 pub use refusal::SheetRefusal;
 pub use resting_torque::resting_torque;

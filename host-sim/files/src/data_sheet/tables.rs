@@ -60,6 +60,26 @@ pub struct Motor {
              supply against the current. `device.dead_time_s` follows it."]
     #[serde(default)]
     pub dead_time_s: f64,
+    // One line of the schema.
+    #[doc = "Thermal resistance from winding to case (data sheet: winding-housing), K/W. With the \
+             three other thermal keys, a simulated winding heats up by its current; \
+             `resistance_ohm` is then that at 20 deg C."]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub thermal_resistance_winding_k_per_w: Option<f64>,
+    /// Thermal resistance from case to ambient air (data sheet: housing-ambient), K/W.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub thermal_resistance_case_k_per_w: Option<f64>,
+    /// Thermal time constant of the winding (data sheet), s; 0.1 or more.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub thermal_time_winding_s: Option<f64>,
+    /// Thermal time constant of the motor, that of its case (data sheet), s; 0.1 or more.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub thermal_time_motor_s: Option<f64>,
+    // One line of the schema.
+    #[doc = "Temperature of the ambient air, and of the whole motor at the start, deg C from -60 \
+             to 150; left out: 20."]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ambient_c: Option<f64>,
 }
 
 /// `[gear]`; left out: the motor sits on the joint.

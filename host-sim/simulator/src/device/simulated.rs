@@ -20,6 +20,7 @@ use crate::flash::{SECTOR, SimulatedFlash};
 pub use crate::plant::MotorWires;
 use crate::plant::Plant;
 pub use crate::shunt::{Shunt, ShuntState};
+use crate::winding_heat::Temperatures;
 use dynamics::joint::RunJoint;
 use dynamics::solver::AxisSolver as _;
 pub use files::encoder::Wires;
@@ -306,6 +307,11 @@ impl SimulatedDevice {
     /// Returns the true current of the motor, A.
     pub const fn current_a(&self) -> f64 {
         self.plant.current_a()
+    }
+
+    /// Returns the temperatures of the motor; `None` without a heat path of its winding.
+    pub fn temperatures(&self) -> Option<Temperatures> {
+        self.plant.temperatures()
     }
 
     /// Returns the true position of the joint, deg.

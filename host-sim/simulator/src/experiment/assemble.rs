@@ -121,6 +121,7 @@ impl RunPlan {
             lsb_v: machine.drive.lsb_v(),
             sample_time_s: machine.sampling.sample_time_s(),
             delay: self.delay(),
+            supply: self.supply,
             axis: self.axis()?,
         })
     }

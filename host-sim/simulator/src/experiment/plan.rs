@@ -6,6 +6,7 @@ use std::sync::Arc;
 use toml::{Table, Value};
 
 use super::task::Task;
+use crate::supply::SupplyCourse;
 use dynamics::joint::Substitute;
 use files::data_sheet::{OF_A_SHEET, UnseenSlack};
 use files::document::{Document, Origin, within};
@@ -60,6 +61,8 @@ pub struct RunPlan {
     /// Run of another file, whose plant replaces this one's in a simulated device
     /// ([`with_truth`](Self::with_truth)).
     pub truth: Option<Box<Self>>,
+    /// Supply of the bridge; `None`: the nominal one. A run has it, and a device has not.
+    pub supply: Option<SupplyCourse>,
 }
 
 impl RunPlan {
@@ -279,6 +282,7 @@ fn runs_of(
             variant: slug.into(),
             substitute: None,
             truth: None,
+            supply: None,
         });
     };
     let names = controllers(&machine, origin, wanted)?;

@@ -11,6 +11,7 @@ use crate::current_periods::{BareCurrentLoop, half_period_s};
 use crate::dc_link::DcLink;
 use crate::plant::{Delay, Plant, Winding};
 use crate::shunt::Shunt;
+use crate::winding_heat::HeatPath;
 use dynamics::joint::{RunJoint, Substitute};
 use files::data_sheet::tables::{DrivenBy, LoadEncoderKind, SupplyTable};
 use files::data_sheet::{
@@ -61,6 +62,8 @@ impl RunPlan {
                 resistance_ohm,
                 back_emf_v_per_deg_per_s,
                 lag_s: inductance_h / resistance_ohm,
+                dead_time_v: sheet.dead_time_v(self.machine.drive.number("pwm_hz").unwrap_or(0.0)),
+                heat: HeatPath::of(&sheet.motor),
             }));
         }
         let back_emf = self.machine.limits.number("back_emf_v_per_deg_per_s");
@@ -68,7 +71,17 @@ impl RunPlan {
             resistance_ohm,
             back_emf_v_per_deg_per_s: back_emf.unwrap_or(0.0),
             lag_s: self.sensed("inductance_h").unwrap_or(0.0) / resistance_ohm,
+            dead_time_v: 0.0,
+            heat: None,
         }))
+    }
+
+    /// Returns whether the winding of the file's motor heats up.
+    ///
+    /// # Errors
+    /// Returns an error that names the invalid value.
+    pub fn has_heat(&self) -> Result<bool, Error> {
+        Ok(self.winding()?.is_some_and(|winding| winding.heat.is_some()))
     }
 
     /// Returns a number of `[current_sensor]`, if it is in the file.
@@ -297,8 +310,8 @@ impl RunPlan {
     fn has_a_plain_drive(&self, sheet: &DataSheet) -> Result<(), Error> {
         let Some(key) = sheet.has_a_drive_of_its_own() else { return Ok(()) };
         Err(Error::Input(format!(
-            "{}: `{key}` is simulated by `stiction run` and `benchmark` only; a simulated device \
-             has an ideal drive and readings without noise",
+            "{}: `{key}` is simulated by `stiction run` and `benchmark` only, without a current \
+             loop, a winding that heats up, and another supply; a simulated device has an ideal supply, or one with a capacitor, and readings without noise",
             self.origin.of(key)
         )))
     }

@@ -23,6 +23,7 @@ use files::goal::PositionGoal;
 use files::typed_number;
 use simulator::closed_loop::LoopSample;
 use simulator::experiment::{Document, Experiment, RunPlan, Task, parameters};
+use simulator::plant::Winding;
 use simulator::target::WatchedServo;
 
 /// Simulated time of a step, s, unless the goal needs more.
@@ -294,14 +295,19 @@ fn drive(pair: [&RunPlan; 2], samples: u32, see: impl FnMut(&CaseSample)) -> Res
     let [nominal, joint] = pair;
     nominal.as_case(|| {
         // The drive of a data sheet's axis has no current.
-        if joint.has_current_loop() {
+        if joint.has_current_loop() || joint.has_heat()? {
             let has_sheet = joint.nm_per_v()?.is_some();
             let side = if has_sheet { DiscSide::Load } else { DiscSide::Motor };
-            return Ok(Driven { fault: drive_with(joint.joint()?, pair, samples, see)?, side });
+            return Ok(Driven {
+                fault: drive_with(joint.joint()?, joint.winding()?, pair, samples, see)?,
+                side,
+            });
         }
         let (fault, side) = match joint.sheet_axis()? {
-            Some(axis) => (drive_with(axis, pair, samples, see)?, DiscSide::Load),
-            None => (drive_with(joint.joint()?, pair, samples, see)?, DiscSide::Motor),
+            Some(axis) => (drive_with(axis, None, pair, samples, see)?, DiscSide::Load),
+            None => {
+                (drive_with(joint.joint()?, joint.winding()?, pair, samples, see)?, DiscSide::Motor)
+            }
         };
         Ok(Driven { fault, side })
     })
@@ -309,13 +315,14 @@ fn drive(pair: [&RunPlan; 2], samples: u32, see: impl FnMut(&CaseSample)) -> Res
 
 fn drive_with<S: AxisSolver>(
     solver: S,
+    winding: Option<Winding>,
     [nominal, joint]: [&RunPlan; 2],
     samples: u32,
     mut see: impl FnMut(&CaseSample),
 ) -> Result<Option<String>, Error> {
     let closed_loop = joint.closed_loop()?;
     let h = closed_loop.sample_time_s;
-    let mut plant = closed_loop.plant(solver).with_winding(joint.winding()?);
+    let mut plant = closed_loop.plant(solver).with_winding(winding);
     let mut servo = WatchedServo::new(parameters(nominal)?, plant.counters(), plant.counts())?;
     let count = closed_loop.encoder.resolution;
     let mut seen: Vec<CaseSample> = Vec::new();
