@@ -200,7 +200,7 @@ impl SimulatedDevice {
             None => EncoderReading::default(),
         };
         let has_loop = self.device.servo().has_current_loop();
-        let current = match self.shunt {
+        let current = match &mut self.shunt {
             Some(_) if has_loop => self.periods.reading(),
             Some(shunt) => shunt.reading(self.plant.current_a()),
             None => 0,
@@ -240,7 +240,7 @@ impl SimulatedDevice {
     fn drive(&mut self, output: &Output) {
         let voltage = self.periods.voltage();
         let regulated = RegulatedTick::of(self.device.servo(), output, voltage);
-        if let (Some(regulated), Some(shunt)) = (regulated, &self.shunt) {
+        if let (Some(regulated), Some(shunt)) = (regulated, &mut self.shunt) {
             let sample_time_s = self.plant.sample_time_s();
             let mut motor = PlantMotor { plant: &mut self.plant, shunt, on_event: |_| {} };
             self.periods.pass(&mut motor, sample_time_s, regulated);
