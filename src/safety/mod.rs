@@ -6,6 +6,7 @@
 //! defines the proof that an encoder in doubt needs before the servo is armed again. [`deadline`]
 //! judges how late a tick began and how long it took.
 
+pub mod current_offset;
 pub mod deadline;
 pub mod encoder_proof;
 pub mod fault;

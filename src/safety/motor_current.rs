@@ -1,7 +1,7 @@
 //! The motor's current: its measurement, and the faults that it shows.
 //!
 //! ```text
-//! i = +-(reading - offset) unit              offset: mean at rest, bridge off
+//! i = +-(reading - offset) unit              offset: current_offset.rs
 //! w = u - k_e v,  d = k_e |v| / 4            of the effort u since the tick; k_e may be off by d
 //! e = (|w| + d) / R                          largest expected current
 //! e_d = sgn(w) max(|w| - d - V_d, 0) / R     smallest one; V_d: lost to dead time and brushes
@@ -29,8 +29,8 @@
 //! last tick names the fault. If no current is measured, and the encoder moves the way of the
 //! effort without losing a tenth of its speed meanwhile, the sensor is dead, not the wire; in a
 //! current loop if it gains speed, since the loop drives with its largest voltage then. `i_0` is a
-//! fiftieth of the sensor's range. An offset more than a twentieth of the range away from its
-//! middle forbids arming.
+//! fiftieth of the sensor's range. An offset or a noise that forbids arming is judged in
+//! [`current_offset`](super::current_offset).
 //!
 //! Guarantees: with a sample time of up to 5 ms, a velocity window of up to four positions per 20
 //! ms and an effort of twice `R i_0 + V_d`, an open wire is found within 0.1 s.
@@ -43,6 +43,7 @@
 //! of 0.7 times the expected current, half of it.
 
 use crate::control::current_sensor::{CurrentSensor, Driven};
+use crate::safety::current_offset::{CurrentOffset, CurrentOffsetState};
 use crate::safety::fault::Fault;
 use crate::units::saturation::saturate;
 
@@ -58,9 +59,6 @@ const FEWEST: u16 = 3;
 /// Part of the sensor's range: the smallest expected current that is judged. The offset of an
 /// amplifier drifts by less than that between two armings, and noise of a few readings is less.
 const LEAST: f32 = 0.02;
-
-/// Part of the sensor's range: the largest error of the offset.
-const OFFSET: f32 = 0.05;
 
 /// Part of the back-EMF by which it may be off: tolerance of the torque constant and warm magnets.
 const INDUCED: f32 = 0.25;
@@ -79,21 +77,12 @@ const SETTLED: f32 = 0.25;
 /// Factor of the expected current beyond which there is a short.
 const SHORT: f32 = 2.0;
 
-/// Readings at rest whose mean is the offset. Later ones replace the older ones.
-const READINGS: u16 = 32;
-
-/// Time of readings at rest without which the motor is not armed, s: one reading at least.
-const CALIBRATES: f32 = 0.004;
-
 /// Voltage that brushes may lose, V: those of graphite lose about 1 V a pair.
 const BRUSHES: f32 = 1.0;
 
 /// Part of the expected current that heats the winding at least: a winding that is 100 K hotter has
 /// 1.4 times its resistance.
 const HEATS: f32 = 0.7;
-
-/// Time after a motion in which the current of the winding ends, s: ten time constants of 5 ms.
-const ENDS: f32 = 0.05;
 
 /// Part of its speed that a joint without a current has lost to its friction when the fault comes.
 const COASTS: f32 = 0.9;
@@ -109,8 +98,8 @@ pub struct MotorCurrent {
     unit: f32,
     /// The converter's largest reading.
     top: u16,
-    /// Largest error of the offset, readings.
-    offset_error: f32,
+    /// Measurement of the offset.
+    offset: CurrentOffset,
     /// Current that turns the bridge off, readings.
     trip: f32,
     /// Resistance of the winding, ohm.
@@ -124,10 +113,6 @@ pub struct MotorCurrent {
     share: f32,
     /// Ticks in a row in which a condition has to hold.
     ticks: u16,
-    /// Ticks in which the current of the winding ends.
-    settles: u16,
-    /// Readings at rest without which the motor is not armed.
-    calibrates: u16,
     regulated: Option<Regulated>,
 }
 
@@ -147,12 +132,7 @@ struct Regulated {
 pub struct MotorCurrentState {
     /// Current of the last tick, A.
     current: f32,
-    /// Mean reading without current.
-    offset: f32,
-    /// Number of readings in that mean.
-    readings: u16,
-    /// Ticks until a reading with the bridge off counts.
-    waits: u16,
+    offset: CurrentOffsetState,
     /// Lagged current, and lagged largest and smallest expected currents, A.
     lagged: f32,
     expected: f32,
@@ -201,12 +181,11 @@ impl MotorCurrent {
             share: sample_time / (sample_time + lag),
             ticks: in_ticks(lag).max(fewest),
         });
-        let middle = 0.5 * f32::from(top);
         let unit = sensor.unit(top);
         sensor.is_there().then(|| Self {
             unit,
             top,
-            offset_error: OFFSET * middle,
+            offset: CurrentOffset::of(top, sample_time),
             trip: sensor.trip / unit.abs(),
             resistance: sensor.resistance,
             back_emf,
@@ -214,40 +193,31 @@ impl MotorCurrent {
             least: LEAST * sensor.full_scale,
             share: sample_time / (sample_time + TIME),
             ticks: in_ticks(TIME).max(fewest),
-            settles: in_ticks(ENDS),
-            calibrates: in_ticks(CALIBRATES).max(1),
             regulated,
         })
     }
 
-    /// Takes a reading with the bridge off. The mean of those at rest is the offset. After a
-    /// motion, the readings of 50 ms are skipped, in which the current of the winding ends.
+    /// Takes a reading with the bridge off, which counts for the offset if the joint is at rest.
     pub fn idle(&self, state: &mut MotorCurrentState, reading: u16, is_at_rest: bool) {
-        let MotorCurrentState { offset, readings, waits, .. } = *state;
-        let mut now = MotorCurrentState { offset, ..MotorCurrentState::default() };
-        if waits > 0 {
-            now.waits = waits - 1;
-        } else if is_at_rest {
-            now.readings = (readings + 1).min(READINGS);
-            now.offset += (f32::from(reading) - offset) / f32::from(now.readings);
-        }
+        let mut now = MotorCurrentState { offset: state.offset, ..MotorCurrentState::default() };
+        self.offset.idle(&mut now.offset, reading, is_at_rest);
         *state = now;
     }
 
     /// Returns whether the offset is known: the mean of a few readings at rest.
     pub const fn is_calibrated(&self, state: &MotorCurrentState) -> bool {
-        state.readings >= self.calibrates
+        self.offset.is_known(&state.offset)
     }
 
-    /// Returns whether the sensor is known to be faulty while no current flows.
+    /// Returns whether the sensor is known to be faulty while no current flows, by its offset or
+    /// its noise.
     pub fn is_off(&self, state: &MotorCurrentState) -> bool {
-        let error = state.offset - 0.5 * f32::from(self.top);
-        error.abs() > self.offset_error
+        self.offset.is_off(&state.offset)
     }
 
     /// Returns the mean reading without a current.
     pub const fn offset(&self, state: &MotorCurrentState) -> f32 {
-        state.offset
+        state.offset.mean()
     }
 
     /// Returns the current of a reading, A, with the sign of the sensor's direction.
@@ -258,22 +228,22 @@ impl MotorCurrent {
     /// Returns the lowest and the highest reading that does not turn the bridge off. A reading at
     /// an end of the range is beyond them.
     pub fn window(&self, state: &MotorCurrentState) -> [u16; 2] {
-        let low = (state.offset - self.trip).max(1.0);
-        let high = (state.offset + self.trip).min(f32::from(self.top) - 1.0);
+        let low = (state.offset.mean() - self.trip).max(1.0);
+        let high = (state.offset.mean() + self.trip).min(f32::from(self.top) - 1.0);
         [libm::ceilf(low) as u16, high as u16]
     }
 
     /// Returns the current of a reading, A.
     #[inline]
     pub fn current(&self, state: &MotorCurrentState, reading: u16) -> f32 {
-        (f32::from(reading) - state.offset) * self.unit
+        (f32::from(reading) - state.offset.mean()) * self.unit
     }
 
     /// Measures the current of a tick with the bridge on, and returns it, A.
     #[inline]
     pub fn measure(&self, state: &mut MotorCurrentState, reading: u16) -> f32 {
         state.current = self.current(state, reading);
-        (state.readings, state.waits) = (0, self.settles);
+        self.offset.drive(&mut state.offset);
         state.current
     }
 
@@ -428,6 +398,33 @@ mod tests {
         }
     }
 
+    /// A current that swings about zero is one, and has none on average: after some ticks of that,
+    /// the loop has none for two ticks less than a silent one. The lag takes another one until it
+    /// shows the current.
+    #[test]
+    fn ticks_of_another_condition_are_none_of_a_silent_loop() {
+        let sensor = regulated();
+        let silent = sensor.regulated.unwrap().ticks;
+        let mut state = at_rest(&sensor, 2100);
+        let driven = Driven { effort: 4.0, target: 4.0, speed: 0.0, supply: 1.0, travel: 0 };
+        let tick = |state: &mut _, current: f32| {
+            sensor.measure(state, (2100.0 + current / sensor.unit).round() as u16);
+            sensor.check(state, &driven)
+        };
+        let mut current = 1.0;
+        while state.odd < 4 {
+            assert_eq!(tick(&mut state, current), None);
+            current = -current;
+        }
+        assert_eq!(state.silent, 0);
+        while state.silent < silent - 2 {
+            assert_eq!(tick(&mut state, 0.0), None, "{state:?}");
+        }
+        assert!(state.odd > silent, "{state:?}");
+        let found = (0..200).find_map(|_| tick(&mut state, 2.0));
+        assert_eq!(found, None);
+    }
+
     /// At 200 deg/s 10 V are induced, which may be 12.5 V, and 1.5 V are lost to dead time and
     /// brushes: of 12 V none is left for a current.
     #[test]
@@ -497,43 +494,6 @@ mod tests {
             }
             // 9 A are 1842.75 readings.
             assert_eq!(sensor.window(&state), [258, 3942]);
-        }
-    }
-
-    #[test]
-    fn the_offset_is_the_mean_of_readings_at_rest_and_none_of_them_has_the_current_of_a_motion() {
-        let sensor = sensor(Direction::Forward);
-        let mut state = MotorCurrentState::default();
-        sensor.idle(&mut state, 3000, false);
-        for (number, reading) in [(1, 2040), (2, 2060), (3, 2050), (4, 2050)] {
-            assert!(!sensor.is_calibrated(&state));
-            sensor.idle(&mut state, reading, true);
-            assert_eq!(state.readings, number);
-        }
-        assert!(state.offset == 2050.0 && sensor.is_calibrated(&state));
-        // Noise of four readings either way is averaged to less than one.
-        for tick in 0..320u16 {
-            sensor.idle(&mut state, 2046 + tick % 9, true);
-        }
-        assert!((state.offset - 2050.0).abs() < 1.0, "{}", state.offset);
-        // A joint that held a load at rest: the current ends within 50 ms.
-        sensor.measure(&mut state, 3500);
-        for tick in 0..50 {
-            sensor.idle(&mut state, 3500 - 29 * tick, true);
-            assert!((state.offset - 2050.0).abs() < 1.0 && !sensor.is_calibrated(&state));
-        }
-        (0..4).for_each(|_| sensor.idle(&mut state, 2052, true));
-        assert!(state.offset == 2052.0 && sensor.is_calibrated(&state));
-    }
-
-    #[test]
-    fn an_offset_off_the_middle_and_a_reading_at_the_end_are_a_sensor_that_forbids_arming() {
-        let sensor = sensor(Direction::Forward);
-        // A twentieth of 2047.5 readings is 102.4.
-        for (reading, expected) in
-            [(1946, false), (1944, true), (2149, false), (2151, true), (0, true), (4095, true)]
-        {
-            assert_eq!(sensor.is_off(&at_rest(&sensor, reading)), expected, "{reading}");
         }
     }
 

@@ -164,6 +164,38 @@ fn a_sensor_whose_offset_is_off_forbids_arming_and_one_within_its_bounds_is_cali
     }
 }
 
+/// A fiftieth of 1650 mV are 33 mV; two of three readings have the noise, so 30 mV are 20 mV, and
+/// 75 mV are 50 mV.
+#[test]
+fn a_noisy_sensor_forbids_arming_until_the_noise_is_gone() {
+    let mut device = device("robust", &[]);
+    for (mv, is_allowed) in [(30, true), (75, false), (30, true), (3, true)] {
+        device.shunt.as_mut().unwrap().state = ShuntState::Noisy(mv);
+        device.ticks(200);
+        let found = device.device.servo().arm_for_link(None);
+        let expected =
+            if is_allowed { Ok(()) } else { Err(Refusal::WouldTrip(Fault::CurrentSensor)) };
+        assert_eq!(found, expected, "{mv} mV");
+        heard(&mut device);
+        device.device.servo().stop();
+    }
+}
+
+/// A step of 20 deg with three times the noise of the ensembles.
+#[test]
+fn a_noise_of_9_mv_is_no_fault_in_motion_under_any_law() {
+    for law in LAWS {
+        let mut device = device(law, &[]);
+        device.shunt.as_mut().unwrap().state = ShuntState::Noisy(9);
+        device.ticks(100);
+        moves(&mut device, 20.0);
+        for tick in 0..2000 {
+            assert_eq!(heard(&mut device).state, State::Armed, "{law}, {tick}");
+        }
+        assert!((device.position_deg() - 20.0).abs() < 0.5, "{law}: {}", device.position_deg());
+    }
+}
+
 /// Returns parameters whose loop holds a step of 90 deg against a block, without the monitors that
 /// would end it, and the joint with another resistance.
 fn blocked(resistance: f64, peak_a: &str) -> SimulatedDevice {

@@ -9,7 +9,7 @@ use experiments::matrix::{
     start_over,
 };
 use files::hardware::STM32F405;
-use stiction::servo::{Boot, Input, Output, Refusal, State};
+use stiction::servo::{Boot, ControlLoop, Input, Output, Refusal, State};
 use stiction::{Fault, Servo};
 
 use crate::fixture::srnf;
@@ -71,6 +71,20 @@ fn no_command_clears_or_arms_while_the_contact_is_open() {
     // Another fault is cleared before a tick has seen the contact.
     servo.fault(Fault::Overrun);
     assert_eq!((servo.clear(), tick(&mut servo, false).state), (Ok(()), STOPPED));
+}
+
+/// Valid parameters end the fault of bad ones. Until the next tick, the open contact of the last one
+/// is the refusal.
+#[test]
+fn parameters_that_end_a_fault_arm_nothing_under_an_open_contact() {
+    let mut servo = at_rest(&[CONTACT]);
+    servo.fault(Fault::BadParameters);
+    assert_eq!(tick(&mut servo, false).state, State::Faulted(Fault::BadParameters));
+    let mut after = None;
+    ControlLoop::prepare(&mut after, &srnf(&[CONTACT]), &STM32F405).unwrap();
+    servo.install(&mut after).unwrap();
+    assert_eq!((servo.state(), servo.arm()), (State::Stopped, REFUSED));
+    assert_eq!(tick(&mut servo, false).state, STOPPED);
 }
 
 /// The stop has a clearing of its own, though the contact is closed again.

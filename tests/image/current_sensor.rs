@@ -12,6 +12,7 @@ use experiments::current_sensor::current_sensor;
 use simulator::device::parameters;
 use simulator::device::simulated::{MotorWires, ShuntState, SimulatedDevice};
 use simulator::experiment::RunPlan;
+use simulator::shunt::Shunt;
 use stiction::parameters::ROOM;
 use stiction::servo::Boot;
 use stiction::{Fault, Parameters, Tick};
@@ -154,6 +155,23 @@ fn failures_of_wires_and_sensor_are_the_same_faults_as_on_a_simulated_device() {
         let (here, there) = (here.unwrap(), there.unwrap());
         assert_eq!(there.1, here.1, "{wires:?}, {sensor:?}");
         assert!(there.0.abs_diff(here.0) <= 1, "{wires:?}, {sensor:?}: {there:?}, {here:?}");
+    }
+}
+
+/// The automatic start comes 0.3 s after power-on. A fiftieth of the range are 33 mV on average.
+#[test]
+fn a_noisy_sensor_is_a_fault_of_the_automatic_start_as_on_a_simulated_device() {
+    for (mv, expected) in [(30, ARMED), (75, 3 | (Fault::CurrentSensor as u32) << 8)] {
+        let (plan, parameters) = plan("robust", &[]);
+        let mut device = host(&plan, &parameters);
+        device.shunt.as_mut().unwrap().state = ShuntState::Noisy(mv);
+        let mut board = board(&plan, &parameters);
+        let set = move |shunt: &mut Shunt| shunt.state = ShuntState::Noisy(mv);
+        board.act(move |halted| halted.harness.coupling.plant.shunt.as_mut().map(set)).unwrap();
+        let here = device.ticks(400).tick.status;
+        board.samples(400).unwrap();
+        let there = board.act(|halted| halted.last_tick()).unwrap().unwrap().status;
+        assert_eq!((here & 0xFFFF, there & 0xFFFF), (expected, expected), "{mv} mV");
     }
 }
 

@@ -19,7 +19,7 @@ pub trait PlantInterface: Send + std::fmt::Debug + 'static {
 
     /// Returns the voltage on the pin that measures the motor's current, mV; `None` without a
     /// sensor.
-    fn current_mv(&self) -> Option<u32> {
+    fn current_mv(&mut self) -> Option<u32> {
         None
     }
 
@@ -136,8 +136,8 @@ impl PlantInterface for DrivenPlant {
         self.plant.discs()
     }
 
-    fn current_mv(&self) -> Option<u32> {
-        Some(self.shunt.as_ref()?.pin_mv(self.plant.current_a()))
+    fn current_mv(&mut self) -> Option<u32> {
+        Some(self.shunt.as_mut()?.pin_mv(self.plant.current_a()))
     }
 
     fn supply_mv(&self) -> Option<u32> {

@@ -40,7 +40,7 @@ pub struct PlantMotor<'a, S, F> {
     /// The plant.
     pub plant: &'a mut Plant<S>,
     /// Its shunt.
-    pub shunt: &'a Shunt,
+    pub shunt: &'a mut Shunt,
     /// Called with each event of the joint.
     pub on_event: F,
 }
@@ -107,7 +107,7 @@ impl BareCurrentLoop {
     /// Prepares the loop of validated parameters; `None` if the effort is a voltage.
     pub fn of(parameters: &Parameters) -> Option<Self> {
         let servo = Servo::new(Ok(parameters), Boot::at_zero(), &STM32F405);
-        let shunt = Shunt::of(&parameters.current);
+        let mut shunt = Shunt::of(&parameters.current);
         let of = match servo.period_work()? {
             PeriodWork::Regulate(of) => {
                 PeriodWork::Regulate(of.with_offset(shunt.reading(0.0).into()))
@@ -130,7 +130,7 @@ impl BareCurrentLoop {
         let induced = (self.back_emf * tick.velocity) as i16;
         let command = BridgeCommand::Regulate(CurrentTarget { effort: code, induced });
         let sample_time_s = plant.sample_time_s();
-        let mut motor = PlantMotor { plant, shunt: &self.shunt, on_event };
+        let mut motor = PlantMotor { plant, shunt: &mut self.shunt, on_event };
         let regulated = RegulatedTick { of: self.of, command, window: None };
         self.periods.pass(&mut motor, sample_time_s, regulated);
     }

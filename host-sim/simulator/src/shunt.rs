@@ -7,6 +7,7 @@
 //!
 //! The emulated converter takes whole millivolts, so the host does as well.
 
+use dynamics::joint::CountNoise;
 use files::hardware::STM32F405;
 use stiction::control::current_sensor::CurrentSensor;
 use stiction::control::encoder::Direction;
@@ -21,6 +22,7 @@ pub struct Shunt {
     direction: Direction,
     /// State of the sensor.
     pub state: ShuntState,
+    noise: CountNoise,
 }
 
 /// State of a sensor of the current.
@@ -33,31 +35,38 @@ pub enum ShuntState {
     Reversed,
     /// Its output is stuck at a voltage, mV.
     Stuck(u32),
+    /// Its output has noise: a voltage more, the same or less, mV, equally often.
+    Noisy(u32),
 }
 
 impl Shunt {
     /// Creates the shunt of a sensor.
     pub fn of(sensor: &CurrentSensor) -> Self {
         let CurrentSensor { full_scale, direction, .. } = *sensor;
-        Self { full_scale_a: full_scale.into(), direction, state: ShuntState::Sound }
+        Self {
+            full_scale_a: full_scale.into(),
+            direction,
+            state: ShuntState::Sound,
+            noise: CountNoise::new(1),
+        }
     }
 
     /// Returns the voltage on the converter's pin at a current (A), mV.
-    pub fn pin_mv(&self, current_a: f64) -> u32 {
+    pub fn pin_mv(&mut self, current_a: f64) -> u32 {
         let middle = 0.5 * f64::from(REFERENCE_MV);
         let is_forward =
             (self.direction == Direction::Forward) == (self.state != ShuntState::Reversed);
         let share = if is_forward { current_a } else { -current_a } / self.full_scale_a;
-        match self.state {
-            ShuntState::Stuck(mv) => mv,
-            ShuntState::Sound | ShuntState::Reversed => {
-                (middle * (1.0 + share)).round().clamp(0.0, REFERENCE_MV.into()) as u32
-            }
-        }
+        let noise = match self.state {
+            ShuntState::Stuck(mv) => return mv,
+            ShuntState::Noisy(mv) => self.noise.next() as f64 * f64::from(mv),
+            ShuntState::Sound | ShuntState::Reversed => 0.0,
+        };
+        (middle * (1.0 + share) + noise).round().clamp(0.0, REFERENCE_MV.into()) as u32
     }
 
     /// Returns the converter's reading at a current, A.
-    pub fn reading(&self, current_a: f64) -> u16 {
+    pub fn reading(&mut self, current_a: f64) -> u16 {
         let top = u32::from(STM32F405.supply_top);
         (self.pin_mv(current_a) * top / REFERENCE_MV).min(top) as u16
     }
@@ -79,5 +88,8 @@ mod tests {
         assert_eq!(shunt.pin_mv(1.0), 1450);
         shunt.state = ShuntState::Stuck(1700);
         assert_eq!(shunt.pin_mv(1.0), 1700);
+        shunt.state = ShuntState::Noisy(30);
+        let seen: std::collections::BTreeSet<u32> = (0..100).map(|_| shunt.pin_mv(1.0)).collect();
+        assert_eq!(Vec::from_iter(seen), [1820, 1850, 1880]);
     }
 }

@@ -156,7 +156,7 @@ impl WatchedServo {
         if parameters.controller.effort == EffortMode::Voltage {
             parameters.current = CurrentSensor::NONE;
         }
-        let shunt = Shunt::of(&parameters.current);
+        let mut shunt = Shunt::of(&parameters.current);
         let reading = shunt.reading(0.0);
         parameters.device.autostart = false;
         from_start(&mut parameters.motion, counts);
@@ -285,7 +285,7 @@ impl Target for WatchedServo {
         if let BridgeCommand::Regulate(target) = &mut regulated.command {
             target.effort = plant.code(effort_v);
         }
-        let mut motor = PlantMotor { plant, shunt: &self.shunt, on_event };
+        let mut motor = PlantMotor { plant, shunt: &mut self.shunt, on_event };
         self.periods.pass(&mut motor, sample_time_s, regulated);
         self.current = self.periods.reading();
     }

@@ -201,7 +201,7 @@ impl SimulatedDevice {
             None => EncoderReading::default(),
         };
         let has_loop = self.device.servo().has_current_loop();
-        let current = match self.shunt {
+        let current = match &mut self.shunt {
             Some(_) if has_loop => self.periods.reading(),
             Some(shunt) => shunt.reading(self.plant.current_a()),
             None => 0,
@@ -244,7 +244,7 @@ impl SimulatedDevice {
         if let Some(sums) = self.periods.sums() {
             self.device.servo().pulsed(&sums);
         }
-        if let (Some(regulated), Some(shunt)) = (regulated, &self.shunt) {
+        if let (Some(regulated), Some(shunt)) = (regulated, &mut self.shunt) {
             let sample_time_s = self.plant.sample_time_s();
             let mut motor = PlantMotor { plant: &mut self.plant, shunt, on_event: |_| {} };
             self.periods.pass(&mut motor, sample_time_s, regulated);
