@@ -73,8 +73,8 @@ fn no_command_clears_or_arms_while_the_contact_is_open() {
     assert_eq!((servo.clear(), tick(&mut servo, false).state), (Ok(()), STOPPED));
 }
 
-/// Valid parameters end the fault of bad ones. Until the next tick, the open contact of the last one
-/// is the refusal.
+/// Valid parameters end the fault of bad ones. Until the next tick, the open contact of the last
+/// one is the refusal.
 #[test]
 fn parameters_that_end_a_fault_arm_nothing_under_an_open_contact() {
     let mut servo = at_rest(&[CONTACT]);

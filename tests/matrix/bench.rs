@@ -3,6 +3,7 @@
 use files::encoder::Wires;
 use simulator::device::client::Client;
 use simulator::device::parameters;
+use simulator::device::simulated::{MotorWires, ShuntState};
 use simulator::device::wire::Wire;
 use simulator::experiment::RunPlan;
 use stiction::control::reference::Corner;
@@ -60,6 +61,8 @@ pub trait Bench {
     fn supply(&mut self, of_full_scale: f64);
     /// Sets the friction in addition to that of the joint, V.
     fn brake(&mut self, volts: f64);
+    /// Changes the motor's wires and the state of the sensor of its current, if there is one.
+    fn motor(&mut self, wires: MotorWires, sensor: ShuntState);
     /// Returns the true position, deg.
     fn position_deg(&mut self) -> f64;
     /// Sets position, deg, and velocity, deg/s, of the joint.
@@ -97,6 +100,7 @@ pub fn start_over<B: Bench>(bench: &mut B, law: &str, set: &[&str]) {
     bench.rewire(Wires::Sound);
     bench.supply(0.5);
     bench.brake(0.0);
+    bench.motor(MotorWires::Sound, ShuntState::Sound);
     bench.push(0.0, 0.0);
     bench.client().set_parameters(&parameters(&plan::<B>(law, set)).unwrap()).unwrap();
     bench.ticks(10);

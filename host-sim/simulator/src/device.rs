@@ -21,6 +21,7 @@ pub mod moved;
 #[cfg(not(target_family = "wasm"))]
 pub mod port;
 pub mod robust_joint;
+pub mod shown_current;
 pub mod signals;
 pub mod simulated;
 pub mod spread;

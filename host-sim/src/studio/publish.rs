@@ -10,6 +10,7 @@ use super::form;
 use super::request::RequestedMotion;
 use super::worker::Worker;
 use files::error::Error;
+use simulator::device::shown_current::ShownCurrent;
 use simulator::device::signals::{OF_THE_LOOP, Signals};
 use simulator::device::travel::Travel;
 use simulator::device::wire::Wire;
@@ -69,6 +70,9 @@ impl<W: Wire> Worker<'_, W> {
         let law: Vec<String> = signals.of_law().map(str::to_owned).collect();
         // The signals of a self-test are included, so that its start needs no new `hello`.
         let named = OF_THE_LOOP.into_iter().chain(selftest::SIGNALS);
+        let parameters = self.client.parameters().ok();
+        let current = parameters.as_ref().and_then(ShownCurrent::of);
+        let named = named.chain(current.map(|_| const { name("current") }));
         let mask = signals.mask(named.chain(law.iter().map(String::as_str)));
         let columns = mask.count_ones() as usize;
         let every = if self.about.every_tick {
@@ -77,7 +81,6 @@ impl<W: Wire> Worker<'_, W> {
             let took_s = (AROUND + 4 * columns) as f64 / CARRIED;
             (took_s / f64::from(status.sample_time).max(1e-6)).ceil().clamp(1.0, 1000.0) as u16
         };
-        let parameters = self.client.parameters().ok();
         self.travel = parameters.as_ref().map(Travel::new);
         self.link_timeout = parameters.as_ref().map_or(0.0, |all| all.limits.link_timeout);
         self.frame.flush(&self.shared.news);
@@ -121,6 +124,7 @@ impl<W: Wire> Worker<'_, W> {
                 "every": every,
                 "signals": columns,
                 "law": law,
+                "target_a_per_v": current.and_then(|current| current.target_a_per_v),
             }),
         );
         self.shared.set_in_use(parameters.clone());

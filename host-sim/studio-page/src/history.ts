@@ -13,6 +13,8 @@ export type Hello = {
   every: number;
   signals: Signal[];
   law: string[];
+  // Target of a current loop for an effort of 1 V; sessions of older programs have none.
+  target_a_per_v?: number | null;
 };
 // Missing samples, or a reset of the device.
 export type Gap = { begin: number; end: number; lost: number; isReset: boolean };

@@ -322,6 +322,8 @@ function readings(): void {
     ['Velocity', of((h) => h.reader('velocity_deg_per_s'), 'deg/s')],
     ['Effort', of((h) => h.reader('v_applied_v'), 'V')],
   ];
+  if (history.hello?.signals.some(({ name }) => name === 'current_a'))
+    rows.push(['Motor current', of((h) => h.reader('current_a'), 'A')]);
   by('now').replaceChildren(
     ...rows.flatMap(([name, value]) => [
       element('dt', { textContent: name }),

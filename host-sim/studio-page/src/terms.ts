@@ -50,6 +50,12 @@ export const errorCounts: Read = (of) => {
   return (row) => error(row) / resolution;
 };
 
+// Target of the current loop, A.
+const targetA: Read = (of) => {
+  const [applied, perVolt] = [of.reader('v_applied_v'), of.hello!.target_a_per_v!];
+  return (row) => applied(row) * perVolt;
+};
+
 export function panels(hello: Hello): Panel[] {
   const all: Panel[] = [
     {
@@ -79,6 +85,13 @@ export function panels(hello: Hello): Panel[] {
       terms: [term('velocity', 'deg/s', 'velocity_deg_per_s', LOOKS.primary)],
     },
   ];
+  // A device with a sensor of the motor's current sends it.
+  if (hello.signals.some((signal) => signal.name === 'current_a')) {
+    const terms = [term('measured', 'A', 'current_a', LOOKS.primary)];
+    if (hello.target_a_per_v)
+      terms.push({ name: 'target', unit: 'A', value: targetA, look: LOOKS.reference });
+    all.push({ title: 'Motor current, A', terms });
+  }
   // Signals of the law in use, a panel for each unit.
   const units = new Map<string, Term[]>();
   for (const name of hello.law) {

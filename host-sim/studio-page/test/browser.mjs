@@ -12,6 +12,7 @@ import { appendFileSync, mkdirSync, readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { McapStreamReader } from '@mcap/core';
 import { begins, commissioning, isFound } from './commissioning.mjs';
+import { current } from './current.mjs';
 import { emulated } from './emulated.mjs';
 import { refusedFile } from './refused-file.mjs';
 import { results } from './results.mjs';
@@ -423,6 +424,10 @@ try {
     refusedFile(context),
   );
   failed += isKept ? 0 : 1;
+  const isMeasured = await runTest('the current of the motor is shown with its target', () =>
+    current(program, context, { patience: PATIENCE, isDist }),
+  );
+  failed += isMeasured ? 0 : 1;
   bench.server.kill();
   await other.close();
   if (pictures) await take(browser, url);

@@ -3,7 +3,7 @@
 use experiments::matrix::{Bench, BenchSample, Situation, plan};
 use files::hardware::STM32F405;
 use simulator::device::client::Client;
-use simulator::device::simulated::{SimulatedDevice, Wires};
+use simulator::device::simulated::{MotorWires, ShuntState, SimulatedDevice, Wires};
 use simulator::device::wire::SimulatedWire;
 use stiction::control::drive::{Drive, Duty};
 use stiction::link::FaultReport;
@@ -23,7 +23,12 @@ pub struct DeviceBench {
 
 impl DeviceBench {
     pub fn new() -> Self {
-        let mut simulated = SimulatedDevice::new(&plan::<Self>("pd", &[])).unwrap();
+        Self::with(&[])
+    }
+
+    /// A device whose joint has keys set.
+    pub fn with(set: &[&str]) -> Self {
+        let mut simulated = SimulatedDevice::new(&plan::<Self>("pd", set)).unwrap();
         let drive = &simulated.device.parameters().unwrap().controller.drive;
         let neutral = Drive::new(drive, &STM32F405).unwrap().duty(0);
         let last = simulated.tick();
@@ -86,6 +91,19 @@ impl Bench for DeviceBench {
 
     fn brake(&mut self, volts: f64) {
         self.simulated().brake_v = volts;
+    }
+
+    fn motor(&mut self, wires: MotorWires, sensor: ShuntState) {
+        // Until the bridge is off, the simulated converter compares with the window of the loop,
+        // and that of new parameters has no offset yet.
+        if self.last.enable && self.simulated().device.servo().state() != State::Armed {
+            self.ticks(1);
+        }
+        let simulated = self.simulated();
+        simulated.motor_wires = wires;
+        if let Some(shunt) = &mut simulated.shunt {
+            shunt.state = sensor;
+        }
     }
 
     fn position_deg(&mut self) -> f64 {

@@ -5,8 +5,8 @@ use experiments::matrix::{
     Bench as _, assert_faults_in_a_homing, assert_reversed_in_the_first_move,
 };
 use experiments::matrix::{
-    Count, SITUATIONS, Situation, assert_armed_again_only_at_rest, assert_latched,
-    assert_none_is_forgotten, assert_row, bring, harder, pass, rows, start_over,
+    Count, SENSOR, SITUATIONS, Situation, assert_armed_again_only_at_rest, assert_latched,
+    assert_none_is_forgotten, assert_row, bring, current_rows, harder, pass, rows, start_over,
 };
 use stiction::Fault;
 use stiction::servo::{Servo, State};
@@ -20,12 +20,8 @@ const FROM_THE_BOARD: [Fault; 5] =
     [Fault::Overrun, Fault::BreakInput, Fault::ClockLost, Fault::Panic, Fault::Watchdog];
 
 /// The other faults, and why they are in no row.
-const ELSEWHERE: [(Fault, &str); 18] = [
+const ELSEWHERE: [(Fault, &str); 14] = [
     (Fault::EmergencyStop, "it takes a contact: tests/device/emergency_stop.rs"),
-    (Fault::OverCurrent, "it takes a sensor of the current: tests/device/current_sensor.rs"),
-    (Fault::CurrentSensor, "the same"),
-    (Fault::MotorOpen, "the same"),
-    (Fault::MotorShorted, "the same"),
     (Fault::EncodersDisagree, "it takes two encoders: both_encoders.rs beside this folder"),
     (Fault::EncoderSilent, "it takes an absolute encoder: tests/device/absolute_encoder.rs"),
     (Fault::EncoderOpen, "at rest only: tests/device/open_line.rs"),
@@ -49,6 +45,9 @@ fn every_fault_is_seen_in_time_and_turns_the_bridge_off_under_every_law() {
     let mut count = Count::default();
     for row in rows() {
         count += assert_row(&mut DeviceBench::new(), &row);
+    }
+    for row in current_rows() {
+        count += assert_row(&mut DeviceBench::with(SENSOR), &row);
     }
     for fault in FROM_THE_BOARD {
         for (situation, law) in

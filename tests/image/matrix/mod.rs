@@ -7,9 +7,9 @@ mod reported;
 
 use experiments::controllers;
 use experiments::matrix::{
-    Bench as _, Row, Situation, all, assert_armed_again_only_at_rest, assert_faults_in_a_homing,
-    assert_latched, assert_none_is_forgotten, assert_reversed_in_the_first_move, assert_row,
-    detect, pass, rows, start_over,
+    Bench as _, Row, SENSOR, Situation, all, assert_armed_again_only_at_rest,
+    assert_faults_in_a_homing, assert_latched, assert_none_is_forgotten,
+    assert_reversed_in_the_first_move, assert_row, current_rows, detect, pass, rows, start_over,
 };
 use files::encoder::Wires;
 use stiction::Fault;
@@ -17,11 +17,7 @@ use stiction::Fault;
 use bench::{ImageBench, print_row};
 
 /// Why the other faults are in no row.
-const ELSEWHERE: [(Fault, &str); 13] = [
-    (Fault::OverCurrent, "it takes a sensor of the current: tests/image/current_sensor.rs"),
-    (Fault::CurrentSensor, "the same"),
-    (Fault::MotorOpen, "the same"),
-    (Fault::MotorShorted, "the same"),
+const ELSEWHERE: [(Fault, &str); 9] = [
     (Fault::EncodersDisagree, "it takes two encoders: both_encoders.rs beside this folder"),
     (Fault::EncoderSilent, "it takes an absolute encoder: tests/image/both_encoders.rs"),
     (Fault::EncoderOpen, "at rest only: tests/image/open_line.rs"),
@@ -90,6 +86,14 @@ fn wires_of_the_encoder() {
 #[test]
 fn supply_and_heat() {
     assert_rows(&[Fault::SupplyLow, Fault::SupplyHigh, Fault::Overheat]);
+}
+
+#[test]
+fn current_of_the_motor() {
+    let mut bench = ImageBench::of(SENSOR);
+    for row in current_rows() {
+        assert_row(&mut bench, &row);
+    }
 }
 
 #[test]

@@ -7,7 +7,6 @@ use super::model::WatchedDevice;
 use files::error::Error;
 use files::typed_number;
 use simulator::device::client::Client;
-use simulator::device::travel::Travel;
 use simulator::device::wire::Wire;
 
 /// Longest text of a typed position, characters.
@@ -104,7 +103,7 @@ fn go<W: Wire>(watched: &mut WatchedDevice, client: &mut Client<W>) -> Result<St
     let deg = typed_number::parse(&watched.entry)
         .map_err(|why| Error::Input(format!("no move: {why}")))?;
     // Another program may have set other limits meanwhile.
-    watched.travel = Some(Travel::new(&client.parameters()?));
+    watched.configure(&client.parameters()?);
     watched.follow(client.status()?);
     watched.check(deg)?;
     client.move_to(deg)?;

@@ -20,7 +20,6 @@ use keys::WatchFlow;
 use model::{WINDOW_S, WatchedDevice, subscribed};
 use simulator::device::client::Client;
 use simulator::device::signals::Signals;
-use simulator::device::travel::Travel;
 use simulator::device::wire::Wire;
 use simulator::device::words;
 
@@ -67,7 +66,9 @@ pub fn watch<W: Wire>(client: &mut Client<W>) -> Result<String, Error> {
     let mask = signals.mask(subscribed());
     let mut watched = WatchedDevice::new(client.warning(), name, signals, status);
     // A device without parameters cannot be armed, and has no travel.
-    watched.travel = client.parameters().ok().map(|parameters| Travel::new(&parameters));
+    if let Ok(parameters) = client.parameters() {
+        watched.configure(&parameters);
+    }
     let seen = client.subscribe(mask, every(&status));
     let seen = seen.and_then(|()| on_screen(client, &mut watched, &ending));
     match (seen, leave(client, &watched)) {

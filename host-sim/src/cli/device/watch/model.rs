@@ -2,10 +2,12 @@
 
 use std::collections::VecDeque;
 
+use stiction::Parameters;
 use stiction::control::signal::name;
 use stiction::link::{Sample, StateCode, Status};
 
 use files::error::Error;
+use simulator::device::shown_current::ShownCurrent;
 use simulator::device::signals::{OF_THE_LOOP, Signals};
 use simulator::device::travel::Travel;
 
@@ -15,12 +17,12 @@ pub const WINDOW_S: f64 = 10.0;
 /// Longest plotted past, s; at 50 samples a second, it bounds the number of stored samples.
 const LONGEST_WINDOW_S: f64 = 300.0;
 
-/// Signals that the view subscribes to in addition to those of the loop: the duty.
-const OF_THE_DUTY: [&str; 2] = [name("compare"), name("reverse")];
+/// Signals that the view subscribes to in addition to those of the loop: duty and current.
+const OF_THE_MOTOR: [&str; 3] = [name("compare"), name("reverse"), name("current")];
 
 /// The signals that the view subscribes to.
 pub fn subscribed() -> impl Iterator<Item = &'static str> {
-    OF_THE_LOOP.into_iter().chain(OF_THE_DUTY)
+    OF_THE_LOOP.into_iter().chain(OF_THE_MOTOR)
 }
 
 /// Signals of one tick, in the user's units.
@@ -44,6 +46,10 @@ pub struct WatchSample {
     pub v: f64,
     /// Effort after the drive's limits, V.
     pub v_applied: f64,
+    /// Measured current of the motor, A; zero without a sensor.
+    pub current_a: f64,
+    /// Target of a current loop, A; zero without one.
+    pub target_a: f64,
     /// Code of the drive.
     pub code: i32,
     /// Compare value, with its sign.
@@ -72,6 +78,8 @@ impl WatchSample {
             v_c: value(const { name("v_c") }),
             v: value(const { name("v") }),
             v_applied: value(const { name("v_applied") }),
+            target_a: 0.0,
+            current_a: value(const { name("current") }),
             code: value(const { name("code") }) as i32,
             duty: if value(const { name("reverse") }) == 0.0 { compare } else { -compare },
             armed: flags & 0xFF == 2,
@@ -101,6 +109,8 @@ pub struct WatchedDevice {
     pub armed_here: bool,
     /// Range of the targets that can be typed; none before the parameters are read.
     pub travel: Option<Travel>,
+    /// The motor's current; none without a sensor, or before the parameters are read.
+    pub current: Option<ShownCurrent>,
     /// A position that is being typed.
     pub entry: String,
     /// A sentence on what the last key did, or why it did nothing.
@@ -125,6 +135,7 @@ impl WatchedDevice {
             lost: 0,
             armed_here: false,
             travel: None,
+            current: None,
             entry: String::new(),
             note: String::new(),
         }
@@ -133,7 +144,10 @@ impl WatchedDevice {
     /// Stores a sample, and drops those that are too old.
     pub fn take(&mut self, sample: &Sample) {
         let Status { sample_time, resolution, .. } = self.status;
-        let moment = WatchSample::new(&self.signals, sample, sample_time.into(), resolution.into());
+        let mut moment =
+            WatchSample::new(&self.signals, sample, sample_time.into(), resolution.into());
+        let a_per_v = self.current.and_then(|current| current.target_a_per_v);
+        moment.target_a = a_per_v.map_or(0.0, |a_per_v| a_per_v * moment.v_applied);
         // A device that was reset restarts its clock.
         if self.moments.back().is_some_and(|last| last.time_s > moment.time_s) {
             self.moments.clear();
@@ -158,6 +172,12 @@ impl WatchedDevice {
         if let Some(travel) = &mut self.travel {
             travel.follow(&status, sample);
         }
+    }
+
+    /// Reads travel and current from the parameters of the device.
+    pub fn configure(&mut self, parameters: &Parameters) {
+        self.travel = Some(Travel::new(parameters));
+        self.current = ShownCurrent::of(parameters);
     }
 
     /// Checks a target, deg from the zero of the arming.

@@ -12,6 +12,7 @@ use super::model::{WatchSample, WatchedDevice, subscribed};
 use super::view::draw;
 use files::error::Error;
 use simulator::device::client::Client;
+use simulator::device::shown_current::ShownCurrent;
 use simulator::device::signals::Signals;
 use simulator::device::simulated::SimulatedDevice;
 use simulator::device::wire::{SIMULATED, SimulatedWire, Wire};
@@ -57,6 +58,7 @@ fn sample(clock: u32, counts: i32, state: u32) -> Sample {
         "v_c_v" => 0.25f32.to_bits(),
         "v_v" => 2.75f32.to_bits(),
         "v_applied_v" => 2.5f32.to_bits(),
+        "current_a" => 1.1f32.to_bits(),
         "code" => 563,
         "compare" => 2000,
         "reverse" => 1,
@@ -117,6 +119,36 @@ fn numbers_are_those_of_the_last_sample_in_a_users_units() {
     assert_eq!(words(&lines[6]), "from power-on 2.0000 deg code, duty 563, -2000");
     assert_eq!(words(&lines[7]), "heat as if driven with 0.500 V for long (a model)");
     assert!(lines[23].starts_with("q quit  s stop"));
+}
+
+/// 2.5 V through 2 ohm are 1.25 A. The sensor measures 1.1 A.
+#[test]
+fn the_current_and_the_target_of_its_loop_are_shown_if_there_is_a_sensor() {
+    let shown = |current, rows| {
+        let mut watched = watched(None, []);
+        watched.current = current;
+        (0..=500).for_each(|i| watched.take(&sample(4000 + 2 * i, 0, 2)));
+        drawn(&watched, 80, rows)
+    };
+    let lines =
+        |buffer: &Buffer| (0..buffer.area.height).map(|y| row(buffer, y)).collect::<Vec<_>>();
+    let with_loop = shown(Some(ShownCurrent { target_a_per_v: Some(0.5) }), 30);
+    let words = words_of(&with_loop);
+    assert!(words.contains("motor current 1.100 A, target 1.250 A heat"), "{words}");
+    assert!(lines(&with_loop).iter().any(|line| line.contains("A   -- target   -- current")));
+    // The target is above the current.
+    let height = |color| {
+        let cells = curve(&with_loop, color).into_iter().filter(|(_, y)| *y > 18);
+        cells.map(|(_, y)| y).min().unwrap()
+    };
+    assert!(height(Color::Yellow) < height(Color::Blue));
+    let sensed = shown(Some(ShownCurrent { target_a_per_v: None }), 30);
+    let words = words_of(&sensed);
+    assert!(words.contains("motor current 1.100 A heat") && !words.contains("target"), "{words}");
+    assert!(!curve(&sensed, Color::Blue).is_empty());
+    // Without the rows for a plot, the number stays; without a sensor there is none.
+    assert!(words_of(&shown(Some(ShownCurrent { target_a_per_v: None }), 24)).contains("1.100 A"));
+    assert!(!words_of(&shown(None, 30)).contains("current"));
 }
 
 #[test]

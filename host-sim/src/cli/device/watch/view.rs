@@ -22,6 +22,9 @@ const LEAST_PLOT: u16 = 5;
 /// Least span of the position, counts: noise is not stretched over the whole height.
 const LEAST_SPAN_COUNTS: f64 = 10.0;
 
+/// Least span of the motor's current, A.
+const LEAST_SPAN_A: f64 = 0.1;
+
 /// Least span of the effort, V.
 const LEAST_SPAN_V: f64 = 0.1;
 
@@ -30,6 +33,7 @@ const POSITION: Color = Color::Cyan;
 const EFFORT: Color = Color::Green;
 /// Colour of the effort after the drive's limits.
 const APPLIED: Color = Color::Magenta;
+const CURRENT: Color = Color::Blue;
 
 /// Draws the whole view.
 pub fn draw(frame: &mut Frame, watched: &WatchedDevice) {
@@ -46,7 +50,7 @@ pub fn draw(frame: &mut Frame, watched: &WatchedDevice) {
         wrapped(&noted, area.width),
         wrapped(&KEYS.into(), area.width),
         1,
-        6,
+        6 + u16::from(watched.current.is_some()),
     ]
     .map(|rows| {
         let taken = rows.min(left);
@@ -178,8 +182,15 @@ fn numbers_of(watched: &WatchedDevice) -> Vec<Line<'static>> {
             Span::raw(format!("{value:>9} {unit:<6}")),
         ]
     };
+    let current = watched.current.map(|current| {
+        let measured = armed(now.current_a, 3);
+        let target = current.target_a_per_v.map(|_| armed(now.target_a, 3));
+        let target = target.map_or(String::new(), |target| format!(" A, target {target}"));
+        format!("{measured:>9}{target} A")
+    });
     let heat = format!("as if driven with {:.3} V for long (a model)", status.thermal_effort);
     rows.map(|(left, right)| Line::from([entry(left), entry(right)].concat()))
+        .chain(current.map(|text| Line::from(format!("{:<14}{text}", "motor current"))))
         .chain([Line::from(format!("{:<14}{heat}", "heat"))])
         .collect()
 }
@@ -208,10 +219,13 @@ fn plots_of(frame: &mut Frame, watched: &WatchedDevice, area: Rect) {
     if area.height < LEAST_PLOT {
         return;
     }
-    // Without room for both plots, only the position is plotted.
+    // Without room for all plots, that of the current goes first, and the position stays.
     let below = if area.height >= 2 * LEAST_PLOT { area.height * 2 / 5 } else { 0 };
-    let [position, effort] =
-        Layout::vertical([Constraint::Fill(1), Constraint::Length(below)]).areas(area);
+    let sensed = watched.current.filter(|_| area.height >= 3 * LEAST_PLOT);
+    let lowest = if sensed.is_some() { area.height / 3 } else { 0 };
+    let below = if sensed.is_some() { lowest } else { below };
+    let rows = [Constraint::Fill(1), Constraint::Length(below), Constraint::Length(lowest)];
+    let [position, effort, current] = Layout::vertical(rows).areas(area);
     let least = LEAST_SPAN_COUNTS * f64::from(watched.status.resolution);
     let curves: [Curve; 2] =
         [("reference", REFERENCE, |m| m.reference_deg), ("position", POSITION, |m| m.position_deg)];
@@ -223,9 +237,16 @@ fn plots_of(frame: &mut Frame, watched: &WatchedDevice, area: Rect) {
             watched,
             &[("applied", APPLIED, |m| m.v_applied), ("effort", EFFORT, |m| m.v)],
             ("V", LEAST_SPAN_V),
-            true,
+            lowest == 0,
             effort,
         );
+    }
+    if let Some(sensed) = sensed {
+        let curves: [Curve; 2] =
+            [("target", REFERENCE, |m| m.target_a), ("current", CURRENT, |m| m.current_a)];
+        // Without a current loop there is no target.
+        let curves = if sensed.target_a_per_v.is_some() { &curves[..] } else { &curves[1..] };
+        plot(frame, watched, curves, ("A", LEAST_SPAN_A), true, current);
     }
 }
 
