@@ -322,6 +322,8 @@ impl ControlTask {
 
     /// Restarts the ticks. The next one comes a whole sample time from now, and is never late.
     pub fn resume(&mut self) {
+        // The supply may have changed meanwhile: the next tick reads a conversion from now.
+        self.converter.supply();
         if self.is_regulated {
             // A sample time is a whole number of periods: each tick is at the lower end of the
             // count, half a period after a conversion of the current and before the next one.

@@ -107,8 +107,8 @@ pub struct SimulatedDevice {
     pub is_contact_open: bool,
     /// Holding brake on the joint; `None` without one.
     pub holding_brake: Option<HoldingBrake>,
-    /// Whether the bridge was on since the last tick.
-    was_on: bool,
+    /// Limits of the converter's watchdog since the last tick; none with the bridge off.
+    window: Option<[u16; 2]>,
     /// The current loop, if the effort is a current.
     periods: CurrentPeriods,
     plant: Plant<RunJoint>,
@@ -166,7 +166,7 @@ impl SimulatedDevice {
             converting: None,
             is_contact_open: false,
             holding_brake: None,
-            was_on: false,
+            window: None,
             periods: CurrentPeriods::default(),
             plant,
             encoder: WiredCounter::at(counter),
@@ -208,16 +208,16 @@ impl SimulatedDevice {
         };
         if let Some(reading) = self.periods.take_trip() {
             self.device.servo().over_current(reading);
-        } else if self.was_on
-            && !has_loop
-            && let Some([low, high]) = self.device.servo().current_window()
+        } else if !has_loop
+            && let Some([low, high]) = self.window
             && !(low..=high).contains(&current)
         {
             // The converter's watchdog sees it within a period of the PWM.
             self.device.servo().over_current(current);
         }
         let output = self.device.tick(Input { counter, supply: self.supply, lines, current, load });
-        self.was_on = output.enable;
+        // Parameters that come before the next tick have no offset of the sensor yet.
+        self.window = self.device.servo().current_window().filter(|_| output.enable);
         self.remember(output.clock, ahead_deg);
         let tick_s = self.plant.sample_time_s();
         let held_v = match &mut self.holding_brake {

@@ -15,7 +15,8 @@
 //!
 //! The error bars are two standard deviations of the fit, whose residuals may be the same within a
 //! measurement. That of R also includes the back-EMF of a joint that has moved by the measured
-//! distance in each half cycle. They do not include the tolerance of shunt and supply, which are
+//! distance in each half cycle; that of L a loss whose sign follows the current's half a period of
+//! the PWM late. They do not include the tolerance of shunt and supply, which are
 //! errors of R in full. A time constant of less than a quarter of the PWM's period is not resolved.
 
 use std::time::Duration;
@@ -169,7 +170,9 @@ impl Winding {
         let error = |value: f64, variance: f64| 2.0 * value * variance.max(0.0).sqrt();
         let of_product = covariance[0][0] + covariance[1][1] + 2.0 * covariance[0][1];
         let inductance_h = if tau_s > least_s {
-            Estimate { value: ohm * tau_s, error: error(ohm * tau_s, of_product) }
+            let late = values[2] / last.effort_v * 0.5 * first.period_s / tau_s;
+            let henry = ohm * tau_s;
+            Estimate { value: henry, error: error(henry, of_product) + henry * late }
         } else {
             Estimate { value: 0.0, error: ohm * least_s }
         };
