@@ -16,7 +16,7 @@ use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
 use stiction::control::current_loop::CurrentTarget;
 use stiction::control::period_work::{PeriodState, PeriodWork};
-use stiction::control::winding_pulses::{GROUPS, GroupSums};
+use stiction::control::winding_pulses::{GROUPS, GroupSums, PulseState, WindingPulses};
 
 use super::{bridge, converter};
 
@@ -78,11 +78,14 @@ pub fn sums() -> Option<GroupSums> {
 }
 
 /// The work of the present motion, in the converter's interrupt.
-pub struct RunningLoop(Option<(PeriodWork, PeriodState)>);
+pub struct RunningLoop {
+    work: Option<PeriodWork>,
+    state: PeriodState,
+}
 
 impl RunningLoop {
-    /// Waits for the first loop.
-    pub const NONE: Self = Self(None);
+    /// Waits for the first motion.
+    pub const NONE: Self = Self { work: None, state: PeriodState::NONE };
 
     /// Runs a period: reads the current, and sets the duty that acts from the lower end of the
     /// count on.
@@ -91,20 +94,35 @@ impl RunningLoop {
         if IS_NEW.load(Ordering::Acquire) {
             IS_NEW.store(false, Ordering::Relaxed);
             // SAFETY: the control task does not write while this interrupt is enabled.
-            let with = unsafe { *BEGINS.0.get() };
-            self.0 = with.map(|with| (with, PeriodState::default()));
+            self.work = unsafe { *BEGINS.0.get() };
+            self.state.restart();
         }
-        let Some((with, state)) = &mut self.0 else { return };
-        let target = CurrentTarget::unpack(TARGET.load(Ordering::Relaxed));
-        let code = with.step(state, target, reading);
-        bridge::set_duty(with.duty(code));
-        VOLTAGE.store(code as u32, Ordering::Relaxed);
-        if let Some(sums) = with.sums(state)
-            && !HAS_SUMS.load(Ordering::Relaxed)
-        {
-            // SAFETY: the control task reads them only after the flag.
-            unsafe { *SUMS.0.get() = *sums };
-            HAS_SUMS.store(true, Ordering::Release);
+        match &self.work {
+            Some(PeriodWork::Regulate(of)) => {
+                let target = CurrentTarget::unpack(TARGET.load(Ordering::Relaxed));
+                let code = of.step(&mut self.state.regulated, target, reading);
+                bridge::set_duty(of.duty(code));
+                VOLTAGE.store(code as u32, Ordering::Relaxed);
+            }
+            Some(PeriodWork::Pulse(pulses)) => pulse(pulses, &mut self.state.pulsed, reading),
+            None => {}
         }
+    }
+}
+
+/// Runs a period of the pulses, and hands their readings over once they are over.
+// Out of line: a period of the loop does not pay for it.
+#[cold]
+#[inline(never)]
+fn pulse(pulses: &WindingPulses, state: &mut PulseState, reading: u16) {
+    let code = pulses.step(state, reading);
+    bridge::set_duty(pulses.duty(code));
+    VOLTAGE.store(code as u32, Ordering::Relaxed);
+    if let Some(sums) = pulses.sums(state)
+        && !HAS_SUMS.load(Ordering::Relaxed)
+    {
+        // SAFETY: the control task reads them only after the flag.
+        unsafe { *SUMS.0.get() = *sums };
+        HAS_SUMS.store(true, Ordering::Release);
     }
 }

@@ -105,6 +105,11 @@ pub struct CurrentLoopState {
     integral: f32,
 }
 
+impl CurrentLoopState {
+    /// State before the first period.
+    pub const NONE: Self = Self { integral: 0.0 };
+}
+
 impl CurrentLoop {
     /// Prepares the loop of a sensor and a drive, which have been validated. `unit` is the current
     /// of a reading of the converter, A, with the sign of the sensor's direction.

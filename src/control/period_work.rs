@@ -14,10 +14,24 @@ pub enum PeriodWork {
 }
 
 /// State of that work.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PeriodState {
-    regulated: CurrentLoopState,
-    pulsed: PulseState,
+    /// That of a current loop.
+    pub regulated: CurrentLoopState,
+    /// That of pulses.
+    pub pulsed: PulseState,
+}
+
+impl PeriodState {
+    /// State before the first period.
+    pub const NONE: Self = Self { regulated: CurrentLoopState::NONE, pulsed: PulseState::NONE };
+
+    /// Begins anew.
+    #[inline]
+    pub const fn restart(&mut self) {
+        self.regulated = CurrentLoopState::NONE;
+        self.pulsed.restart();
+    }
 }
 
 impl PeriodWork {

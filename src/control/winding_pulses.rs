@@ -49,7 +49,7 @@ pub struct WindingPulses {
 }
 
 /// The state of the pulses from period to period.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PulseState {
     /// Begun half cycles; zero before the first period.
     halves: u32,
@@ -57,6 +57,18 @@ pub struct PulseState {
     group: u8,
     period: u8,
     sums: GroupSums,
+}
+
+impl PulseState {
+    /// State before the first period.
+    pub const NONE: Self = Self { halves: 0, group: 0, period: 0, sums: [0; GROUPS] };
+
+    /// Begins anew. The first counted readings replace the sums, so that an interrupt does not
+    /// write them all at once.
+    #[inline]
+    pub const fn restart(&mut self) {
+        (self.halves, self.group, self.period) = (0, 0, 0);
+    }
 }
 
 impl WindingPulses {
@@ -99,7 +111,8 @@ impl WindingPulses {
         if halves > BEFORE
             && let Some(sum) = state.sums.get_mut(usize::from(group))
         {
-            *sum += if is_negative { -i32::from(reading) } else { reading.into() };
+            let before = if halves == BEFORE + 1 && period == 0 { 0 } else { *sum };
+            *sum = before + if is_negative { -i32::from(reading) } else { i32::from(reading) };
         }
         state.period = period + 1;
         if state.period >= self.periods {
@@ -150,7 +163,7 @@ mod tests {
 
     /// The codes of all periods, and the sums, with `read` from the code of the period before.
     fn run(pulses: &WindingPulses, mut read: impl FnMut(i16) -> u16) -> (Vec<i16>, GroupSums) {
-        let (mut state, mut code, mut codes) = (PulseState::default(), 0, Vec::new());
+        let (mut state, mut code, mut codes) = (PulseState::NONE, 0, Vec::new());
         while pulses.sums(&state).is_none() {
             code = pulses.step(&mut state, read(code));
             codes.push(code);
@@ -186,6 +199,14 @@ mod tests {
         let (_, sums) = run(&pulses, |code| 2051u16.wrapping_add_signed(7 * code.signum()));
         // 6 half cycles of 2 periods.
         assert_eq!(sums, [7 * 12; GROUPS]);
+        // The sums of a measurement before are none of this one.
+        let mut state = PulseState { sums: [9; GROUPS], ..PulseState::NONE };
+        state.restart();
+        let mut code = 0i16;
+        while pulses.sums(&state).is_none() {
+            code = pulses.step(&mut state, 2051u16.wrapping_add_signed(7 * code.signum()));
+        }
+        assert_eq!(pulses.sums(&state), Some(&sums));
     }
 
     #[test]

@@ -191,7 +191,7 @@ impl CurrentPeriods {
         for _ in 0..number {
             let is_on = command != BridgeCommand::Off && self.tripped.is_none();
             let running = (is_on && command != BridgeCommand::ShortBrake)
-                .then(|| self.running.take().unwrap_or((of, Default::default())));
+                .then(|| self.running.take().unwrap_or((of, PeriodState::NONE)));
             if running.is_none() {
                 self.code = 0;
             }
