@@ -7,11 +7,6 @@
 //! V is the nominal supply, d the duty. A tick reads the supply of the tick before, as a board does.
 //! Does badly: the supply steps, and does not depend on the current.
 
-use stiction::control::drive::{DriveConfig, PwmMode};
-use stiction::units::value::Table as _;
-
-use crate::experiment::RunPlan;
-use files::data_sheet::tables::DrivenBy;
 use files::error::Error;
 
 /// Bounds of a ratio.
@@ -83,28 +78,6 @@ impl SupplyCourse {
             }
             _ => self.ratio,
         }
-    }
-}
-
-impl RunPlan {
-    /// Returns this run with another supply of its bridge.
-    ///
-    /// # Errors
-    /// Returns an error if the run has an amplifier, whose effort does not follow its supply.
-    pub fn with_supply(self, supply: SupplyCourse) -> Result<Self, Error> {
-        let is_analog = self.machine.drive.core(DriveConfig::EXAMPLE).mode == PwmMode::Analog;
-        let motor = self.machine.motor.as_ref();
-        let key = if is_analog {
-            "drive.mode"
-        } else if motor.is_some_and(|motor| motor.driven_by == DrivenBy::Current) {
-            "motor.driven_by"
-        } else {
-            return Ok(Self { supply: Some(supply), ..self });
-        };
-        Err(Error::Input(format!(
-            "{}: another supply needs a bridge, whose effort follows it; `{key}` is an amplifier",
-            self.origin.of(key)
-        )))
     }
 }
 

@@ -3,11 +3,14 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
+use stiction::control::drive::{DriveConfig, PwmMode};
+use stiction::units::value::Table as _;
 use toml::{Table, Value};
 
 use super::task::Task;
 use crate::supply::SupplyCourse;
 use dynamics::joint::Substitute;
+use files::data_sheet::tables::DrivenBy;
 use files::data_sheet::{OF_A_SHEET, UnseenSlack};
 use files::document::{Document, Origin, within};
 use files::error::{Error, rounded, shown, suggestion};
@@ -66,6 +69,26 @@ pub struct RunPlan {
 }
 
 impl RunPlan {
+    /// Returns this run with another supply of its bridge.
+    ///
+    /// # Errors
+    /// Returns an error if the run has an amplifier, whose effort does not follow its supply.
+    pub fn with_supply(self, supply: SupplyCourse) -> Result<Self, Error> {
+        let is_analog = self.machine.drive.core(DriveConfig::EXAMPLE).mode == PwmMode::Analog;
+        let motor = self.machine.motor.as_ref();
+        let key = if is_analog {
+            "drive.mode"
+        } else if motor.is_some_and(|motor| motor.driven_by == DrivenBy::Current) {
+            "motor.driven_by"
+        } else {
+            return Ok(Self { supply: Some(supply), ..self });
+        };
+        Err(Error::Input(format!(
+            "{}: another supply needs a bridge, whose effort follows it; `{key}` is an amplifier",
+            self.origin.of(key)
+        )))
+    }
+
     /// Returns the slugs that distinguish this run from others of the same controller and task: its
     /// variant, and a sample of delay.
     pub fn slugs(&self) -> Vec<&str> {
