@@ -91,7 +91,7 @@ pub const MUTATIONS: &[Mutation] = &[
         "a stall threshold beyond the limit of the current is accepted",
         Suite::Core, &["a_stall_threshold_that_the_limit_of_the_current_keeps_away"]),
     fault("src/board/current_loop.rs",
-        ["        bridge::set_duty(with.duty(code));\n",
+        ["                bridge::set_duty(of.duty(code));\n",
          ""],
         "the current loop sets no duty",
         Suite::Image, &["an_image_with_a_current_loop_does_what"]),
