@@ -15,8 +15,8 @@
 //! swing around its place, and would not drift. The first two cycles are not counted, in which the
 //! current comes to its steady alternation.
 //!
-//! Does badly: it does not limit the current. The converter's watchdog does, and the client begins
-//! with a small voltage.
+//! Does badly: it does not limit the current within a tick. In sign-magnitude, a bridge whose
+//! direction changes at once has the new sign half a period earlier.
 
 use crate::control::drive::{Drive, DriveConfig, Duty};
 

@@ -5,7 +5,8 @@
 //! ([`winding_pulses`](crate::control::winding_pulses)). The control tick watches the joint
 //! meanwhile: the travel and the time of a jog bound it, and so do the monitors of the servo,
 //! except for those of the current, which compare it with the configured winding. The effort of a
-//! jog bounds the voltage.
+//! jog bounds the voltage. A tick that measures a current beyond `peak_a` by a quarter ends the
+//! pulses, and the converter's watchdog turns the bridge off at `trip_a`.
 //!
 //! The client calculates resistance and inductance from the readings.
 
@@ -44,6 +45,8 @@ pub enum WindingEnd {
     Travel,
     /// The time of a jog is over.
     Time,
+    /// A tick has measured a current beyond `peak_a` by a quarter.
+    Current,
 }
 
 /// Findings of a measurement of the winding.
@@ -114,6 +117,13 @@ impl WindingTest {
             self.findings.ended = WindingEnd::Time;
         }
         0.0
+    }
+
+    /// Ends the measurement, because the current exceeds its limit.
+    pub const fn exceed(&mut self) {
+        if !self.is_over() {
+            self.findings.ended = WindingEnd::Current;
+        }
     }
 
     /// Takes the readings of pulses that are over.

@@ -9,7 +9,8 @@
 //! arming: an offset more than a twentieth of the range away from its middle, and a noise of more
 //! than a fiftieth of the range, which is the smallest current that
 //! [`motor_current`](super::motor_current) judges. Normal noise with a standard deviation of s' has
-//! s = 0.8 s'; uniform noise of a either way has s = a / 2.
+//! s = 0.8 s'; uniform noise of a either way has s = a / 2. With fewer than 32 readings the limit
+//! of the noise is three times as large, so that a single odd reading forbids nothing.
 //!
 //! Does badly: four ticks at 1 ms suffice for arming, and one reading at a sample time of 4 ms or
 //! more, which shows no noise. A joint that is at rest for 32 ticks has the whole of it. Noise of
@@ -24,6 +25,10 @@ const OFFSET: f32 = 0.05;
 
 /// Part of the sensor's range: the largest noise.
 const NOISE: f32 = 0.02;
+
+/// Factor of that noise while fewer than 32 readings are there: of four readings with normal noise
+/// at the limit, the mean distance exceeds it by a factor of 3 once in 4000 times.
+const FEW: f32 = 3.0;
 
 /// Readings at rest whose mean is the offset. Later ones replace the older ones.
 const READINGS: u16 = 32;
@@ -74,7 +79,7 @@ impl CurrentOffset {
         Self {
             middle: 0.5 * f32::from(top),
             settles: in_ticks(ENDS),
-            calibrates: in_ticks(CALIBRATES).max(1),
+            calibrates: in_ticks(CALIBRATES).clamp(1, READINGS),
         }
     }
 
@@ -109,7 +114,8 @@ impl CurrentOffset {
     /// Returns whether offset or noise forbid arming.
     pub fn is_off(&self, state: &CurrentOffsetState) -> bool {
         let error = state.mean - self.middle;
-        error.abs() > OFFSET * self.middle || state.noise > NOISE * self.middle
+        let most = if state.readings < READINGS { FEW * NOISE } else { NOISE };
+        error.abs() > OFFSET * self.middle || state.noise > most * self.middle
     }
 }
 
@@ -181,15 +187,28 @@ mod tests {
         }
     }
 
-    /// Two readings at 2 ms are those of an arming: their distance is the noise.
+    /// 4 ms are 40 readings there, more than the mean has.
+    #[test]
+    fn the_offset_is_known_at_the_shortest_sample_time() {
+        let (offset, mut state) = (CurrentOffset::of(TOP, 1e-4), CurrentOffsetState::default());
+        (0..32).for_each(|_| offset.idle(&mut state, 2048, true));
+        assert!(offset.is_known(&state) && !offset.is_off(&state));
+    }
+
+    /// Two readings at 2 ms are those of an arming: their distance is the noise, up to 122.85.
     #[test]
     fn the_first_readings_after_a_motion_show_the_noise_and_the_old_offset_is_none() {
-        let (offset, mut state) = at_rest([2000; 40]);
+        let (offset, mut state) = at_rest([2040; 40]);
         offset.drive(&mut state);
         (0..50).for_each(|_| offset.idle(&mut state, 0, true));
-        offset.idle(&mut state, 2100, true);
+        offset.idle(&mut state, 2000, true);
         assert!(!offset.is_off(&state) && state.noise == 0.0);
-        offset.idle(&mut state, 2142, true);
-        assert!(offset.is_off(&state) && state.noise == 42.0);
+        offset.idle(&mut state, 2122, true);
+        assert!(!offset.is_off(&state) && state.noise == 122.0);
+        offset.drive(&mut state);
+        (0..50).for_each(|_| offset.idle(&mut state, 0, true));
+        offset.idle(&mut state, 2000, true);
+        offset.idle(&mut state, 2124, true);
+        assert!(offset.is_off(&state) && state.noise == 124.0);
     }
 }

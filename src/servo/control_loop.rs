@@ -289,8 +289,11 @@ impl ControlLoop {
         let driven = path.driven(target, speed, seen.driven().travel);
         let found = path.measure(reading, &driven);
         self.monitors.measure(&mut self.watch, path.current(), path.heat_volts());
-        if matches!(self.course, Course::Winding(_)) {
+        if let Course::Winding(test) = &mut self.course {
             // The voltage is that of the pulses, through a winding that is not known yet.
+            if path.is_beyond_limit() {
+                test.exceed();
+            }
             return None;
         }
         match found {

@@ -123,8 +123,14 @@ impl CurrentPath {
     /// `peak_a` by a quarter.
     #[cold]
     pub fn brakes_beyond(&mut self, reading: u16) -> bool {
-        let current = self.sensor.measure(&mut self.state, reading);
-        self.limit.as_ref().is_some_and(|limit| limit.is_beyond(current))
+        self.sensor.measure(&mut self.state, reading);
+        self.is_beyond_limit()
+    }
+
+    /// Returns whether the current of the last tick is beyond `peak_a` by a quarter.
+    #[cold]
+    pub fn is_beyond_limit(&self) -> bool {
+        self.limit.as_ref().is_some_and(|limit| limit.is_beyond(self.current()))
     }
 
     /// Returns what the last tick has done, with the effort that the controller has applied (V) and

@@ -8,13 +8,19 @@ use crate::motion::winding::{WindingFindings, WindingTest};
 
 impl Servo {
     /// Arms the servo for a link: at the next tick a measurement of the winding begins. The
-    /// monitors of the current are off until it ends, except for its limits. From now on, the
+    /// comparison of the current with the configured winding is off until it ends. From now on, the
     /// silence of that link is a fault.
     ///
     /// # Errors
-    /// Returns the reason for the refusal; an armed servo refuses a measurement.
+    /// Returns the reason for the refusal; an armed servo refuses a measurement, and so does one
+    /// whose encoder is in doubt: it bounds the travel. The joint need not be referenced.
     pub fn measure_winding(&mut self, test: WindingTest) -> Result<(), Refusal> {
-        self.ready_to_arm()?.begin(Course::Winding(test));
+        let is_in_doubt = self.is_encoder_in_doubt();
+        let control_loop = self.ready_to_arm()?;
+        if is_in_doubt {
+            return Err(Refusal::EncoderInDoubt);
+        }
+        control_loop.begin(Course::Winding(test));
         self.start_loop(true);
         Ok(())
     }

@@ -476,7 +476,9 @@ impl<S: AxisSolver> Plant<S> {
 
     /// Returns the mean voltage of a bridge for a duty of this voltage (V): less by the dead time,
     /// against the current. A current that the loss would reverse is zero. At a duty of zero volts
-    /// the current ripples through zero, and nothing is lost.
+    /// the current ripples through zero, and nothing is lost. That holds below half the ripple,
+    /// 0.5 A for 48 V, 20 kHz and 1.26 mH; a short brake of a larger current loses the voltage as
+    /// well, which this plant leaves out, so a joint stops after less travel here.
     fn behind_dead_time(&self, volts: f64) -> f64 {
         let Some(winding) = self.winding.filter(|winding| winding.dead_time_v > 0.0) else {
             return volts;

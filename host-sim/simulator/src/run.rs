@@ -123,6 +123,19 @@ pub fn run_driven(plan: &RunPlan, driven: RunDriver) -> Result<RunResult, Error>
 
 fn run_on_its_joint(plan: &RunPlan, driven: RunDriver) -> Result<RunResult, Error> {
     if plan.has_current_loop() || plan.has_heat()? || plan.supply.is_some() {
+        if plan.machine.run.solver == AxisSolverName::Rk4 && plan.substitute.is_none() {
+            return Err(Error::Input(format!(
+                "{}: a current loop, another supply and a winding that heats up need run.solver = \
+                 \"exact\"",
+                plan.origin.of("run.solver")
+            )));
+        }
+        if plan.supply.is_some() && plan.dc_link()?.is_some() {
+            return Err(Error::Input(format!(
+                "{}: another supply of a run is a voltage, and has no capacitor",
+                plan.origin.of("supply.capacitance_f")
+            )));
+        }
         return run_with(plan, driven, plan.joint()?, plan.winding()?);
     }
     if let Some(axis) = plan.sheet_axis()? {

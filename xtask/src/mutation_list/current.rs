@@ -121,7 +121,7 @@ pub const MUTATIONS: &[Mutation] = &[
         "a change of what an effort is does not reach the board",
         Suite::Image, &["what_an_effort_is_may_change_at_run_time"]),
     fault("src/safety/current_offset.rs",
-        ["|| state.noise > NOISE * self.middle",
+        ["|| state.noise > most * self.middle",
          ""],
         "a noisy sensor of the current may be armed",
         Suite::Core, &["noise_of_a_fiftieth_of_the_range"]),

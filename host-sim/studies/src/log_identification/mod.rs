@@ -177,6 +177,7 @@ pub struct LogStatistics {
 pub fn identify(mut log: MotionLog, request: &FitSettings) -> Result<IdentifiedMachine, String> {
     let mut warnings = implausible::reading(&log);
     request.scale.apply(&mut log);
+    log.has_motor_current = request.has_motor_current;
     let count = if log.smallest_change.is_finite() { log.smallest_change } else { 0.0 };
     let finite = |change: f64| if change.is_finite() { change / log.folded as f64 } else { 0.0 };
     let counts =

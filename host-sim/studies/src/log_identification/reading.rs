@@ -60,6 +60,8 @@ pub struct MotionLog {
     pub effort: Vec<f64>,
     /// Position of the motor at each sample, or its current; empty without its column.
     pub motor: Vec<f64>,
+    /// Whether it is its current.
+    pub has_motor_current: bool,
     /// Number of rows with all numbers.
     pub rows: u64,
     /// Number of rows that are averaged into a sample.

@@ -98,7 +98,8 @@ impl TimeGrid {
         let gaps: Vec<usize> =
             (1..log.time.len()).filter(|i| log.time[*i] - log.time[i - 1] > gap).collect();
         let first_gap_s = gaps.first().map(|i| log.time[i - 1]);
-        let mut jumps = [jumps(&log.position), jumps(&log.motor)].concat();
+        let of_motor = if log.has_motor_current { Vec::new() } else { jumps(&log.motor) };
+        let mut jumps = [jumps(&log.position), of_motor].concat();
         jumps.sort_unstable();
         jumps.dedup();
         // In means of several rows, one jump can become two.

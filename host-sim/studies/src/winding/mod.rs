@@ -44,6 +44,10 @@ const OF_JOG: f32 = 0.6;
 const VOLTAGES: usize = 10;
 const SMALLEST: f32 = 0.4;
 
+/// Parts of the largest voltage with which the measurement begins, and cycles at each: 25 ms.
+const APPROACH: [f32; 4] = [0.1, 0.2, 0.4, 0.8];
+const SHORT_CYCLES: u16 = 8;
+
 /// Time of one measurement, s.
 const TIME_S: f64 = 0.2;
 
@@ -152,19 +156,35 @@ impl Winding {
         }
         let mut values = [ohm.ln(), tau_s.ln(), lost_v];
         let mut fit = None;
+        let all = || measured.iter().flat_map(|one| &one.currents_a);
+        let squares: f64 = all().map(|current| current * current).sum();
         let least_s: f64 = RESOLVED * first.period_s;
         for _ in 0..STEPS {
             values[1] = values[1].max(least_s.ln());
-            let linear = linearised(measured, values)?;
+            let before = values;
+            let linear = linearised(measured, values, 3)?;
             let step = [0, 1, 2].map(|column| linear.values[column].clamp(-1.0, 1.0));
             values = [0, 1, 2].map(|column| values[column] + step[column]);
-            values[2] = values[2].clamp(0.0, 0.9 * last.effort_v);
-            fit = Some(linear);
-            if step.iter().all(|part| part.abs() < CONVERGED) {
+            let free = values[2];
+            values[2] = free.clamp(0.0, 0.9 * last.effort_v);
+            if values[2] != free {
+                // At the bound, the loss is no value of the fit any more.
+                let fixed =
+                    linearised(measured, [values[0] - step[0], values[1] - step[1], values[2]], 2)?;
+                values[0] += fixed.values[0].clamp(-1.0, 1.0) - step[0];
+                values[1] += fixed.values[1].clamp(-1.0, 1.0) - step[1];
+            }
+            let residual = (linear.residual / squares).sqrt();
+            fit = Some((linear, residual));
+            if (0..3).all(|place| (values[place] - before[place]).abs() < CONVERGED) {
                 break;
             }
         }
-        let covariance = fit?.covariance;
+        let (fit, residual) = fit?;
+        if residual > EXPLAINS {
+            return None;
+        }
+        let covariance = fit.covariance;
         let (ohm, tau_s) = (values[0].exp(), values[1].exp());
         let moved = moved_v / last.effort_v;
         let error = |value: f64, variance: f64| 2.0 * value * variance.max(0.0).sqrt();
@@ -187,6 +207,9 @@ impl Winding {
     }
 }
 
+/// Largest residual, as a part of the currents, of a winding that explains them.
+const EXPLAINS: f64 = 0.05;
+
 /// Largest number of iterations, and step of each value below which they end.
 const STEPS: usize = 50;
 const CONVERGED: f64 = 1e-9;
@@ -195,13 +218,13 @@ const CONVERGED: f64 = 1e-9;
 const DERIVES: f64 = 1e-7;
 
 /// Returns the fit of the model around these values: the step to the least squares.
-fn linearised(measured: &[Readings], values: [f64; 3]) -> Option<Fit> {
+fn linearised(measured: &[Readings], values: [f64; 3], columns: usize) -> Option<Fit> {
     let rows = || {
         measured.iter().flat_map(move |readings| {
             (0..GROUPS).map(move |group| {
                 let at = readings.modelled(group, values);
                 let mut row: RegressionRow = [0.0; MOST];
-                for (column, place) in row.iter_mut().zip(0..3) {
+                for (column, place) in row.iter_mut().zip(0..columns) {
                     let mut moved = values;
                     moved[place] += DERIVES;
                     *column = (readings.modelled(group, moved) - at) / DERIVES;
@@ -210,7 +233,7 @@ fn linearised(measured: &[Readings], values: [f64; 3]) -> Option<Fit> {
             })
         })
     };
-    Fit::of(3, rows).ok()
+    Fit::of(columns, rows).ok()
 }
 
 /// Result of a measurement of the winding.
@@ -241,20 +264,33 @@ pub fn measure<W: Wire>(
 ) -> Result<WindingResult, Error> {
     let before = client.parameters()?;
     let regulated = with_current_loop(&before)?;
-    if let Some(regulated) = &regulated {
-        client.set_parameters(regulated)?;
-    }
-    let parameters = regulated.as_ref().unwrap_or(&before);
-    let found = with_parameters(client, parameters, effort_v);
-    if regulated.is_some() {
-        // The output must be off for that.
-        client.stop()?;
-        client.set_parameters(&before)?;
-    }
-    let mut found = found?;
+    let mut found = match &regulated {
+        None => with_parameters(client, &before, effort_v),
+        Some(regulated) => {
+            let set = client.set_parameters(regulated);
+            let found = set.and_then(|()| with_parameters(client, regulated, effort_v));
+            restored(client, &before, found)
+        }
+    }?;
     let sensor = &before.current;
     found.configured = [single(sensor.resistance), single(sensor.inductance)];
     Ok(found)
+}
+
+/// Gives a device its parameters back, also after an error: the device may have taken the others
+/// although its answer was lost. The output must be off for that.
+fn restored<W: Wire, T>(
+    client: &mut Client<W>,
+    before: &Parameters,
+    found: Result<T, Error>,
+) -> Result<T, Error> {
+    let mut restore = || client.stop().and_then(|()| client.set_parameters(before));
+    let Err(failed) = restore().or_else(|_| restore()) else { return found };
+    let why = found.err().map_or(String::new(), |why| format!("{why}; "));
+    Err(Error::Device(format!(
+        "{why}the device still has loop.effort = \"current\", with an inductance that was not \
+         measured: do not save, push the machine's file again ({failed})"
+    )))
 }
 
 /// Returns the parameters with a current loop, which makes the board work in each period of the
@@ -292,6 +328,11 @@ fn with_parameters<W: Wire>(
         let most = 0.8 * f64::from(parameters.jog.time) / cycle_s;
         (TIME_S / cycle_s).min(most).clamp(1.0, f64::from(MOST_CYCLES)) as u16
     };
+    // A winding with a short shows it at a small voltage.
+    for share in APPROACH {
+        let asked = WindingRequest { effort: share * effort, periods: 1, cycles: SHORT_CYCLES };
+        once(client, asked, period_s)?;
+    }
     let mut periods = 1;
     loop {
         let asked = WindingRequest { effort, periods, cycles: cycles(periods) };
@@ -367,6 +408,10 @@ fn once<W: Wire>(
                 "the joint has moved by more than jog.travel_deg: less --effort, or hold the joint",
             ),
             WindingEnd::Time | WindingEnd::Not => ended("jog.time_s was over"),
+            WindingEnd::Current => ended(
+                "the current was beyond current_sensor.peak_a by a quarter: less --effort, or \
+                 check the winding for a short",
+            ),
         },
     }
 }

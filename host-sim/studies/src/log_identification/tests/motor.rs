@@ -28,7 +28,7 @@ fn identified(inertia: f64) -> IdentifiedMachine {
         let [q, v, a] = position(*t);
         let ampere = inertia * a + 0.08 * v + 0.3 * v.signum();
         positions.push((q / 2e-4).round() * 2e-4);
-        volts.push(ohm * ampere + back_emf * v + lost_v * v.signum());
+        volts.push(ohm * ampere + back_emf * v + lost_v * ampere.signum());
         currents.push((ampere / 0.015).round() * 0.015);
     }
     let mut log = of_series([&times, &positions, &volts]).unwrap();
@@ -40,6 +40,8 @@ fn identified(inertia: f64) -> IdentifiedMachine {
 fn resistance_and_back_emf_constant_are_those_of_the_motor() {
     let found = identified(0.06);
     assert!(found.gear.is_none());
+    // A step of the current is none of the position.
+    assert!(found.warnings.iter().all(|words| !words.contains("jumps")), "{:?}", found.warnings);
     let motor = found.motor.unwrap().unwrap();
     for (name, parameter, truth) in [
         ("R", motor.resistance_ohm, TRUE[0]),
