@@ -254,8 +254,8 @@ impl MotorCurrent {
         state.current.abs().max(HEATS * state.at_least.abs()) * self.resistance
     }
 
-    /// Returns the measured current, as the effort at standstill that causes it, V. In a short brake
-    /// no effort is there that would set a least current.
+    /// Returns the measured current, as the effort at standstill that causes it, V. In a short
+    /// brake no effort is there that would set a least current.
     pub fn volts(&self, state: &MotorCurrentState) -> f32 {
         state.current * self.resistance
     }

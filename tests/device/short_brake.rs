@@ -214,8 +214,8 @@ fn a_short_brake_loses_nothing_by_the_dead_time_of_its_bridge() {
 }
 
 /// The heat is `K^2 int v^2 dt / tau`. Friction and winding take the energy of the joint:
-/// `D int v^2 dt = J v^2 / 2 - F way`. The first tick is a whole one at the speed of the fault, 1 ms
-/// of 15 ms.
+/// `D int v^2 dt = J v^2 / 2 - F way`. The first tick is a whole one at the speed of the fault, 1
+/// ms of 15 ms.
 #[test]
 fn the_current_of_a_short_brake_heats_the_winding_with_and_without_a_sensor() {
     let speed = SPEED.to_radians();

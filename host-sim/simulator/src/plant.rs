@@ -103,7 +103,8 @@ pub struct Winding {
     pub back_emf_v_per_deg_per_s: f64,
     /// Time constant L/R, s, by which the plant delays the effort; 0 if its solver does.
     pub lag_s: f64,
-    /// Voltage that the dead time of the bridge loses at the nominal supply, V; against the current.
+    /// Voltage that the dead time of the bridge loses at the nominal supply, V, against the
+    /// current.
     pub dead_time_v: f64,
     /// Heat path to the ambient air; `None`: the resistance is constant.
     pub heat: Option<HeatPath>,

@@ -4,8 +4,8 @@
 //! u = r(t) d V        r = ratio, and ratio times that of the sag in [from, from + duration)
 //! ```
 //!
-//! V is the nominal supply, d the duty. A tick reads the supply of the tick before, as a board does.
-//! Does badly: the supply steps, and does not depend on the current.
+//! V is the nominal supply, d the duty. A tick reads the supply of the tick before, as a board
+//! does. Does badly: the supply steps, and does not depend on the current.
 
 use files::error::Error;
 

@@ -357,8 +357,8 @@ impl Monitors {
     }
 
     /// Adds the heat of a tick of the short brake, after [`idle`](Self::idle): that of the measured
-    /// current, as the effort at standstill that causes it, V. Without a sensor, `None`: that of the
-    /// back-EMF at the speed of the travel.
+    /// current, as the effort at standstill that causes it, V. Without a sensor, `None`: that of
+    /// the back-EMF at the speed of the travel.
     pub fn brake(&self, state: &mut MonitorState, seen: &Seen, measured: Option<f32>) {
         #[cfg(feature = "two-encoders")]
         let count = self.driven_count;

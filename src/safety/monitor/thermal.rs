@@ -10,8 +10,9 @@
 //! `continuous` is R times the current that the motor tolerates forever. An effort `V` at
 //! standstill trips from cold after `tau ln(1 / (1 - (continuous / V)^2))`; its sign does not
 //! matter. The winding cools while the bridge is off, except in a
-//! [short brake](crate::safety::fault::Reaction::ShortBrake), whose current counts as any other. It stays warm when the servo is armed again,
-//! when parameters change, and across a reset ([`Boot`](crate::servo::Boot)).
+//! [short brake](crate::safety::fault::Reaction::ShortBrake), whose current counts as any other. It
+//! stays warm when the servo is armed again, when parameters change, and across a reset
+//! ([`Boot`](crate::servo::Boot)).
 //!
 //! Does badly: it models neither the room nor the housing, and without power the heat is forgotten.
 //! Without a sensor of the current it measures nothing: an inductance makes the current less than

@@ -311,7 +311,8 @@ impl RunPlan {
         let Some(key) = sheet.has_a_drive_of_its_own() else { return Ok(()) };
         Err(Error::Input(format!(
             "{}: `{key}` is simulated by `stiction run` and `benchmark` only, without a current \
-             loop, a winding that heats up, and another supply; a simulated device has an ideal supply, or one with a capacitor, and readings without noise",
+             loop, a winding that heats up, and another supply; a simulated device has an ideal \
+             supply, or one with a capacitor, and readings without noise",
             self.origin.of(key)
         )))
     }

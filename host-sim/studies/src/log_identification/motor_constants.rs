@@ -85,8 +85,8 @@ pub fn identify(
     let inflation = fit.inflation[0];
     if inflation > SEPARATED {
         return Err(format!(
-            "only {} % of the current is no sum of its sign and the speed, at least {} % are needed; \
-             move with more acceleration",
+            "only {} % of the current is no sum of its sign and the speed, at least {} % are \
+             needed; move with more acceleration",
             rounded(100.0 / inflation),
             rounded(100.0 / SEPARATED)
         ));
