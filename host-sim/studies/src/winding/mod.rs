@@ -30,7 +30,7 @@ use stiction::link::StateCode;
 use stiction::motion::winding::{WindingEnd, WindingFindings, WindingRequest};
 
 use crate::log_identification::least_squares::{Fit, MOST, RegressionRow};
-use files::error::{Error, rounded};
+use files::error::{Error, rounded, shown};
 use files::hardware::STM32F405;
 use files::written::single;
 use simulator::device::client::Client;
@@ -319,7 +319,15 @@ fn with_parameters<W: Wire>(
     parameters: &Parameters,
     effort_v: Option<f32>,
 ) -> Result<WindingResult, Error> {
-    let effort = effort_v.unwrap_or(OF_JOG * parameters.jog.effort);
+    let most = parameters.jog.effort;
+    let effort = effort_v.unwrap_or(OF_JOG * most);
+    if !(effort > 0.0 && effort <= most) {
+        return Err(Error::Input(format!(
+            "winding --effort {}: must be a number above 0, up to the device's jog.effort_v, {} V",
+            shown(single(effort)),
+            shown(single(most))
+        )));
+    }
     let top = pwm_top(&STM32F405, parameters.controller.drive.pwm_hz)
         .map_err(|_| Error::Refused("winding: the PWM of the device has no period".into()))?;
     let period_s = 2.0 * f64::from(top) / f64::from(STM32F405.pwm_clock_hz);
@@ -423,12 +431,14 @@ impl WindingResult {
         let [ohm, henry] = self.configured;
         let bar = |estimate: Estimate, factor: f64, unit: &str| {
             let Estimate { value, error } = estimate;
-            format!("{} +- {} {unit}", rounded(factor * value), rounded(factor * error))
+            // Two digits of the error bar.
+            let error = format!("{:.1e}", factor * error).parse().unwrap_or(factor * error);
+            format!("{} +- {} {unit}", rounded(factor * value), shown(error))
         };
         let against = |name: &str, configured: f64, measured: Estimate| match configured {
             known if known > 0.0 => {
                 let percent = 100.0 * (measured.value / known - 1.0);
-                format!("{name} = {}: {percent:+.1} %", rounded(known))
+                format!("{name} = {}: measured {percent:+.1} %", rounded(known))
             }
             _ => format!("{name}: not set"),
         };

@@ -99,8 +99,10 @@ fn an_open_wire_an_effort_beyond_that_of_a_jog_and_a_pwm_out_of_step_are_named()
     let open = why(&mut client(&[], &[], MotorWires::Open), None);
     assert!(open.contains("check supply and wires"), "{open}");
     let mut sound = client(&[], &[], MotorWires::Sound);
-    let beyond = why(&mut sound, Some(20.0));
-    assert!(beyond.contains("jog.effort_v"), "{beyond}");
+    for effort in [20.0, 4.5, 0.0, -1.0, f32::NAN] {
+        let beyond = why(&mut sound, Some(effort));
+        assert!(beyond.contains("jog.effort_v"), "{effort}: {beyond}");
+    }
     let mut out_of_step = client(&["drive.pwm_hz=22000"], &[], MotorWires::Sound);
     let step = why(&mut out_of_step, None);
     assert!(step.contains("pwm_hz"), "{step}");
