@@ -5,7 +5,7 @@
 //! gap    a step above 4.5 h: the parts before and after it are filtered separately
 //! jump   a step of the position above 0.02 of its range and 20 times the steps beside it: as a gap
 //! even   |t_i - (t_0 + i h)| <= 1 in the last digit that is written, or 0.02 h: taken as t_0 + i h
-//! else   interpolated onto t_0 + i h: the position by the cubic through four neighbours (Lagrange),
+//! else   interpolated onto t_0 + i h: the position by the cubic through four points (Lagrange),
 //!        the effort by a straight line
 //! ```
 //!
