@@ -42,6 +42,7 @@ mod app {
     use crate::board::last_tick;
     use crate::board::liveness;
     use crate::board::machine::BoardMachine;
+    use crate::board::ntc::NtcInput;
     use crate::board::report::Report;
     use crate::board::retained::{self, Retained, RetainedFault};
     use crate::board::sectors::Sectors;
@@ -75,6 +76,7 @@ mod app {
         output_producer: Producer<'static, Output>,
         output_consumer: Consumer<'static, Output>,
         report: Report,
+        ntc: NtcInput,
         port: Port,
         received: ReceiveQueue,
         to_wire_producer: Producer<'static, u8>,
@@ -140,7 +142,7 @@ mod app {
         let report = Report::new();
         report.banner(&board, (cause, brown_out), record.as_ref(), fault, &settings);
 
-        let Board { control_task, watchdog, port, received, store, timer_clock, .. } = board;
+        let Board { control_task, watchdog, port, received, ntc, store, timer_clock, .. } = board;
         let before = (control_task.servo.state(), is_encoder_in_doubt);
         let shared = Shared { control_task, session, watchdog };
         let local = Local {
@@ -149,6 +151,7 @@ mod app {
             output_producer,
             output_consumer,
             report,
+            ntc,
             port,
             received,
             to_wire_producer,
@@ -279,8 +282,9 @@ mod app {
         let _ = report::spawn();
     }
 
-    /// Writes log and trace, and makes the samples of the telemetry. Then it is the link's turn.
-    #[task(priority = 1, local = [output_consumer, report], shared = [control_task, session])]
+    /// Writes log and trace, makes the samples of the telemetry, and reads the motor's temperature.
+    /// Then it is the link's turn.
+    #[task(priority = 1, local = [output_consumer, report, ntc], shared = [control_task, session])]
     async fn report(mut cx: report::Context) {
         let local = cx.local;
         while let Some(output) = local.output_consumer.dequeue() {
@@ -290,7 +294,11 @@ mod app {
             });
             let before = local.report.report_tick(&output, sample_time.unwrap_or(1.0));
             let servo = &mut cx.shared.control_task;
-            retained::set_thermal_effort(servo.lock(|parts| parts.servo.thermal_effort()));
+            let reading = local.ntc.reading();
+            retained::set_thermal_effort(servo.lock(|parts| {
+                parts.servo.take_ntc(reading);
+                parts.servo.thermal_effort()
+            }));
             match (before, output.state) {
                 (Some(_), State::Armed) => {
                     if servo.lock(|parts| parts.servo.is_jogging()) {

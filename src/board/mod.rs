@@ -22,6 +22,7 @@ pub mod last_tick;
 pub mod liveness;
 pub mod machine;
 mod note;
+pub mod ntc;
 mod option_bytes;
 mod output_control;
 mod receive_ring;

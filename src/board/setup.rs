@@ -26,6 +26,7 @@ use super::debugger::FreezeBits;
 #[cfg(feature = "two-encoders")]
 use super::encoder::LoadQuadrature;
 use super::encoder::Quadrature;
+use super::ntc::NtcInput;
 use super::sectors::{SLOTS, Sectors};
 use super::stopwatch::Stopwatch;
 use super::tick::{Period, TickTimer};
@@ -54,6 +55,8 @@ pub struct Board {
     pub port: Port,
     /// Bytes received over the wire.
     pub received: ReceiveQueue,
+    /// The input of the motor's NTC.
+    pub ntc: NtcInput,
     /// The store in which parameters are saved.
     pub store: Store<Sectors>,
     /// State of the crystal.
@@ -168,6 +171,7 @@ pub fn start(
     );
     let converter_pins = (c.pc0.into_analog(), c.pc1.into_analog());
     let converter = Converter::start(device.ADC1, converter_pins, &mut rcc);
+    let ntc = NtcInput::start(device.ADC2, c.pc2.into_analog(), &mut rcc);
     let timer_clock = rcc.clocks.timclk1().raw();
     let period = Period::new(settings.sample_time(), timer_clock);
     let timer = TickTimer::start(device.TIM3, &period, &mut rcc);
@@ -206,7 +210,7 @@ pub fn start(
         control_task.resume();
     }
     let store = Store::new(Sectors::new(device.FLASH, core.SYST), SLOTS);
-    Board { control_task, watchdog, port, received, store, crystal, clock, timer_clock }
+    Board { control_task, watchdog, port, received, ntc, store, crystal, clock, timer_clock }
 }
 
 /// Writes a blank servo to `place`. As a separate function, it frees its stack for the code that

@@ -22,6 +22,7 @@ pub mod encoder;
 pub mod hardware;
 pub mod laws;
 pub mod motor_encoder;
+pub mod motor_ntc;
 mod output;
 pub mod pd;
 pub mod period_work;

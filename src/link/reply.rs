@@ -144,6 +144,8 @@ pub struct Status {
     /// Steady effort at standstill that would keep the motor as warm as it is now, by the thermal
     /// model, V.
     pub thermal_effort: f32,
+    /// Measured temperature of the motor, deg C; none without a sensor, or while it is open.
+    pub motor_temperature: Option<f32>,
     /// Whether the parameters in use were changed and not saved since.
     pub unsaved: bool,
     /// Whether one of the two saved sets of parameters is damaged. The parameters in use may then

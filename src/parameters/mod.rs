@@ -24,6 +24,7 @@ use crate::control::laws::RobustDualGains;
 use crate::control::laws::{self, Gains};
 #[cfg(feature = "two-encoders")]
 use crate::control::motor_encoder::{LOAD_KIND, LoadEncoderKind, MotorEncoder};
+use crate::control::motor_ntc::MotorNtc;
 use crate::control::pd::PdGains;
 use crate::control::profile::ProfileLimits;
 use crate::identification::{self, IdentificationPlan, Ramp};
@@ -97,6 +98,8 @@ table! {
         current: CurrentSensor = CurrentSensor::NONE,
         /// The brake resistor of the supply.
         brake_resistor: BrakeResistor = BrakeResistor::NONE,
+        /// The temperature sensor of the motor.
+        motor_ntc: MotorNtc = MotorNtc::NONE,
     }
 }
 
@@ -115,6 +118,7 @@ pub fn tables() -> impl Iterator<Item = &'static [About]> {
         JogBounds::ABOUT,
         CurrentSensor::ABOUT,
         BrakeResistor::ABOUT,
+        MotorNtc::ABOUT,
     ];
     let laws = tables.into_iter().chain(Gains::ABOUT.iter().copied());
     // A machine's file has other keys for these.

@@ -8,6 +8,7 @@ use crate::control::drive::{DriveConfig, PwmMode};
 use crate::control::encoder::{CounterBits, Direction, Encoder, EncoderOutput};
 use crate::control::laws::{FIRST_LAW, Gains};
 use crate::control::motor_encoder::MotorEncoder;
+use crate::control::motor_ntc::MotorNtc;
 use crate::control::reference::{Corner, MAX_CORNERS};
 use crate::units::error::Allowed;
 use crate::units::position::Position;
@@ -53,6 +54,7 @@ fn example() -> Parameters {
         jog,
         current: CurrentSensor::NONE,
         brake_resistor: BrakeResistor::NONE,
+        motor_ntc: MotorNtc::NONE,
     }
 }
 
@@ -445,4 +447,20 @@ fn a_brake_resistor_needs_a_measured_supply_a_monitor_and_room_between_them() {
     let early = refused(&|of| of.brake_resistor.from = 48.0);
     assert_eq!(early, ("from_v", Allowed::Above(48.0, 59.0)));
     assert_eq!(refused(&|of| of.brake_resistor.duty_max = 0.95).0, "duty_max");
+}
+
+/// R(-20 C) / 511 and 511 R(120 C) of an NTC of 10 kOhm and 3950 K: 10 kOhm exp(2.355) / 511 and
+/// 511 10 kOhm exp(-3.201).
+#[test]
+fn a_divider_of_an_ntc_leaves_eight_steps_at_either_end_of_its_range() {
+    let check = |divider| {
+        let mut parameters = example();
+        parameters.motor_ntc = MotorNtc { divider, limit: 120.0, ..MotorNtc::EXAMPLE };
+        parameters.check().map_err(|refused| name(refused.key))
+    };
+    let ends = [10e3 * 2.3550f64.exp() / 511.0, 511.0 * 10e3 * (-3.2013f64).exp()];
+    for (end, inwards) in ends.into_iter().zip([1.01, 0.99]) {
+        assert_eq!(check((end * inwards) as f32), Ok(()));
+        assert_eq!(check((end / inwards) as f32), Err("divider_ohm"));
+    }
 }

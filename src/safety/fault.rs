@@ -269,6 +269,14 @@ faults! {
     32 EmergencyStop "emergency stop", "32 Emergency stop",
         "" "", "at once, in hardware", Clear,
         Off "the contact is to end all power", [];
+    /// The measured temperature of the motor is beyond `motor_ntc.limit_c`.
+    34 MotorHot "motor too hot", "34 Motor too hot",
+        "temperature" "deg C", "0.2 s", Clear,
+        ShortBrake "the energy of the joint heats the winding little", [];
+    /// The temperature sensor of the motor is open or shorted.
+    35 MotorSensor "motor's temperature sensor", "35 Temperature sensor",
+        "reading" "steps of the converter", "0.4 s", Clear,
+        ShortBrake "the bridge is sound", [];
 }
 
 impl Fault {

@@ -12,5 +12,6 @@ pub mod encoder_proof;
 pub mod fault;
 pub mod monitor;
 pub mod motor_current;
+pub mod motor_temperature;
 pub mod open_line;
 pub mod open_loop;

@@ -7,6 +7,7 @@ use crate::motion::Course;
 use crate::parameters::{DecodeError, Parameters};
 use crate::safety::encoder_proof::EncoderProofs;
 use crate::safety::fault::{Fault, FaultLog, LatchedFault};
+use crate::safety::motor_temperature::MotorTemperatureState;
 use crate::safety::open_line::OpenLineState;
 
 /// State in which the microcontroller came out of its last reset.
@@ -67,6 +68,7 @@ impl Servo {
             pending: Course::default(),
             is_contact_open: false,
             is_stop_behind: false,
+            motor_temperature: MotorTemperatureState::default(),
             referenced: Referenced::default(),
             origin: 0,
             latched: None,

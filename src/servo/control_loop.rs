@@ -22,6 +22,7 @@ use crate::motion::{Course, CourseState};
 use crate::parameters::Parameters;
 use crate::safety::fault::Fault;
 use crate::safety::monitor::{MonitorState, Monitors, PositionLimits, Seen};
+use crate::safety::motor_temperature::MotorTemperature;
 use crate::safety::open_line::OpenLineTest;
 use crate::units::error::InvalidValue;
 use crate::units::position::Position;
@@ -51,6 +52,8 @@ pub struct ControlLoop {
     pub(super) watch: MonitorState,
     /// The sensor of the motor's current; none without one.
     pub(super) current: Option<CurrentPath>,
+    /// The temperature sensor of the motor; none without one.
+    pub(super) temperature: Option<MotorTemperature>,
     /// Ticks from the first one until the servo arms automatically; none without autostart.
     pub(super) autostart: Option<u32>,
     /// The event that makes the position known: a reset, or a command.
@@ -117,6 +120,7 @@ impl ControlLoop {
             absolute: AbsoluteLoad::of(config),
             watch: MonitorState::default(),
             current,
+            temperature: MotorTemperature::of(parameters, hardware.supply_top),
             autostart: device.autostart.then(|| parameters.in_ticks(device.autostart_delay)),
             reference: device.reference,
             driver_times: DriverTimes::of(parameters),

@@ -59,6 +59,7 @@ mod holding_brake;
 mod homing;
 mod identification;
 mod jog;
+mod motor_temperature;
 mod moves;
 mod output;
 mod ramp;
@@ -74,6 +75,7 @@ use crate::control::signal::Tick;
 use crate::motion::{Course, CourseState};
 use crate::safety::encoder_proof::EncoderProofs;
 use crate::safety::fault::{Fault, FaultLog, LatchedFault};
+use crate::safety::motor_temperature::MotorTemperatureState;
 use crate::safety::open_line::OpenLineState;
 pub use boot::Boot;
 pub use control_loop::ControlLoop;
@@ -124,6 +126,7 @@ pub struct Servo {
     is_contact_open: bool,
     /// Whether the contact has been open while another fault was latched.
     is_stop_behind: bool,
+    motor_temperature: MotorTemperatureState,
     referenced: Referenced,
     /// The joint's zero, counts since power-on.
     origin: i32,
@@ -246,6 +249,7 @@ impl Servo {
         self.wake_up.forget();
         self.end_transition();
         self.retest_lines();
+        self.forget_temperature();
         self.countdown = None;
         self.unsettle();
         if let State::Faulted(fault) = self.state

@@ -6,6 +6,7 @@ use crate::control::drive::{DriveConfig, Duty, PwmMode};
 use crate::control::encoder::{CounterBits, Direction, Encoder};
 use crate::control::hardware::Hardware;
 use crate::control::motor_encoder::MotorEncoder;
+use crate::control::motor_ntc::MotorNtc;
 use crate::control::pd::PdGains;
 use crate::control::profile::ProfileLimits;
 use crate::control::reference::{Corner, Reference, Sine, Step, Trajectory};
@@ -58,6 +59,7 @@ fn parameters(device: DeviceConfig) -> Parameters {
         jog: JogBounds::EXAMPLE,
         current: CurrentSensor::NONE,
         brake_resistor: BrakeResistor::NONE,
+        motor_ntc: MotorNtc::NONE,
     }
 }
 

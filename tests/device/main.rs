@@ -49,6 +49,7 @@ mod link;
 mod machine_file;
 mod matrix;
 mod misbehaving_client;
+mod motor_temperature;
 mod no_supply;
 mod noisy_encoder;
 mod noisy_identification;

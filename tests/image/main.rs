@@ -55,6 +55,8 @@ mod link;
 #[cfg(feature = "emulator")]
 mod matrix;
 #[cfg(feature = "emulator")]
+mod motor_temperature;
+#[cfg(feature = "emulator")]
 mod open_line;
 #[cfg(feature = "emulator")]
 mod owner_and_stop;

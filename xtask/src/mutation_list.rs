@@ -4,6 +4,7 @@
 
 mod brake_resistor;
 mod current;
+mod motor_temperature;
 mod stopping;
 mod two_encoders;
 
@@ -63,6 +64,7 @@ const fn fault(
 pub fn mutations() -> impl Iterator<Item = &'static Mutation> + Clone {
     let of_rooms = stopping::MUTATIONS.iter().chain(current::MUTATIONS);
     let of_rooms = of_rooms.chain(two_encoders::MUTATIONS).chain(brake_resistor::MUTATIONS);
+    let of_rooms = of_rooms.chain(motor_temperature::MUTATIONS);
     MUTATIONS.iter().chain(of_rooms)
 }
 

@@ -69,6 +69,8 @@ const SUPPLY_CHANNEL: u8 = 10;
 /// PA6, which the contact of the emergency stop lifts.
 const CONTACT_PIN: u8 = 6;
 const CURRENT_CHANNEL: u8 = 11;
+/// PC2, which measures the motor's temperature.
+const TEMPERATURE_CHANNEL: u8 = 12;
 /// Control registers, mode of channels 3 and 4, counter and channel 4 of TIM1.
 const TIM1_CR1: u64 = 0x4001_0000;
 const TIM1_CR2: u64 = 0x4001_0004;
@@ -313,17 +315,23 @@ impl EmulatedBoard {
 
     /// Sets the voltage on the pin that measures the bridge's supply, mV.
     pub fn supply(&mut self, pin_mv: u32) {
-        for converter in &mut self.mcu.adc {
-            if let Some(channel) = Channel::new(SUPPLY_CHANNEL) {
-                converter.set_input(channel, pin_mv);
-            }
-        }
+        self.convert(SUPPLY_CHANNEL, pin_mv);
     }
 
     /// Sets the voltage on the pin that measures the motor's current, mV.
     pub fn current(&mut self, pin_mv: u32) {
+        self.convert(CURRENT_CHANNEL, pin_mv);
+    }
+
+    /// Sets the voltage on the pin that measures the motor's temperature, mV.
+    pub fn temperature(&mut self, pin_mv: u32) {
+        self.convert(TEMPERATURE_CHANNEL, pin_mv);
+    }
+
+    /// Sets the voltage on a channel of the converters, mV.
+    fn convert(&mut self, channel: u8, pin_mv: u32) {
         for converter in &mut self.mcu.adc {
-            if let Some(channel) = Channel::new(CURRENT_CHANNEL) {
+            if let Some(channel) = Channel::new(channel) {
                 converter.set_input(channel, pin_mv);
             }
         }

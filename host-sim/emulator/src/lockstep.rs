@@ -108,6 +108,13 @@ impl<P: PlantInterface> Lockstep<P> {
 }
 
 impl<P: PlantInterface> Lockstep<P> {
+    /// Shows the temperature of the motor to its sensor's pin.
+    fn show_temperature(&self, board: &mut EmulatedBoard) {
+        if let Some(pin_mv) = self.plant.temperature_mv() {
+            board.temperature(pin_mv);
+        }
+    }
+
     /// Moves a regulated plant by a period of the PWM, and converts its current.
     fn period(&mut self, board: &mut EmulatedBoard, at: VirtualNanos) {
         let next = board.next_trigger(at).unwrap_or(NO_DEADLINE);
@@ -160,6 +167,7 @@ impl<P: PlantInterface> PlantCoupling for Lockstep<P> {
             let bridge = BridgeInputs::read(board);
             let code = self.plant.code(&bridge);
             self.sampling.take(bridge, code);
+            self.show_temperature(board);
             if self.convert_at == NO_DEADLINE {
                 self.convert_at = board.next_trigger(at).unwrap_or(NO_DEADLINE);
             }
@@ -172,6 +180,7 @@ impl<P: PlantInterface> PlantCoupling for Lockstep<P> {
             if let Some(pin_mv) = self.plant.supply_mv() {
                 board.supply(pin_mv);
             }
+            self.show_temperature(board);
             if let Some(pin_mv) = self.plant.current_mv() {
                 board.current(pin_mv);
                 self.convert_at = board.next_trigger(at).unwrap_or(NO_DEADLINE);

@@ -3,6 +3,7 @@
 use stiction::control::brake_resistor::BrakeResistor;
 use stiction::control::current_sensor::CurrentSensor;
 use stiction::control::encoder::EncoderOutput;
+use stiction::control::motor_ntc::MotorNtc;
 use stiction::parameters::{DeviceConfig, ROOM};
 use stiction::{Limits, Motion, Parameters};
 
@@ -33,6 +34,8 @@ pub fn parameters(plan: &RunPlan) -> Result<Parameters, Error> {
     parameters.current = CurrentSensor::NONE;
     // It needs the monitor of the supply.
     parameters.brake_resistor = BrakeResistor::NONE;
+    // Nothing in a run reads it.
+    parameters.motor_ntc = MotorNtc::NONE;
     validate(&parameters, plan)?;
     Ok(parameters)
 }

@@ -9,6 +9,7 @@ use files::error::Error;
 use files::hardware::STM32F405;
 use simulator::dc_link::DcLink;
 use simulator::experiment::RunPlan;
+use simulator::motor_ntc::Ntc;
 use simulator::plant::{Discs, EffortState, Plant};
 use simulator::shunt::Shunt;
 
@@ -25,6 +26,11 @@ pub trait PlantInterface: Send + std::fmt::Debug + 'static {
 
     /// Returns the voltage on the pin that measures the supply, mV; `None` if it is constant.
     fn supply_mv(&self) -> Option<u32> {
+        None
+    }
+
+    /// Returns the voltage on the pin of the motor's temperature sensor, mV; `None` without one.
+    fn temperature_mv(&self) -> Option<u32> {
         None
     }
 
@@ -104,6 +110,8 @@ pub struct DrivenPlant {
     pub plant: Plant<RunJoint>,
     /// Shunt amplifier of the motor, if it has a sensor of its current.
     pub shunt: Option<Shunt>,
+    /// Temperature sensor of the motor, if it has one.
+    pub ntc: Option<Ntc>,
     /// Supply of the bridge, if it has a capacitor. It is constant under a current loop.
     pub dc_link: Option<DcLink>,
     stage: PowerStage,
@@ -123,6 +131,7 @@ impl DrivenPlant {
         Ok(Self {
             plant: plan.plant()?,
             shunt: plan.shunt(),
+            ntc: plan.ntc(),
             dc_link: plan.dc_link()?,
             stage: PowerStage::of(plan)?,
             code: 0,
@@ -142,6 +151,10 @@ impl PlantInterface for DrivenPlant {
 
     fn supply_mv(&self) -> Option<u32> {
         self.dc_link.as_ref()?.pin_mv()
+    }
+
+    fn temperature_mv(&self) -> Option<u32> {
+        self.ntc.map(|ntc| ntc.pin_mv(self.plant.temperatures()))
     }
 
     fn hold(&mut self, bridge: &BridgeInputs, period_ns: u64) -> i16 {

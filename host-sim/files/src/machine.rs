@@ -17,6 +17,7 @@ use stiction::control::drive::DriveConfig;
 use stiction::control::encoder::Encoder;
 use stiction::control::laws::{Gains, RobustGains};
 use stiction::control::motor_encoder::MotorEncoder;
+use stiction::control::motor_ntc::MotorNtc;
 use stiction::motion::jog::JogBounds;
 use stiction::parameters::DeviceConfig;
 use stiction::units::value::Table as _;
@@ -105,6 +106,9 @@ pub struct MachineFile {
     /// The brake resistor of the supply, if there is one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub brake_resistor: Option<ParameterTable<BrakeResistor>>,
+    /// The temperature sensor of the motor, if there is one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub motor_ntc: Option<ParameterTable<MotorNtc>>,
     /// What an identification said of the joint.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub identified: Option<IdentifiedTable>,

@@ -19,6 +19,7 @@ pub mod flash;
 pub mod guest;
 pub mod identification;
 pub mod metrics;
+pub mod motor_ntc;
 pub mod output;
 pub mod plant;
 pub mod progress;

@@ -255,6 +255,7 @@ impl<const RING: usize> Session<RING> {
             at_rest: servo.is_at_rest(),
             wound_up: servo.is_wound_up(),
             thermal_effort: servo.thermal_effort(),
+            motor_temperature: servo.motor_temperature(),
             unsaved,
             is_damaged,
             saves,

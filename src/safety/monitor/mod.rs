@@ -345,6 +345,11 @@ impl Monitors {
         MonitorState { thermal, ..MonitorState::default() }
     }
 
+    /// Raises the heat of the winding to a part of the largest one, if it is less.
+    pub fn warm_at_least(&self, state: &mut MonitorState, part: f32) {
+        self.thermal.warm_at_least(&mut state.thermal, part);
+    }
+
     /// Updates the state in a tick without output.
     pub fn idle(&self, state: &mut MonitorState, seen: &Seen) {
         self.thermal.cool(&mut state.thermal);

@@ -75,6 +75,14 @@ impl Thermal {
         state.heat += current * current * self.share;
     }
 
+    /// Raises the heat to a part of the largest one, if it is less. Without a largest heat, nothing
+    /// happens.
+    pub fn warm_at_least(&self, state: &mut ThermalState, part: f32) {
+        if self.most.is_finite() {
+            state.heat = state.heat.max(part * self.most);
+        }
+    }
+
     /// Cools for a tick without current.
     pub fn cool(&self, state: &mut ThermalState) {
         state.heat -= state.heat * self.share;

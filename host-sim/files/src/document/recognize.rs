@@ -7,7 +7,7 @@ use toml::Table;
 use super::read;
 
 /// Names of tables. The file of a machine or of an experiment has at least one of them.
-const TABLES: [&str; 24] = [
+const TABLES: [&str; 25] = [
     "brake_resistor",
     "controller",
     "current_sensor",
@@ -26,6 +26,7 @@ const TABLES: [&str; 24] = [
     "loop",
     "mechanism",
     "motor",
+    "motor_ntc",
     "profile",
     "reference",
     "run",

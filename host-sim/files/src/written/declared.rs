@@ -6,6 +6,7 @@ use stiction::control::drive::DriveConfig;
 use stiction::control::encoder::Encoder;
 use stiction::control::laws::{Gains, RobustDualGains};
 use stiction::control::motor_encoder::MotorEncoder;
+use stiction::control::motor_ntc::MotorNtc;
 use stiction::control::pd::PdGains;
 use stiction::motion::jog::JogBounds;
 use stiction::parameters::DeviceConfig;
@@ -71,7 +72,8 @@ declared!(
     ProfileLimits,
     JogBounds,
     CurrentSensor,
-    BrakeResistor
+    BrakeResistor,
+    MotorNtc
 );
 
 /// Returns the name of a law, with a mark if it runs on the host only.

@@ -47,6 +47,7 @@ pub fn status(status: &Status, warning: Option<&str>) -> Value {
         "position_deg": f64::from(status.position) * single(status.resolution),
         "at_rest": status.at_rest,
         "thermal_effort_v": single(status.thermal_effort),
+        "motor_c": status.motor_temperature.map(single),
         "wound_up": status.wound_up,
         "gave_up": status.gave_up,
         "encoder_in_doubt": status.is_encoder_in_doubt,

@@ -129,6 +129,7 @@ fn of(parameters: &Parameters) -> MachineFile {
         jog,
         current,
         brake_resistor,
+        motor_ntc,
     } = parameters;
     let laws: Vec<LawName> = config.compensator.iter().map(|law| LawName(Some(*law))).collect();
     let (name, laws) = match laws[..] {
@@ -182,6 +183,7 @@ fn of(parameters: &Parameters) -> MachineFile {
         jog: ParameterTable::out(jog),
         current_sensor: current.is_there().then(|| ParameterTable::out(current)),
         brake_resistor: brake_resistor.is_there().then(|| ParameterTable::out(brake_resistor)),
+        motor_ntc: motor_ntc.is_there().then(|| ParameterTable::out(motor_ntc)),
         identified: None,
         spread: BTreeMap::new(),
         run: RunSettings::default(),

@@ -17,6 +17,7 @@ use crate::current_periods::{CurrentPeriods, PlantMotor, RegulatedTick};
 use crate::dc_link::DcLink;
 use crate::experiment::RunPlan;
 use crate::flash::{SECTOR, SimulatedFlash};
+use crate::motor_ntc::Ntc;
 pub use crate::plant::MotorWires;
 use crate::plant::Plant;
 pub use crate::shunt::{Shunt, ShuntState};
@@ -92,6 +93,8 @@ pub struct SimulatedDevice {
     pub load_v: f64,
     /// Shunt amplifier of the motor, if it has a sensor of its current.
     pub shunt: Option<Shunt>,
+    /// Temperature sensor of the motor, if it has one.
+    pub ntc: Option<Ntc>,
     /// State of the wires between bridge and motor.
     pub motor_wires: MotorWires,
     /// Ratio of the bridge's supply to that for which a code has its volts; the reading of the
@@ -103,6 +106,8 @@ pub struct SimulatedDevice {
     pub brake_steps: u16,
     /// Reading of the supply that the last tick has started.
     converting: Option<u16>,
+    /// Reading of the temperature sensor that the last tick has started.
+    converting_ntc: Option<u16>,
     /// Whether the contact of the emergency stop is open.
     pub is_contact_open: bool,
     /// Holding brake on the joint; `None` without one.
@@ -159,11 +164,13 @@ impl SimulatedDevice {
             is_unpowered: false,
             load_v: 0.0,
             shunt: plan.shunt(),
+            ntc: plan.ntc(),
             motor_wires: MotorWires::Sound,
             supply_ratio: 1.0,
             dc_link: plan.dc_link()?,
             brake_steps: 0,
             converting: None,
+            converting_ntc: None,
             is_contact_open: false,
             holding_brake: None,
             window: None,
@@ -216,6 +223,11 @@ impl SimulatedDevice {
             self.device.servo().over_current(current);
         }
         let output = self.device.tick(Input { counter, supply: self.supply, lines, current, load });
+        if let Some(ntc) = &self.ntc {
+            let reading = ntc.reading(self.plant.temperatures());
+            let begun = self.converting_ntc.replace(reading).unwrap_or(reading);
+            self.device.servo().take_ntc(begun);
+        }
         // Parameters that come before the next tick have no offset of the sensor yet.
         self.window = self.device.servo().current_window().filter(|_| output.enable);
         self.remember(output.clock, ahead_deg);

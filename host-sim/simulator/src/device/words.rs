@@ -313,6 +313,9 @@ pub fn status(status: &Status) -> String {
         "heat       as at a steady {:.3} V at standstill (a model: `limits.continuous_v`)",
         status.thermal_effort
     ));
+    if let Some(celsius) = status.motor_temperature {
+        lines.push(format!("motor      {celsius:.0} deg C (`[motor_ntc]`)"));
+    }
     if status.wound_up {
         let what = "warning    the law pushes a joint that does not move; the motor heats up:";
         let then = "           if it lasts, `stop`, and see docs/reference/faults.md";
@@ -420,6 +423,7 @@ mod tests {
             at_rest: true,
             wound_up: false,
             thermal_effort: 0.5,
+            motor_temperature: None,
             unsaved: false,
             is_damaged: false,
             oscillates: false,

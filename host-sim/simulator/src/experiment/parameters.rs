@@ -3,6 +3,7 @@
 use stiction::control::brake_resistor::BrakeResistor;
 use stiction::control::current_sensor::CurrentSensor;
 use stiction::control::drive::{DriveConfig, PwmMode};
+use stiction::control::motor_ntc::MotorNtc;
 use stiction::motion::jog::JogBounds;
 use stiction::parameters::{DeviceConfig, ROOM};
 use stiction::safety::monitor::limits::CERTAIN;
@@ -114,7 +115,19 @@ pub fn assembled(plan: &RunPlan) -> Result<Parameters, Error> {
         .brake_resistor
         .as_ref()
         .map_or(BrakeResistor::NONE, |table| table.core(BrakeResistor::NONE));
-    Ok(Parameters { controller, motion, device, limits, profile, jog, current, brake_resistor })
+    let motor_ntc =
+        plan.machine.motor_ntc.as_ref().map_or(MotorNtc::NONE, |table| table.core(MotorNtc::NONE));
+    Ok(Parameters {
+        controller,
+        motion,
+        device,
+        limits,
+        profile,
+        jog,
+        current,
+        brake_resistor,
+        motor_ntc,
+    })
 }
 
 /// Derived stall threshold at most, as a part of the effort that the limit of the current allows.

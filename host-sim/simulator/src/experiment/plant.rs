@@ -4,11 +4,13 @@
 use stiction::ControllerConfig;
 use stiction::control::controller::EffortMode;
 use stiction::control::motor_encoder::{self, MotorEncoder};
+use stiction::control::motor_ntc::MotorNtc;
 use stiction::units::value::Table as _;
 
 use super::plan::RunPlan;
 use crate::current_periods::{BareCurrentLoop, half_period_s};
 use crate::dc_link::DcLink;
+use crate::motor_ntc::Ntc;
 use crate::plant::{Delay, Plant, Winding};
 use crate::shunt::Shunt;
 use crate::winding_heat::HeatPath;
@@ -174,6 +176,11 @@ impl RunPlan {
         let table = self.machine.current_sensor.as_ref()?;
         let sensor: CurrentSensor = table.core(CurrentSensor::NONE);
         sensor.is_there().then(|| Shunt::of(&sensor))
+    }
+
+    /// Returns the temperature sensor of the motor; `None` without `[motor_ntc]`.
+    pub fn ntc(&self) -> Option<Ntc> {
+        Ntc::of(&self.machine.motor_ntc.as_ref()?.core(MotorNtc::NONE))
     }
 
     /// Returns the joint of this run, at rest: the axis of the file, the joint of its data sheet,

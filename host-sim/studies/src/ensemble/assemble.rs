@@ -6,6 +6,7 @@ use stiction::control::controller::EffortMode;
 use stiction::control::current_sensor::CurrentSensor;
 use stiction::control::drive::DriveConfig;
 use stiction::control::encoder::{CounterBits, Encoder};
+use stiction::control::motor_ntc::MotorNtc;
 use stiction::control::reference::{Corner, Reference, Trajectory};
 use stiction::motion::jog::JogBounds;
 use stiction::parameters::DeviceConfig;
@@ -51,8 +52,17 @@ pub fn parameters(bounds: &JointBounds, gains: &ControllerGains) -> Parameters {
     let profile = ProfileLimits::derived(&controller, limits.overspeed, gain);
     let jog = JogBounds::derived(&controller, &device, breakaway);
     let current = CurrentSensor::NONE;
-    let (motion, brake_resistor) = (Motion::Hold, BrakeResistor::NONE);
-    Parameters { controller, motion, device, limits, profile, jog, current, brake_resistor }
+    Parameters {
+        controller,
+        motion: Motion::Hold,
+        device,
+        limits,
+        profile,
+        jog,
+        current,
+        brake_resistor: BrakeResistor::NONE,
+        motor_ntc: MotorNtc::NONE,
+    }
 }
 
 /// A trajectory with the ticks in which it is judged.

@@ -428,6 +428,7 @@ mod tests {
             jog: stiction::motion::jog::JogBounds::EXAMPLE,
             current: stiction::control::current_sensor::CurrentSensor::NONE,
             brake_resistor: stiction::control::brake_resistor::BrakeResistor::NONE,
+            motor_ntc: stiction::control::motor_ntc::MotorNtc::NONE,
         }
     }
 

@@ -30,6 +30,7 @@ fn status() -> Status {
         at_rest: true,
         wound_up: false,
         thermal_effort: 0.5,
+        motor_temperature: None,
         unsaved: false,
         is_damaged: false,
         oscillates: false,

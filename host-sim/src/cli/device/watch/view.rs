@@ -188,7 +188,9 @@ fn numbers_of(watched: &WatchedDevice) -> Vec<Line<'static>> {
         let target = target.map_or(String::new(), |target| format!(" A, target {target}"));
         format!("{measured:>9}{target} A")
     });
-    let heat = format!("as if driven with {:.3} V for long (a model)", status.thermal_effort);
+    let motor = status.motor_temperature.map_or(String::new(), |c| format!("; motor {c:.0} deg C"));
+    let heat =
+        format!("as if driven with {:.3} V for long (a model){motor}", status.thermal_effort);
     rows.map(|(left, right)| Line::from([entry(left), entry(right)].concat()))
         .chain(current.map(|text| Line::from(format!("{:<14}{text}", "motor current"))))
         .chain([Line::from(format!("{:<14}{heat}", "heat"))])
