@@ -24,7 +24,6 @@
 //! not detected.
 
 use crate::control::motor_ntc::MotorNtc;
-use crate::parameters::Parameters;
 use crate::safety::fault::Fault;
 
 /// Time over which readings are averaged, s. A winding changes by a kelvin in that time at most.
@@ -68,11 +67,10 @@ pub enum Warmth {
 }
 
 impl MotorTemperature {
-    /// Prepares the sensor of validated parameters; none without one. `top` is the largest reading
-    /// of the converter.
-    pub fn of(parameters: &Parameters, top: u16) -> Option<Self> {
-        let ntc = parameters.motor_ntc;
-        let ticks = libm::roundf(MEAN / parameters.controller.sample_time).max(1.0);
+    /// Prepares a validated sensor for a sample time (s); none without one. `top` is the largest
+    /// reading of the converter.
+    pub fn of(ntc: MotorNtc, sample_time: f32, top: u16) -> Option<Self> {
+        let ticks = libm::roundf(MEAN / sample_time).max(1.0);
         ntc.is_there().then(|| Self { ntc, top: f32::from(top), ticks: ticks as u16 })
     }
 

@@ -120,7 +120,11 @@ impl ControlLoop {
             absolute: AbsoluteLoad::of(config),
             watch: MonitorState::default(),
             current,
-            temperature: MotorTemperature::of(parameters, hardware.supply_top),
+            temperature: MotorTemperature::of(
+                parameters.motor_ntc,
+                config.sample_time,
+                hardware.supply_top,
+            ),
             autostart: device.autostart.then(|| parameters.in_ticks(device.autostart_delay)),
             reference: device.reference,
             driver_times: DriverTimes::of(parameters),
