@@ -175,6 +175,9 @@ pub struct Jog {
     motor_travel: u32,
     /// Time for which a joint at rest stays within two counts, ticks.
     quiet: u32,
+    /// Whether it is a [test at arming](crate::motion::arming_test): each encoder has to move, and
+    /// a joint beyond the bound of the speed comes to rest.
+    needs_both: bool,
 }
 
 /// Reason why one way of a jog, the push in one direction, has ended.
@@ -324,6 +327,7 @@ impl Jog {
             },
             quiet: ticks(QUIET),
             motor_travel: u32::MAX,
+            needs_both: false,
         }
     }
 
@@ -335,6 +339,18 @@ impl Jog {
         let motor_travel =
             if twist > 0.0 { ((bounds.travel + twist) / count) as u32 } else { u32::MAX };
         Self { motor_travel, ..self }
+    }
+
+    /// Returns the jog of a test at arming, with the largest travels of load and motor, counts of
+    /// their encoders.
+    pub(super) const fn with_both(self, [travel, motor_travel]: [u32; 2]) -> Self {
+        let bounds = Bounds { travel, ..self.bounds };
+        Self { bounds, motor_travel, needs_both: true, ..self }
+    }
+
+    /// Returns the largest travel, counts.
+    pub(super) const fn travel(&self) -> u32 {
+        self.bounds.travel
     }
 
     /// Runs one tick with the joint at `counts`, and returns the effort from now on, V. With two
@@ -350,6 +366,12 @@ impl Jog {
             Phase::Pushing => self.push(state, travel),
             Phase::Resting => {
                 match self.bounds.admit(&mut state.open_loop, counts, 0.0) {
+                    // The joint slows down.
+                    Err(Bound::Speed) if self.needs_both && still >= self.quiet => {
+                        state.open_loop.rests();
+                        state.begin_second();
+                    }
+                    Err(Bound::Speed) if self.needs_both => {}
                     Err(bound) => state.end(bound.into()),
                     Ok(_) if still >= self.quiet => state.begin_second(),
                     Ok(_) => {}
@@ -365,10 +387,11 @@ impl Jog {
         let way = state.way();
         way.moved = counts.wrapping_sub(origin);
         way.counted = way.counted.saturating_add(travel.unsigned_abs());
-        let has_moved = way.moved.unsigned_abs() >= TELLING;
+        let mut has_moved = way.moved.unsigned_abs() >= TELLING;
         if let Some(origin) = state.motor_origin {
             let moved = state.motor_counts.wrapping_sub(origin);
             state.way().motor_moved = Some(moved);
+            has_moved &= !self.needs_both || moved.unsigned_abs() >= TELLING;
             if !has_moved && moved.unsigned_abs() > self.motor_travel {
                 state.end(JogEnd::Travel);
                 return 0.0;
@@ -384,6 +407,7 @@ impl Jog {
                 return effort;
             }
             Err(Bound::Effort) => state.rest(JogEnd::Effort),
+            Err(Bound::Speed) if self.needs_both => state.rest(JogEnd::Speed),
             Err(bound) => state.end(bound.into()),
         }
         0.0

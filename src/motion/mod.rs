@@ -5,6 +5,7 @@
 //!                   data                         prepared +-> Profile   the same, with a state
 //!                                                         +-> Ramp      efforts, loop open
 //!                                           a link -------+-> Jog
+//!                                           arming -------+-> ArmingTest
 //!                                                         +-> WindingTest   pulses of the board
 //!                                             Home ---------> Profile   watched until a hard stop
 //! ```
@@ -13,6 +14,7 @@
 //! has no position: the joint stays where it is when the motion begins, both at arming (which makes
 //! that place zero) and later.
 
+pub mod arming_test;
 mod course;
 pub mod home;
 pub mod jog;

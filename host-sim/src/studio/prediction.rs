@@ -100,8 +100,8 @@ impl PredictedMove {
         let motion = motion(joint, way)?;
         let course = motion.course(&parameters.controller, &parameters.profile);
         let course = course.map_err(|error| joint.explain(&error))?;
-        // A twin with autostart would not wait for the move.
-        let device = DeviceConfig { autostart: false, ..parameters.device };
+        // A twin with autostart would not wait for the move, and a test at arming would be drawn.
+        let device = DeviceConfig { autostart: false, arming_test: 0.0, ..parameters.device };
         let by_hand = Parameters { device, ..parameters.clone() };
         let mut twin = SimulatedDevice::running(joint, &by_hand, Boot::at_zero())?;
         let tick_s = twin.sample_time_s();
@@ -126,9 +126,11 @@ impl PredictedMove {
             Course::Follow(reference) => twin.device.servo().follow(reference),
             Course::Profile(profile) => twin.device.servo().go_to(profile),
             // No request is one of these.
-            Course::Ramp(_) | Course::Jog(_) | Course::Identification(_) | Course::Winding(_) => {
-                Ok(())
-            }
+            Course::Ramp(_)
+            | Course::Jog(_)
+            | Course::Identification(_)
+            | Course::Winding(_)
+            | Course::ArmingTest(_) => Ok(()),
         }
         .map_err(refused)?;
         let resolution = f64::from(parameters.controller.encoder.resolution);
