@@ -37,15 +37,13 @@
 //! distinguished from one with little friction: the loop takes it over. One that moves against the
 //! first effort looks like a reversed encoder.
 
-use super::jog::{Jog, JogEnd, JogFindings, JogState, Verdict, Way};
+use super::jog::{Jog, JogEnd, JogFindings, Verdict, Way};
 use crate::safety::fault::Fault;
 
 /// A test at arming that is prepared for its ticks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ArmingTest {
     jog: Jog,
-    /// Whether the first way is the negative one: the jog then runs in mirrored counts.
-    is_mirrored: bool,
     /// Angles of a count of load and motor, deg; the second is zero with one encoder.
     counts: [f32; 2],
 }
@@ -67,7 +65,7 @@ impl ArmingTest {
         let [load, motor] = counts;
         let motor_travel = if motor > 0.0 { (travel / motor) as u32 } else { u32::MAX };
         let jog = jog.with_both([(travel / load) as u32, motor_travel]);
-        Self { jog, is_mirrored: false, counts }
+        Self { jog, counts }
     }
 
     /// Returns the largest travel, counts of the encoder that measures the position.
@@ -75,19 +73,9 @@ impl ArmingTest {
         self.jog.travel()
     }
 
-    /// Sets whether the first way is the negative one.
-    #[must_use]
-    pub const fn mirrored(self, is_mirrored: bool) -> Self {
-        Self { is_mirrored, ..self }
-    }
-
-    /// Runs one tick with the joint at `counts` from the place of arming, and returns the effort
-    /// from now on, V. With two encoders, `motor` is the position of the motor, counts of its own.
-    pub fn update(&self, state: &mut JogState, counts: i32, motor: Option<i32>) -> f32 {
-        if !self.is_mirrored {
-            return self.jog.update(state, counts, motor);
-        }
-        -self.jog.update(state, counts.wrapping_neg(), motor.map(i32::wrapping_neg))
+    /// Returns the jog of the test. If `is_mirrored`, its first way is the negative one.
+    pub const fn jog(&self, is_mirrored: bool) -> Jog {
+        self.jog.mirrored(is_mirrored)
     }
 
     /// Returns the fault that a test has found, and its value in the fault's unit; `None` if all
@@ -146,7 +134,7 @@ const fn shown(verdict: Verdict, first: i32) -> Shown {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::motion::jog::JogBounds;
+    use crate::motion::jog::{JogBounds, JogState};
     use crate::units::value::Table as _;
 
     /// A count of the load is 0.02 deg, one of the motor 0.01 deg; the travel is 1 deg.
@@ -199,10 +187,10 @@ mod tests {
     fn a_way_ends_once_both_encoders_have_shown_eight_counts() {
         let (test, mut state) = (test(), JogState::start(0));
         for tick in 0..20 {
-            let effort = test.update(&mut state, tick.min(12), Some(tick.min(7)));
+            let effort = test.jog(false).update(&mut state, tick.min(12), Some(tick.min(7)));
             assert!(effort > 0.0, "{tick}");
         }
-        assert_eq!(test.update(&mut state, 12, Some(8)), 0.0);
+        assert_eq!(test.jog(false).update(&mut state, 12, Some(8)), 0.0);
         assert_eq!(state.found().ways[0].ended, JogEnd::Moved);
     }
 
@@ -211,7 +199,7 @@ mod tests {
         for (load, motor) in [(0, 1), (1, 0)] {
             let (test, mut state) = (test(), JogState::start(0));
             let ticks = (0..200).take_while(|tick| {
-                test.update(&mut state, load * tick, Some(motor * tick));
+                test.jog(false).update(&mut state, load * tick, Some(motor * tick));
                 !state.is_over()
             });
             // 1 deg is 100 counts of the motor and 50 of the load; the next one is beyond.
@@ -226,7 +214,7 @@ mod tests {
 
     #[test]
     fn mirrored_test_pushes_the_other_way_first_and_finds_the_same() {
-        let (plain, mirrored) = (test(), test().mirrored(true));
+        let (plain, mirrored) = (test().jog(false), test().jog(true));
         let (mut here, mut there) = (JogState::start(0), JogState::start(0));
         for tick in 0..400 {
             let at = if tick < 100 { tick / 10 } else { 10 };
@@ -246,7 +234,7 @@ mod tests {
         let mut state = JogState::start(0);
         for (counts, ticks) in [(0, 100), (30, 300), (0, 300)] {
             (0..ticks).for_each(|_| {
-                test.update(&mut state, counts, None);
+                test.jog(false).update(&mut state, counts, None);
             });
         }
         let [first, second] = state.found().ways;

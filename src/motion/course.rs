@@ -5,7 +5,6 @@ use crate::control::profile::Profile;
 use crate::control::reference::{Reference, Step};
 use crate::control::signal::Tick;
 use crate::identification::{Identification, Ramp, RampState};
-use crate::motion::arming_test::ArmingTest;
 use crate::motion::jog::{Jog, JogState};
 use crate::motion::winding::WindingTest;
 
@@ -26,9 +25,6 @@ pub enum Course {
     Identification(Identification),
     /// The board pulses the winding, which ends automatically. The effort of a tick is zero.
     Winding(WindingTest),
-    /// The loop is open and applies the efforts of a test at arming, which the servo ends. Its
-    /// state is that of a jog.
-    ArmingTest(ArmingTest),
 }
 
 /// The state of a course from tick to tick.
@@ -74,13 +70,12 @@ impl Course {
                 identify(controller, remembered, reading, identification)
             }
             Self::Winding(test) => measure(controller, remembered, reading, test),
-            Self::ArmingTest(test) => try_out(controller, remembered, reading, (test, jogged)),
         }
     }
 
     /// Returns whether the loop is open.
     pub(crate) const fn is_open(&self) -> bool {
-        !matches!(self, Self::Follow(_) | Self::Profile(_))
+        matches!(self, Self::Ramp(_) | Self::Jog(_) | Self::Identification(_) | Self::Winding(_))
     }
 
     /// Restarts the course together with the loop: otherwise, a profile and an identification would
@@ -123,22 +118,6 @@ fn measure(
     test: &mut WindingTest,
 ) -> Tick {
     controller.open_loop(state, reading, |counts| test.update(counts))
-}
-
-/// Runs a tick of a test at arming. It is a separate function, so that the other courses do not
-/// become slower.
-#[inline(never)]
-fn try_out(
-    controller: &Controller,
-    state: &mut ControllerState,
-    reading: Reading,
-    (test, progress): (&ArmingTest, &mut JogState),
-) -> Tick {
-    #[cfg(feature = "two-encoders")]
-    let motor = controller.motor_encoder().map(|_| reading.motor_counts);
-    #[cfg(not(feature = "two-encoders"))]
-    let motor = None;
-    controller.open_loop(state, reading, |counts| test.update(progress, counts, motor))
 }
 
 impl CourseState {
@@ -205,7 +184,7 @@ impl CourseState {
         match course {
             Course::Follow(_) | Course::Profile(_) => false,
             Course::Ramp(_) => self.ramp.is_over(),
-            Course::Jog(_) | Course::ArmingTest(_) => self.jog.is_over(),
+            Course::Jog(_) => self.jog.is_over(),
             Course::Identification(identification) => identification.is_over(),
             Course::Winding(test) => test.is_over(),
         }
@@ -217,7 +196,7 @@ impl CourseState {
         match course {
             Course::Follow(_) | Course::Profile(_) | Course::Winding(_) => {}
             Course::Ramp(_) => self.ramp.abandon(),
-            Course::Jog(_) | Course::ArmingTest(_) => self.jog.capped(),
+            Course::Jog(_) => self.jog.capped(),
             Course::Identification(identification) => identification.capped(),
         }
     }

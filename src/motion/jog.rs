@@ -178,6 +178,8 @@ pub struct Jog {
     /// Whether it is a [test at arming](crate::motion::arming_test): each encoder has to move, and
     /// a joint beyond the bound of the speed comes to rest.
     needs_both: bool,
+    /// Whether the first way is the negative one: the jog then runs in mirrored counts.
+    is_mirrored: bool,
 }
 
 /// Reason why one way of a jog, the push in one direction, has ended.
@@ -328,6 +330,7 @@ impl Jog {
             quiet: ticks(QUIET),
             motor_travel: u32::MAX,
             needs_both: false,
+            is_mirrored: false,
         }
     }
 
@@ -348,6 +351,11 @@ impl Jog {
         Self { bounds, motor_travel, needs_both: true, ..self }
     }
 
+    /// Returns the jog with its first way the negative one, or the positive one.
+    pub(super) const fn mirrored(self, is_mirrored: bool) -> Self {
+        Self { is_mirrored, ..self }
+    }
+
     /// Returns the largest travel, counts.
     pub(super) const fn travel(&self) -> u32 {
         self.bounds.travel
@@ -356,6 +364,13 @@ impl Jog {
     /// Runs one tick with the joint at `counts`, and returns the effort from now on, V. With two
     /// encoders, `motor` is the position of the motor, counts of its own encoder.
     pub fn update(&self, state: &mut JogState, counts: i32, motor: Option<i32>) -> f32 {
+        if self.is_mirrored {
+            return -self.advance(state, counts.wrapping_neg(), motor.map(i32::wrapping_neg));
+        }
+        self.advance(state, counts, motor)
+    }
+
+    fn advance(&self, state: &mut JogState, counts: i32, motor: Option<i32>) -> f32 {
         let travel = counts.wrapping_sub(core::mem::replace(&mut state.counts, counts));
         if let Some(motor) = motor {
             state.motor_counts = motor;

@@ -4,8 +4,7 @@
 //! machine's file -> Motion (parameters, link) -> Course --> Reference   set points, loop closed
 //!                   data                         prepared +-> Profile   the same, with a state
 //!                                                         +-> Ramp      efforts, loop open
-//!                                           a link -------+-> Jog
-//!                                           arming -------+-> ArmingTest
+//!                                   a link, arming -------+-> Jog
 //!                                                         +-> WindingTest   pulses of the board
 //!                                             Home ---------> Profile   watched until a hard stop
 //! ```

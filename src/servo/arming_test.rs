@@ -49,7 +49,7 @@ impl Servo {
         let range = control_loop.monitors.range(origin);
         let place = self.follower.seen.position;
         let leads_out = range.check(place.saturating_add_unsigned(test.travel()));
-        self.pending = Course::ArmingTest(test.mirrored(leads_out));
+        self.pending = Course::Jog(test.jog(leads_out));
         core::mem::swap(&mut control_loop.course, &mut self.pending);
         control_loop.watch.suppose_wiring();
         self.transition = Some(Transition { phase: Phase::Testing, left: 0, fault: None });
@@ -61,7 +61,7 @@ impl Servo {
     pub(super) fn go_on_testing(&mut self, left: u32) -> BrakeCommand {
         let rests = self.is_at_rest();
         let Some(control_loop) = &self.control_loop else { return BrakeCommand::Closed };
-        let Course::ArmingTest(test) = &control_loop.course else { return BrakeCommand::Closed };
+        let Some(test) = &control_loop.arming_test else { return BrakeCommand::Closed };
         let state = &control_loop.state;
         if !state.jog().is_over() {
             let left = (REST_S / control_loop.brakes.tick) as u32;

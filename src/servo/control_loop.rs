@@ -239,11 +239,7 @@ impl ControlLoop {
             }
             Course::Follow(reference) => reference.at(self.state.next_tick().saturating_sub(1)),
             Course::Profile(profile) => profile.setpoint(),
-            Course::Ramp(_)
-            | Course::Jog(_)
-            | Course::Identification(_)
-            | Course::Winding(_)
-            | Course::ArmingTest(_) => {
+            Course::Ramp(_) | Course::Jog(_) | Course::Identification(_) | Course::Winding(_) => {
                 Setpoint::at_rest(Position::from_counts(self.state.counts()))
             }
         }
@@ -388,11 +384,7 @@ fn any_target(course: &Course, condition: impl Fn(Position) -> bool) -> bool {
         Course::Profile(profile) => condition(profile.target()),
         // It begins where the joint is, and only the servo starts it.
         Course::Follow(Reference::Braking(_)) => false,
-        Course::Ramp(_)
-        | Course::Jog(_)
-        | Course::Identification(_)
-        | Course::Winding(_)
-        | Course::ArmingTest(_) => false,
+        Course::Ramp(_) | Course::Jog(_) | Course::Identification(_) | Course::Winding(_) => false,
     }
 }
 

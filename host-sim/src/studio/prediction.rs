@@ -126,11 +126,9 @@ impl PredictedMove {
             Course::Follow(reference) => twin.device.servo().follow(reference),
             Course::Profile(profile) => twin.device.servo().go_to(profile),
             // No request is one of these.
-            Course::Ramp(_)
-            | Course::Jog(_)
-            | Course::Identification(_)
-            | Course::Winding(_)
-            | Course::ArmingTest(_) => Ok(()),
+            Course::Ramp(_) | Course::Jog(_) | Course::Identification(_) | Course::Winding(_) => {
+                Ok(())
+            }
         }
         .map_err(refused)?;
         let resolution = f64::from(parameters.controller.encoder.resolution);

@@ -181,11 +181,9 @@ impl<const RING: usize> Session<RING> {
             Course::Follow(reference) => Ok(machine.servo(|servo| servo.follow(reference))?),
             Course::Profile(profile) => Ok(machine.servo(|servo| servo.go_to(profile))?),
             // A ramp begins with arming, by `Identify`.
-            Course::Ramp(_)
-            | Course::Jog(_)
-            | Course::Identification(_)
-            | Course::Winding(_)
-            | Course::ArmingTest(_) => Err(RequestRefusal::NoSuch),
+            Course::Ramp(_) | Course::Jog(_) | Course::Identification(_) | Course::Winding(_) => {
+                Err(RequestRefusal::NoSuch)
+            }
         }
     }
 
