@@ -1,6 +1,7 @@
 //! `[device]` of a machine's file: values that only a device has and a simulated loop does not
 //! need.
 
+use crate::units::error::HUGE;
 use crate::units::value::{Table, choice, table};
 
 choice! {
@@ -82,6 +83,12 @@ table! {
         /// back-EMF brakes the joint, and is off then. docs/reference/faults.md has the faults. 0:
         /// the bridge is off at once, and the joint coasts. Not with an analog amplifier.
         short_brake: f32 = 0x0811 "short_brake_s", Between(0.0, 10.0), Default(0.0);
+        /// Largest travel of the motor in a test after arming, deg of the joint: a slow effort
+        /// pushes the joint until each encoder has counted, and back, before the loop closes. Dead
+        /// and reversed encoders and a broken coupling are faults then. At least 16 counts, and
+        /// `motor_encoder.twist_deg` with two encoders; the bounds of `[jog]` hold, too. Off: the
+        /// loop closes at once.
+        arming_test: f32 = 0x0816 "arming_test_deg", OrOff(0.0, HUGE), Default(0.0);
     }
 }
 

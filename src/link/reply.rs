@@ -174,6 +174,13 @@ pub struct Status {
     /// Whether the joint is referenced: its position is known, and so its range of positions holds.
     /// If not, a joint with a range can only jog and home.
     pub is_referenced: bool,
+    /// Whether a test at arming runs: the motion waits, and other motions are refused.
+    pub is_testing: bool,
+    /// Whether the latched fault came during a test at arming.
+    pub has_failed_test: bool,
+    /// Reading of an absolute encoder on the load, counts within its turn; `None` without one, or
+    /// without a valid answer.
+    pub load_angle: Option<u16>,
 }
 
 /// Errors of the wire that the device receives from. Each destroys a frame, which also counts as
@@ -277,6 +284,8 @@ pub enum RequestRefusal {
     NotReferenced,
     /// Another client drives the motor. This client may read, stop and take over.
     NotOwner,
+    /// A test at arming runs. [`Status::is_testing`] shows its end.
+    Testing,
 }
 
 impl From<servo::Refusal> for RequestRefusal {
@@ -297,6 +306,7 @@ impl From<servo::Refusal> for RequestRefusal {
             servo::Refusal::Stopping => Self::Stopping,
             servo::Refusal::FrictionUnknown => Self::FrictionUnknown,
             servo::Refusal::NotReferenced => Self::NotReferenced,
+            servo::Refusal::Testing => Self::Testing,
             // No request of a link starts the motion of the parameters.
             servo::Refusal::Replaced => Self::NoSuch,
         }

@@ -175,6 +175,11 @@ pub struct Jog {
     motor_travel: u32,
     /// Time for which a joint at rest stays within two counts, ticks.
     quiet: u32,
+    /// Whether it is a [test at arming](crate::motion::arming_test): each encoder has to move, and
+    /// a joint beyond the bound of the speed comes to rest.
+    needs_both: bool,
+    /// Whether the first way is the negative one: the jog then runs in mirrored counts.
+    is_mirrored: bool,
 }
 
 /// Reason why one way of a jog, the push in one direction, has ended.
@@ -324,6 +329,8 @@ impl Jog {
             },
             quiet: ticks(QUIET),
             motor_travel: u32::MAX,
+            needs_both: false,
+            is_mirrored: false,
         }
     }
 
@@ -337,9 +344,33 @@ impl Jog {
         Self { motor_travel, ..self }
     }
 
+    /// Returns the jog of a test at arming, with the largest travels of load and motor, counts of
+    /// their encoders.
+    pub(super) const fn with_both(self, [travel, motor_travel]: [u32; 2]) -> Self {
+        let bounds = Bounds { travel, ..self.bounds };
+        Self { bounds, motor_travel, needs_both: true, ..self }
+    }
+
+    /// Returns the jog with its first way the negative one, or the positive one.
+    pub(super) const fn mirrored(self, is_mirrored: bool) -> Self {
+        Self { is_mirrored, ..self }
+    }
+
+    /// Returns the largest travel, counts.
+    pub(super) const fn travel(&self) -> u32 {
+        self.bounds.travel
+    }
+
     /// Runs one tick with the joint at `counts`, and returns the effort from now on, V. With two
     /// encoders, `motor` is the position of the motor, counts of its own encoder.
     pub fn update(&self, state: &mut JogState, counts: i32, motor: Option<i32>) -> f32 {
+        if self.is_mirrored {
+            return -self.advance(state, counts.wrapping_neg(), motor.map(i32::wrapping_neg));
+        }
+        self.advance(state, counts, motor)
+    }
+
+    fn advance(&self, state: &mut JogState, counts: i32, motor: Option<i32>) -> f32 {
         let travel = counts.wrapping_sub(core::mem::replace(&mut state.counts, counts));
         if let Some(motor) = motor {
             state.motor_counts = motor;
@@ -350,6 +381,12 @@ impl Jog {
             Phase::Pushing => self.push(state, travel),
             Phase::Resting => {
                 match self.bounds.admit(&mut state.open_loop, counts, 0.0) {
+                    // The joint slows down.
+                    Err(Bound::Speed) if self.needs_both && still >= self.quiet => {
+                        state.open_loop.rests();
+                        state.begin_second();
+                    }
+                    Err(Bound::Speed) if self.needs_both => {}
                     Err(bound) => state.end(bound.into()),
                     Ok(_) if still >= self.quiet => state.begin_second(),
                     Ok(_) => {}
@@ -365,10 +402,11 @@ impl Jog {
         let way = state.way();
         way.moved = counts.wrapping_sub(origin);
         way.counted = way.counted.saturating_add(travel.unsigned_abs());
-        let has_moved = way.moved.unsigned_abs() >= TELLING;
+        let mut has_moved = way.moved.unsigned_abs() >= TELLING;
         if let Some(origin) = state.motor_origin {
             let moved = state.motor_counts.wrapping_sub(origin);
             state.way().motor_moved = Some(moved);
+            has_moved &= !self.needs_both || moved.unsigned_abs() >= TELLING;
             if !has_moved && moved.unsigned_abs() > self.motor_travel {
                 state.end(JogEnd::Travel);
                 return 0.0;
@@ -384,6 +422,7 @@ impl Jog {
                 return effort;
             }
             Err(Bound::Effort) => state.rest(JogEnd::Effort),
+            Err(Bound::Speed) if self.needs_both => state.rest(JogEnd::Speed),
             Err(bound) => state.end(bound.into()),
         }
         0.0

@@ -4,7 +4,7 @@
 //! machine's file -> Motion (parameters, link) -> Course --> Reference   set points, loop closed
 //!                   data                         prepared +-> Profile   the same, with a state
 //!                                                         +-> Ramp      efforts, loop open
-//!                                           a link -------+-> Jog
+//!                                   a link, arming -------+-> Jog
 //!                                                         +-> WindingTest   pulses of the board
 //!                                             Home ---------> Profile   watched until a hard stop
 //! ```
@@ -13,6 +13,7 @@
 //! has no position: the joint stays where it is when the motion begins, both at arming (which makes
 //! that place zero) and later.
 
+pub mod arming_test;
 mod course;
 pub mod home;
 pub mod jog;

@@ -30,8 +30,9 @@ use crate::control::profile::ProfileLimits;
 use crate::identification::{self, IdentificationPlan, Ramp};
 #[cfg(feature = "two-encoders")]
 use crate::load_encoder::as5047p;
+use crate::motion::arming_test::ArmingTest;
 use crate::motion::home::{Home, HomeRequest};
-use crate::motion::jog::{Jog, JogBounds, JogRequest};
+use crate::motion::jog::{Jog, JogBounds, JogRequest, TELLING};
 use crate::motion::winding::{WindingRequest, WindingTest};
 use crate::motion::{self, Course, Motion};
 use crate::safety::monitor::Limits;
@@ -52,6 +53,7 @@ const RESISTANCE_OHM: Key = key(CurrentSensor::ABOUT, "resistance");
 const BANDWIDTH: Key = key(CurrentSensor::ABOUT, "bandwidth");
 const BRAKE_OPEN: Key = key(DeviceConfig::ABOUT, "brake_open");
 const BRAKE_CLOSE: Key = key(DeviceConfig::ABOUT, "brake_close");
+const ARMING_TEST: Key = key(DeviceConfig::ABOUT, "arming_test");
 const SHORT_BRAKE: Key = key(DeviceConfig::ABOUT, "short_brake");
 const FROM: Key = key(BrakeResistor::ABOUT, "from");
 const FULL: Key = key(BrakeResistor::ABOUT, "full");
@@ -239,6 +241,7 @@ impl Parameters {
         self.check_velocity()?;
         self.check_bootstrap()?;
         self.check_short_brake()?;
+        self.check_arming_test()?;
         self.check_current()?;
         self.check_brake_resistor()?;
         self.profile.check(self.controller.sample_time, self.controller.encoder.resolution)?;
@@ -305,6 +308,22 @@ impl Parameters {
             });
         }
         Ok(())
+    }
+
+    /// Rejects a test at arming whose travel does not show an encoder: twice the counts that show a
+    /// direction, and the largest twist of a gear between two encoders.
+    fn check_arming_test(&self) -> Result<(), InvalidValue> {
+        let (travel, ControllerConfig { encoder, motor, .. }) =
+            (self.device.arming_test, &self.controller);
+        let count = encoder.resolution.max(motor.count().unwrap_or(0.0));
+        #[cfg(feature = "two-encoders")]
+        let twist = motor.count().map_or(0.0, |_| motor.twist);
+        #[cfg(not(feature = "two-encoders"))]
+        let twist = 0.0;
+        match travel {
+            0.0 => Ok(()),
+            _ => between(ARMING_TEST, travel, 2.0 * TELLING as f32 * count + twist, HUGE),
+        }
     }
 
     /// Rejects a holding brake where a ramp is to run: nothing bounds the travel of a load that
@@ -409,6 +428,16 @@ impl Parameters {
             return Ok(jog.with_motor(&bounds, count, self.controller.motor.twist));
         }
         Ok(jog)
+    }
+
+    /// Prepares the test at arming; `None` without one.
+    pub(crate) fn arming_test(&self) -> Option<ArmingTest> {
+        let ControllerConfig { sample_time, encoder, motor, .. } = &self.controller;
+        let travel = self.device.arming_test;
+        (travel > 0.0).then(|| {
+            let jog = Jog::new(&self.jog, *sample_time, encoder.resolution);
+            ArmingTest::new(jog, travel, [encoder.resolution, motor.count().unwrap_or(0.0)])
+        })
     }
 
     /// Prepares a measurement of the winding, within the bounds of a jog.

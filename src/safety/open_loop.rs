@@ -78,6 +78,11 @@ impl OpenLoopState {
         Self { elapsed: 0, start: counts, counts, beyond: [0.0; 2] }
     }
 
+    /// Restarts the sum of the travel beyond the speed's bound, for a joint at rest.
+    pub(crate) const fn rests(&mut self) {
+        self.beyond = [0.0; 2];
+    }
+
     /// Returns the distance from the start, counts.
     pub const fn distance(&self) -> u32 {
         self.counts.wrapping_sub(self.start).unsigned_abs()

@@ -68,6 +68,17 @@ impl Servo {
         }
     }
 
+    /// Returns the reading of an absolute encoder on the load, counts within its turn; `None`
+    /// without one, or if it did not answer in the last tick.
+    pub const fn load_angle(&self) -> Option<u16> {
+        match &self.follower.encoder {
+            Some(state) if self.has_absolute_load() && self.follower.missing == 0 => {
+                Some((state.counter() & ((1 << as5047p::BITS) - 1)) as u16)
+            }
+            _ => None,
+        }
+    }
+
     /// Checks the answers of an absolute encoder in a tick, and sets the reference from its angle
     /// when the output is off.
     // Only joints with such an encoder come here.

@@ -55,6 +55,9 @@ impl Servo {
         if self.is_stopping() {
             return Err(Refusal::Stopping);
         }
+        if self.is_testing() {
+            return Err(Refusal::Testing);
+        }
         if let (State::Armed, Some(control_loop)) = (self.state, &mut self.control_loop) {
             // The loop of a ramp and of a jog is open, and must not be reported as closed. A homing
             // is not at the place that a client moves to.
@@ -138,6 +141,7 @@ impl Servo {
             self.state = State::Armed;
             self.velocity = 0.0;
             self.countdown = None;
+            self.begin_test();
             self.begin_opening();
         }
     }

@@ -73,6 +73,7 @@ impl Servo {
             origin: 0,
             latched: None,
             log: FaultLog::default(),
+            has_failed_test: false,
         }
     }
 

@@ -17,6 +17,7 @@ use crate::control::reference::{Reference, Setpoint};
 use crate::control::signal::Tick;
 #[cfg(feature = "two-encoders")]
 use crate::load_encoder::AbsoluteEncoder;
+use crate::motion::arming_test::ArmingTest;
 use crate::motion::home::HomeWatch;
 use crate::motion::{Course, CourseState};
 use crate::parameters::Parameters;
@@ -64,6 +65,8 @@ pub struct ControlLoop {
     /// Bit of the [lines](super::Input::lines) that the contact of the emergency stop sets; zero
     /// without such a contact.
     pub(super) contact: u8,
+    /// The test at arming; none unless the parameters have one.
+    pub(super) arming_test: Option<ArmingTest>,
 }
 
 impl ControlLoop {
@@ -136,6 +139,7 @@ impl ControlLoop {
             },
             holding_brake: BrakeTimes::of(parameters),
             contact: if device.emergency_stop { Input::CONTACT } else { 0 },
+            arming_test: parameters.arming_test(),
         });
         Ok(())
     }
@@ -150,6 +154,13 @@ impl ControlLoop {
         }
         let range = self.monitors.range(origin);
         self.watch = self.monitors.armed(&self.watch, by_link, range);
+    }
+
+    /// Restarts the monitors after a test at arming, in which some are off.
+    pub(super) fn watch_anew(&mut self) {
+        let (by_link, range) = (self.watch.is_watched(), self.watch.range());
+        self.watch = self.monitors.armed(&self.watch, by_link, range);
+        self.watch.expect_stop(self.home.is_some());
     }
 
     /// Begins the loop's course at `position` (counts since power-on), which becomes zero.

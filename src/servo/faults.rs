@@ -36,7 +36,7 @@ impl Servo {
         self.latched = Some(latched);
         self.log.push(latched);
         self.countdown = None;
-        self.end_transition();
+        self.fail_transition();
         self.begin_short_brake(short_brake);
         self.encoder_proof = self.encoder_proof.after(latched.fault);
         if latched.fault.doubts_encoder() {
@@ -77,6 +77,7 @@ impl Servo {
         }
         self.state = State::Stopped;
         self.latched = None;
+        self.has_failed_test = false;
         self.end_transition();
         self.retest_lines();
         if core::mem::take(&mut self.is_stop_behind) {

@@ -125,9 +125,9 @@ impl Servo {
 
     /// Ends a transition. The motion that waited is that of the loop again.
     pub(super) fn end_transition(&mut self) {
-        let is_opening = self.is_opening();
+        let is_waiting = self.is_opening() || self.is_testing();
         self.transition = None;
-        if let (true, Some(control_loop)) = (is_opening, &mut self.control_loop) {
+        if let (true, Some(control_loop)) = (is_waiting, &mut self.control_loop) {
             core::mem::swap(&mut control_loop.course, &mut self.pending);
         }
     }

@@ -29,6 +29,8 @@
 //! configured time ([`Fault::reaction`], `servo/short_brake.rs`). The contact of an emergency stop
 //! ends the output in hardware, and is reported here (`servo/emergency_stop.rs`).
 //!
+//! A configured test at arming comes before the motion (`servo/arming_test.rs`).
+//!
 //! A holding brake opens before the motion starts, and closes before the output goes off
 //! (`servo/holding_brake.rs`).
 //!
@@ -49,6 +51,7 @@
 #[cfg(feature = "two-encoders")]
 mod absolute_load;
 mod arming;
+mod arming_test;
 mod boot;
 mod control_loop;
 mod current_path;
@@ -132,7 +135,10 @@ pub struct Servo {
     origin: i32,
     latched: Option<LatchedFault>,
     log: FaultLog,
-    /// Motion that starts once the holding brake is open; without effect otherwise.
+    /// Whether the latched fault came during a test at arming.
+    has_failed_test: bool,
+    /// Motion that starts once the holding brake is open or the test at arming has passed; without
+    /// effect otherwise.
     pending: Course,
 }
 

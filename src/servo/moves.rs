@@ -79,6 +79,9 @@ impl Servo {
         if self.is_stopping() {
             return Err(Refusal::Stopping);
         }
+        if self.is_testing() {
+            return Err(Refusal::Testing);
+        }
         match (self.state, &mut self.control_loop) {
             // A ramp and a jog measure the response to their own effort alone, and a homing ends
             // with a reference that no move may shift.

@@ -41,4 +41,6 @@ pub enum Refusal {
     TooFast,
     /// A link has replaced the motion of the parameters.
     Replaced,
+    /// A test at arming runs, which accepts only a stop.
+    Testing,
 }

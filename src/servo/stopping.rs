@@ -41,6 +41,8 @@ pub(super) struct Transition {
 pub(super) enum Phase {
     /// The joint is held until the holding brake is open.
     Opening,
+    /// A test at arming runs.
+    Testing,
     /// A controlled stop brakes the joint.
     Stopping,
     /// The joint is held until the holding brake is closed.
@@ -123,6 +125,9 @@ impl Servo {
     #[inline(never)]
     pub(super) fn go_on(&mut self, tick: Tick) -> Output {
         let brake = self.update_transition();
+        if let State::Faulted(_) = self.state {
+            return self.tripped(&tick);
+        }
         self.held(tick, brake)
     }
 
@@ -147,6 +152,7 @@ impl Servo {
         let is_over = before <= 1;
         match phase {
             Phase::Opening => return self.go_on_opening(before),
+            Phase::Testing => return self.go_on_testing(before),
             Phase::Stopping if !is_over && !rests => return BrakeCommand::Open,
             Phase::Stopping => {
                 if self.begin_closing(fault) {

@@ -1,15 +1,19 @@
 //! An absolute encoder on the load, beside the motor's: the reference at power-on, and what becomes
 //! of a chip that does not answer.
 
-use experiments::both_encoders::both_encoders;
+use experiments::both_encoders::{STIFF, both_encoders};
 use simulator::device::client::Client;
 use simulator::device::homed::HomeResult;
-use simulator::device::parameters;
+use simulator::device::jog_offset::Offset;
 use simulator::device::simulated::{SimulatedDevice, Wires};
 use simulator::device::wire::SimulatedWire;
+use simulator::device::{jogged, parameters};
 use stiction::motion::home::{HomeEnd, HomeRequest};
+use stiction::motion::jog::JogFindings;
 use stiction::servo::{Boot, Input, Refusal, State};
 use stiction::{Fault, Servo};
+
+use crate::first_run;
 
 /// An AS5047P on the joint, which reads 16 000 at the joint's zero.
 const CHIP: [&str; 2] = ["load_encoder.kind=as5047p", "load_encoder.zero_counts=16000"];
@@ -284,4 +288,72 @@ fn a_homing_that_finds_no_stop_leaves_the_reference_to_the_angle() {
     }
     // The load is behind the motor by no more than the twist at rest.
     assert!(off_deg.abs() < 2.0, "{off_deg} deg");
+}
+
+/// Returns the verdicts of a jog with `--at` on a joint at 30 deg whose file has these keys beside
+/// those of the joint: on direction, ratio and offset. The last value is whether the JSON object has
+/// the offset among the keys to set.
+fn jogged_at(set: &[&str], stated_deg: f64) -> ([bool; 3], Offset, bool) {
+    let plan =
+        |set: &[&str]| both_encoders(&["robust"], &[&CHIP, &STIFF, &RANGE, set].concat()).remove(0);
+    let configured = parameters(&plan(set)).unwrap();
+    let mut device = SimulatedDevice::running(&plan(&[]), &configured, Boot::default()).unwrap();
+    device.push(30.0, 0.0);
+    device.ticks(200);
+    let mut client = Client::connect(SimulatedWire::new(device)).unwrap();
+    let angle = client.status().unwrap().load_angle;
+    let found = first_run::jogged(&mut client).unwrap();
+    let offset = Offset::check(Some(stated_deg), angle, &found, &configured);
+    let mut object = jogged::json(&found, &configured, None);
+    let is_wrong_ratio = !object["wrong_ratio"].is_null();
+    offset.add_to(&mut object);
+    let is_written = !object["set"]["load_encoder.zero_counts"].is_null();
+    ([found.agrees(), !is_wrong_ratio, offset.wrong().is_none()], offset, is_written)
+}
+
+/// Each of direction, ratio and offset wrong in the file, alone and together. Whatever else is wrong,
+/// the offset to write is the 16 000 of the joint, within the rounding of the reading and of the
+/// stated position, and what a stiff gear is wound up by a push.
+#[test]
+fn a_jog_at_a_stated_position_finds_which_of_direction_ratio_and_offset_is_wrong() {
+    let direction = "load_encoder.direction=reverse";
+    // Eight times as many counts a turn of the motor as it has.
+    let ratio = "encoder.lines=4000";
+    // A quarter of a turn, 4096 counts.
+    let offset = "load_encoder.zero_counts=11904";
+    for (set, right) in [
+        (&[][..], [true, true, true]),
+        (&[direction], [false, true, true]),
+        (&[ratio], [true, false, true]),
+        (&[offset], [true, true, false]),
+        (&[direction, offset], [false, true, false]),
+        (&[ratio, offset], [true, false, false]),
+    ] {
+        let (verdicts, found, is_written) = jogged_at(set, 30.0);
+        assert_eq!(verdicts, right, "{set:?}: {found:?}");
+        let Offset::Checked(checked) = found else { panic!("{set:?}: {found:?}") };
+        assert!(checked.zero_counts.abs_diff(16_000) <= 2, "{set:?}: {checked:?}");
+        let expected_deg = if right[2] { 0.0 } else { 90.0 };
+        assert!((checked.error_deg.abs() - expected_deg).abs() < 0.05, "{set:?}: {checked:?}");
+        assert_eq!(is_written, !right[2], "{set:?}");
+        assert_eq!(found.words().contains("WRONG"), !right[2], "{}", found.words());
+    }
+    // A person who is wrong by 5 deg finds an offset that is: 5 deg are 227.6 counts.
+    let (verdicts, Offset::Checked(checked), _) = jogged_at(&[], 25.0) else { panic!() };
+    assert_eq!(verdicts, [true, true, false]);
+    assert!((checked.error_deg - 5.0).abs() < 0.05, "{checked:?}");
+    assert!((i64::from(checked.zero_counts) - 16_000 - 228).abs() <= 2, "{checked:?}");
+}
+
+/// An incremental encoder has no offset, and without a stated position none is checked.
+#[test]
+fn an_offset_that_was_not_checked_is_reported_as_such() {
+    let plan = |set: &[&str]| parameters(&both_encoders(&["robust"], set)[0]).unwrap();
+    let found = JogFindings::default();
+    assert_eq!(Offset::check(Some(0.0), Some(7), &found, &plan(&[])), Offset::None);
+    assert_eq!(Offset::None.words(), "");
+    let unstated = Offset::check(None, Some(7), &found, &plan(&CHIP));
+    assert!(unstated.words().contains("not checked: `--at DEG`"), "{}", unstated.words());
+    // Nothing has moved: the direction, and so the offset, is unknown.
+    assert_eq!(Offset::check(Some(0.0), Some(7), &found, &plan(&CHIP)), Offset::Unknown);
 }

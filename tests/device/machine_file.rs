@@ -235,6 +235,7 @@ fn machine() -> impl Strategy<Value = Parameters> {
                 brake_open: 2.0 * n[8],
                 brake_close: 2.0 * n[9],
                 short_brake: 10.0 * n[7],
+                arming_test: if flags[2] { 90.0 } else { 0.0 },
                 reference: if flags[3] {
                     PositionReference::PowerOn
                 } else {

@@ -17,6 +17,7 @@ macro_rules! reliability {
 }
 
 mod absolute_encoder;
+mod arming_test;
 mod autostart;
 mod both_encoders;
 mod brake_resistor;

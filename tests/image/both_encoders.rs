@@ -311,3 +311,40 @@ fn a_jog_finds_the_same_of_both_encoders_as_on_a_simulated_device() {
         assert_ne!(there.motor_verdict(), Some(Verdict::Still));
     }
 }
+
+/// The test at arming, with a load's encoder that is dead and with sound ones: the same fault, to the
+/// bit of its value, or the same place after a second of the loop.
+#[test]
+fn a_test_at_arming_ends_as_on_a_simulated_device() {
+    let wires = [([Wires::Sound, Wires::Cut], 26), ([Wires::Sound, Wires::Sound], 0)];
+    for (wires, code) in wires {
+        let plan = &step(&["robust"], &["device.arming_test_deg=3.0"])[0];
+        let mut simulated = SimulatedDevice::new(plan).unwrap();
+        simulated.ticks(200);
+        [simulated.wires, simulated.load_wires] = wires;
+        let here = tested(&mut Client::connect(SimulatedWire::new(simulated)).unwrap());
+        let mut wire = EmulatedWire::with(&firmware_for_two(), plan).unwrap();
+        let act = wire.board.act(move |halted| {
+            halted.rewire(wires[0]);
+            halted.rewire_load(wires[1]);
+        });
+        act.unwrap();
+        let there = tested(&mut Client::connect(wire).unwrap());
+        assert_eq!(there, here, "{wires:?}");
+        assert_eq!(there.0, code, "{wires:?}");
+    }
+}
+
+/// Arms a device, and returns the number of the fault of its test, the bits of its value, and the
+/// position 3 s later, counts; 0 after a fault, since a line that is cut flickers.
+fn tested<W: Wire>(client: &mut Client<W>) -> (u8, u32, i32) {
+    if !client.status().unwrap().at_rest {
+        client.pass(std::time::Duration::from_millis(100)).unwrap();
+    }
+    client.arm().unwrap();
+    let status = client.pass(std::time::Duration::from_secs(3)).unwrap();
+    assert_eq!(status.has_failed_test, status.fault.code != 0);
+    assert!(!status.is_testing);
+    let place = if status.fault.code == 0 { status.position } else { 0 };
+    (status.fault.code, status.fault.value.to_bits(), place)
+}

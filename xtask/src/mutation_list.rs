@@ -2,6 +2,7 @@
 //!
 //! Each text must match exactly once in its file. If a line changes, its fault changes with it.
 
+mod arming_test;
 mod brake_resistor;
 mod current;
 mod motor_temperature;
@@ -65,6 +66,7 @@ pub fn mutations() -> impl Iterator<Item = &'static Mutation> + Clone {
     let of_rooms = stopping::MUTATIONS.iter().chain(current::MUTATIONS);
     let of_rooms = of_rooms.chain(two_encoders::MUTATIONS).chain(brake_resistor::MUTATIONS);
     let of_rooms = of_rooms.chain(motor_temperature::MUTATIONS);
+    let of_rooms = of_rooms.chain(arming_test::MUTATIONS);
     MUTATIONS.iter().chain(of_rooms)
 }
 

@@ -27,6 +27,8 @@ pub fn parameters(plan: &RunPlan) -> Result<Parameters, Error> {
     parameters.device.nominal_supply = 0.0;
     // A holding brake delays the motion.
     (parameters.device.brake_open, parameters.device.brake_close) = (0.0, 0.0);
+    // So does a test at arming.
+    parameters.device.arming_test = 0.0;
     parameters.limits = Limits::OFF;
     // The twist of the gear has its limits beside the encoder.
     (parameters.controller.motor.twist, parameters.controller.motor.swing) = (0.0, 0.0);

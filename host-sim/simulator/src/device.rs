@@ -11,6 +11,7 @@ mod holding_brake;
 pub mod homed;
 pub mod identified;
 pub mod into;
+pub mod jog_offset;
 pub mod jogged;
 pub mod json;
 pub mod log;

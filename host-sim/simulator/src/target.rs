@@ -159,6 +159,8 @@ impl WatchedServo {
         let mut shunt = Shunt::of(&parameters.current);
         let reading = shunt.reading(0.0);
         parameters.device.autostart = false;
+        // A run begins with its motion.
+        parameters.device.arming_test = 0.0;
         from_start(&mut parameters.motion, counts);
         let device = &parameters.device;
         // Without a nominal value, the middle of the converter's range.

@@ -100,8 +100,8 @@ impl PredictedMove {
         let motion = motion(joint, way)?;
         let course = motion.course(&parameters.controller, &parameters.profile);
         let course = course.map_err(|error| joint.explain(&error))?;
-        // A twin with autostart would not wait for the move.
-        let device = DeviceConfig { autostart: false, ..parameters.device };
+        // A twin with autostart would not wait for the move, and a test at arming would be drawn.
+        let device = DeviceConfig { autostart: false, arming_test: 0.0, ..parameters.device };
         let by_hand = Parameters { device, ..parameters.clone() };
         let mut twin = SimulatedDevice::running(joint, &by_hand, Boot::at_zero())?;
         let tick_s = twin.sample_time_s();

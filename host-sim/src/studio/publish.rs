@@ -41,6 +41,7 @@ impl<W: Wire> Worker<'_, W> {
                 "gave_up": status.gave_up,
                 "oscillates": status.oscillates,
                 "referenced": status.is_referenced,
+                "testing": status.is_testing,
                 "encoder_in_doubt": status.is_encoder_in_doubt,
                 "guest": self.client.is_guest(),
                 "heat_v": status.thermal_effort,

@@ -329,7 +329,11 @@ impl<W: Wire> Worker<'_, W> {
     /// # Errors
     /// Returns an error if the device does not answer.
     pub(super) fn go_on_testing(&mut self, status: &Status) -> Result<(), Error> {
-        let Some(SelftestPhase::Moving(moving)) = &self.test else { return Ok(()) };
+        let Some(SelftestPhase::Moving(moving)) = &mut self.test else { return Ok(()) };
+        if status.is_testing {
+            // The wait begins after the test at arming.
+            moving.since = Some(status.clock);
+        }
         let Some(since) = moving.since else { return Ok(()) };
         let ticks = status.clock.wrapping_sub(since);
         let passed_s = f64::from(ticks) * f64::from(status.sample_time);

@@ -268,7 +268,21 @@ impl<const RING: usize> Session<RING> {
             is_encoder_in_doubt: servo.is_encoder_in_doubt(),
             oscillates: servo.is_oscillating(),
             is_referenced: servo.is_referenced(),
+            is_testing: servo.is_testing(),
+            has_failed_test: servo.has_failed_test(),
+            load_angle: load_angle(servo),
         })
+    }
+}
+
+/// Returns the reading of an absolute encoder on the load, counts within its turn.
+const fn load_angle(servo: &Servo) -> Option<u16> {
+    #[cfg(feature = "two-encoders")]
+    return servo.load_angle();
+    #[cfg(not(feature = "two-encoders"))]
+    {
+        let _ = servo;
+        None
     }
 }
 

@@ -66,7 +66,7 @@ pub const MUTATIONS: &[Mutation] = &[
         "the holding brake of a joint that has been braked closes after the output is off",
         Suite::Device, &["holding_brake"]),
     fault("src/servo/faults.rs",
-        ["        self.end_transition();\n        self.begin_short_brake",
+        ["        self.fail_transition();\n        self.begin_short_brake",
          "        self.transition = None;\n        self.begin_short_brake"],
         "a fault while the holding brake opens loses the motion",
         Suite::Device, &["holding_brake"]),

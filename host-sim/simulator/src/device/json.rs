@@ -53,6 +53,8 @@ pub fn status(status: &Status, warning: Option<&str>) -> Value {
         "encoder_in_doubt": status.is_encoder_in_doubt,
         "oscillates": status.oscillates,
         "referenced": status.is_referenced,
+        "testing": status.is_testing,
+        "failed_test": status.has_failed_test,
         "unsaved": status.unsaved,
         "is_damaged": status.is_damaged,
         "saves": status.saves,

@@ -104,6 +104,11 @@ pub fn refused(refused: &RequestRefusal) -> String {
              `reference --at DEG`"
                 .into()
         }
+        RequestRefusal::Testing => {
+            "the test at arming runs (`device.arming_test_deg`), and accepts only `stop`; wait for \
+             its end"
+                .into()
+        }
         RequestRefusal::NoParameters => {
             "it has no parameters; `params push FILE.toml` first".into()
         }
@@ -227,7 +232,7 @@ impl FaultEnd {
 }
 
 /// Command that clears a fault.
-const CLEAR: &str = "`faults --clear`";
+pub const CLEAR: &str = "`faults --clear`";
 
 /// Returns what to do about a fault; for a known fault the text starts with `what to do:`. `clear`
 /// names the command or button that clears a fault.
@@ -282,6 +287,10 @@ pub fn faults(remembered: &[FaultReport], status: &Status) -> String {
     lines.join("\n") + "\n"
 }
 
+/// Remark on a fault that came during the test at arming.
+pub const IN_THE_TEST: &str =
+    "it came during the test at arming (`device.arming_test_deg`), before the loop closed";
+
 /// Returns the name of a state, such as `armed` or `faulted`.
 pub const fn state(state: StateCode) -> &'static str {
     match state {
@@ -303,7 +312,13 @@ pub fn status(status: &Status) -> String {
     let mut lines = vec![format!("state      {}: {what}", state(status.state))];
     if status.fault.code != 0 {
         lines.push(format!("fault      {}", fault(&status.fault, status.sample_time)));
+        if status.has_failed_test {
+            lines.push(format!("           {IN_THE_TEST}"));
+        }
         lines.push(format!("           {}", remedy(status.fault.code, CLEAR)));
+    }
+    if status.is_testing {
+        lines.push("test       the test at arming runs; the motion starts after it".into());
     }
     let position = f64::from(status.position) * f64::from(status.resolution);
     let rest = if status.at_rest { "at rest" } else { "moving" };
@@ -436,6 +451,9 @@ mod tests {
             crystal_not_measured: false,
             gave_up: false,
             is_encoder_in_doubt: false,
+            is_testing: false,
+            has_failed_test: false,
+            load_angle: None,
         }
     }
 

@@ -9,6 +9,7 @@ use stiction::motion::jog::{JogFindings, JogRequest};
 use files::error::Error;
 use files::typed_number;
 use simulator::device::client::Client;
+use simulator::device::jog_offset::{Offset, has_offset};
 use simulator::device::jogged;
 use simulator::device::wire::Wire;
 
@@ -35,6 +36,10 @@ pub struct JogArguments {
     #[arg(long, value_name = "S", allow_hyphen_values = true)]
     #[arg(value_parser = typed_number::parse_single)]
     time: Option<f32>,
+    /// Position of the joint when the jog begins, deg: checks the offset of an absolute encoder
+    #[arg(long, value_name = "DEG", allow_hyphen_values = true)]
+    #[arg(value_parser = typed_number::parse)]
+    at: Option<f64>,
     /// Print one JSON object
     #[arg(long)]
     pub json: bool,
@@ -44,6 +49,7 @@ pub struct JogArguments {
 pub struct JogResult {
     pub parameters: Parameters,
     pub found: JogFindings,
+    pub offset: Offset,
 }
 
 impl JogArguments {
@@ -55,9 +61,17 @@ impl JogArguments {
     /// Runs a jog to its end.
     pub fn run<W: Wire>(&self, client: &mut Client<W>) -> Result<JogResult, Error> {
         let parameters = client.parameters()?;
+        if self.at.is_some() && !has_offset(&parameters) {
+            return Err(Error::Input(
+                "jog --at: this joint has no absolute encoder on its load, and so no offset; \
+                 `reference --at DEG` sets its position. Nothing has moved"
+                    .into(),
+            ));
+        }
         if !client.status()?.at_rest {
             client.pass(Duration::from_millis(100))?;
         }
+        let angle = client.status()?.load_angle;
         client.jog(self.asked())?;
         // The device ends the jog; the client waits a second longer.
         let longest = Duration::from_secs_f32(parameters.jog.time + 1.0);
@@ -66,29 +80,41 @@ impl JogArguments {
             (StateCode::Armed, _) => {
                 Err(Error::Device("jog: no result: the device did not end the jog in time".into()))
             }
-            (_, Some(found)) => Ok(JogResult { parameters, found }),
+            (_, Some(found)) => {
+                let offset = Offset::check(self.at, angle, &found, &parameters);
+                Ok(JogResult { parameters, found, offset })
+            }
             _ => Err(super::ended_early("jog", &status, super::NOTHING)),
         }
     }
 
     /// Returns the result as text, or with `--json` as a JSON object.
     pub fn shown(&self, jogged: &JogResult, warning: Option<&str>) -> Result<String, Error> {
-        let JogResult { parameters, found } = jogged;
+        let JogResult { parameters, found, offset } = jogged;
         if !self.json {
             let warning = warning.map_or(String::new(), |warning| format!("{warning}\n"));
-            return Ok(warning + &jogged::words(found, parameters) + super::OFF);
+            let words = jogged::words(found, parameters) + &offset.words();
+            return Ok(warning + &words + super::OFF);
         }
-        let object = jogged::json(found, parameters, warning);
+        let mut object = jogged::json(found, parameters, warning);
+        offset.add_to(&mut object);
         let text = serde_json::to_string_pretty(&object);
         text.map(|text| text + "\n").map_err(|error| Error::Input(error.to_string()))
     }
 }
 
-/// Returns an error unless the encoder's sense agrees, so that a script stops.
+/// Returns an error unless direction, ratio and offset are right, as far as they were checked, so
+/// that a script stops.
 pub fn agrees(jogged: &JogResult) -> Result<(), Error> {
-    let JogResult { parameters, found } = jogged;
+    let JogResult { parameters, found, offset } = jogged;
     if jogged::is_right(found, parameters) {
-        return Ok(());
+        return match offset.wrong() {
+            None => Ok(()),
+            Some(wrong) => Err(Error::Device(format!(
+                "jog: the offset is wrong by {:+.2} deg: set load_encoder.zero_counts = {}",
+                wrong.error_deg, wrong.zero_counts
+            ))),
+        };
     }
     Err(Error::Device(format!("jog: {}", jogged::headline(found, parameters))))
 }

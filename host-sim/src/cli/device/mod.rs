@@ -448,7 +448,7 @@ fn arm<W: Wire>(client: &mut Client<W>) -> Result<(), Error> {
     if !client.status()?.at_rest {
         client.pass(Duration::from_millis(100))?;
     }
-    client.arm()
+    client.arm_tested()
 }
 
 const OFF: &str = "stopped: the motor is off now\n";

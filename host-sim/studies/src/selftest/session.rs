@@ -224,7 +224,7 @@ pub fn run_while<W: Wire>(
     if !status.at_rest {
         client.pass(Duration::from_millis(100))?;
     }
-    client.arm()?;
+    client.arm_tested()?;
     let mut status = client.pass_armed(waits)?;
     client.subscribe(steps.mask(), steps.every())?;
     while let Some(next) = steps.next(&status)? {

@@ -12,6 +12,7 @@ use stiction::{Limits, Motion, Parameters};
 use super::Client;
 use crate::device::moved::longest_s;
 use crate::device::wire::Wire;
+use crate::device::words;
 use files::error::{Error, rounded, shown};
 
 /// Friction map: a row for each speed, the fastest first, with a point for each direction.
@@ -25,6 +26,24 @@ impl<W: Wire> Client<W> {
     /// Returns why the device refuses.
     pub fn arm(&mut self) -> Result<(), Error> {
         self.done("arm", Request::Arm)
+    }
+
+    /// Arms the device as [`arm`](Self::arm) does, and waits for the end of a test at arming.
+    ///
+    /// # Errors
+    /// Returns why the device refuses, or the fault that the test has found.
+    pub fn arm_tested(&mut self) -> Result<(), Error> {
+        self.arm()?;
+        let status = self.pass_test()?;
+        if status.has_failed_test {
+            let (of, remedy) = (&status.fault, words::remedy(status.fault.code, words::CLEAR));
+            return Err(Error::Device(format!(
+                "arm: {}; {}; {remedy}",
+                words::fault(of, status.sample_time),
+                words::IN_THE_TEST
+            )));
+        }
+        Ok(())
     }
 
     /// Brakes the joint, and waits until the output is off.

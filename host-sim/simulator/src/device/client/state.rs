@@ -19,6 +19,9 @@ const STOP_POLL: Duration = Duration::from_millis(20);
 /// More than the longest `device.stop_s` and `device.brake_close_s`.
 const LONGEST_STOP: Duration = Duration::from_secs(20);
 
+/// More than the longest time of a jog, whose bounds a test at arming has.
+const LONGEST_TEST: Duration = Duration::from_secs(80);
+
 impl<W: Wire> Client<W> {
     /// Reads the state of the device.
     ///
@@ -80,6 +83,11 @@ impl<W: Wire> Client<W> {
     /// Returns an error if the device does not answer.
     pub fn wait_at_rest(&mut self) -> Result<Status, Error> {
         self.pass_while(Duration::from_secs(1), |status| !status.at_rest)
+    }
+
+    /// Waits for the end of a test at arming.
+    pub(super) fn pass_test(&mut self) -> Result<Status, Error> {
+        self.pass_while(LONGEST_TEST, |status| status.is_testing)
     }
 
     /// Waits until the output is off. Ctrl-C does not end this wait, since it can be the cause of

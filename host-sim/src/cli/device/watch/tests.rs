@@ -43,6 +43,9 @@ fn status() -> Status {
         gave_up: false,
         is_encoder_in_doubt: false,
         is_referenced: true,
+        is_testing: false,
+        has_failed_test: false,
+        load_angle: None,
     }
 }
 

@@ -111,6 +111,9 @@ fn state_of(watched: &WatchedDevice) -> Line<'static> {
         say(words::fault(&status.fault, status.sample_time), Color::Red);
         say(words::remedy(status.fault.code, "key c"), Color::Red);
     }
+    if status.has_failed_test {
+        say(words::IN_THE_TEST.into(), Color::Red);
+    }
     // Dangerous conditions come first. Those that change from tick to tick come last, so that they
     // shift nothing else.
     let warnings = [
@@ -126,6 +129,7 @@ fn state_of(watched: &WatchedDevice) -> Line<'static> {
             "encoder in doubt: turn the joint by hand by 16 counts, or `jog`, before arming",
             Color::Yellow,
         ),
+        (status.is_testing, "test at arming: the motion starts after it", Color::Yellow),
         (
             !status.is_referenced,
             "position unknown: with limits, only `jog` and `home` run until it is set",
