@@ -37,7 +37,7 @@ pub use sample::{MAX_SIGNALS, Sample};
 pub use session::{Machine, Session, WAITING};
 
 /// The version of the protocol, which is raised with every change of a message.
-pub const PROTOCOL: u16 = 12;
+pub const PROTOCOL: u16 = 13;
 
 /// The largest number of bytes of a record in one message.
 pub const CHUNK: usize = 128;

@@ -172,6 +172,11 @@ pub struct Status {
     /// Whether the joint is referenced: its position is known, and so its range of positions holds.
     /// If not, a joint with a range can only jog and home.
     pub is_referenced: bool,
+    /// Number of passes of the encoder's index since its check has started: at power-on, with other
+    /// parameters, and with each reference.
+    pub index_passes: u32,
+    /// Deviation of the last of these passes from a whole number of turns, counts.
+    pub index_deviation: i32,
 }
 
 /// Errors of the wire that the device receives from. Each destroys a frame, which also counts as

@@ -20,6 +20,7 @@ use crate::load_encoder::AbsoluteEncoder;
 use crate::motion::home::HomeWatch;
 use crate::motion::{Course, CourseState};
 use crate::parameters::Parameters;
+use crate::safety::encoder_index::IndexCheck;
 use crate::safety::fault::Fault;
 use crate::safety::monitor::{MonitorState, Monitors, PositionLimits, Seen};
 use crate::safety::open_line::OpenLineTest;
@@ -61,6 +62,8 @@ pub struct ControlLoop {
     /// Bit of the [lines](super::Input::lines) that the contact of the emergency stop sets; zero
     /// without such a contact.
     pub(super) contact: u8,
+    /// Check of the counts by the encoder's index; none without one.
+    pub(super) index: Option<IndexCheck>,
 }
 
 impl ControlLoop {
@@ -128,6 +131,7 @@ impl ControlLoop {
             },
             holding_brake: BrakeTimes::of(parameters),
             contact: if device.emergency_stop { Input::CONTACT } else { 0 },
+            index: IndexCheck::of(device.index_counts, device.index_width),
         });
         Ok(())
     }
@@ -314,11 +318,11 @@ impl ControlLoop {
 
     /// Updates a homing with the last tick, and returns whether the course has ended.
     #[inline]
-    pub(super) fn ends(&mut self, tick: &Tick) -> bool {
+    pub(super) fn ends(&mut self, tick: &Tick, lines: u8) -> bool {
         // Not by `is_over` for all: the longest ticks are those of the first two.
         match &mut self.course {
             Course::Follow(_) => false,
-            Course::Profile(_) => self.home.is_some() && self.homing_ends(tick),
+            Course::Profile(_) => self.home.is_some() && self.homing_ends(tick, lines),
             course => self.state.is_over(course),
         }
     }

@@ -267,6 +267,8 @@ impl<const RING: usize> Session<RING> {
             is_encoder_in_doubt: servo.is_encoder_in_doubt(),
             oscillates: servo.is_oscillating(),
             is_referenced: servo.is_referenced(),
+            index_passes: servo.index_passes().0,
+            index_deviation: servo.index_passes().1,
         })
     }
 }

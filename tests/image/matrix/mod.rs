@@ -17,7 +17,8 @@ use stiction::Fault;
 use bench::{ImageBench, print_row};
 
 /// Why the other faults are in no row.
-const ELSEWHERE: [(Fault, &str); 9] = [
+const ELSEWHERE: [(Fault, &str); 10] = [
+    (Fault::IndexDeviation, "it takes an index: tests/image/homing.rs"),
     (Fault::EncodersDisagree, "it takes two encoders: both_encoders.rs beside this folder"),
     (Fault::EncoderSilent, "it takes an absolute encoder: tests/image/both_encoders.rs"),
     (Fault::EncoderOpen, "at rest only: tests/image/open_line.rs"),

@@ -52,6 +52,8 @@ pub fn status(status: &Status, warning: Option<&str>) -> Value {
         "encoder_in_doubt": status.is_encoder_in_doubt,
         "oscillates": status.oscillates,
         "referenced": status.is_referenced,
+        "index_passes": status.index_passes,
+        "index_deviation_counts": status.index_deviation,
         "unsaved": status.unsaved,
         "is_damaged": status.is_damaged,
         "saves": status.saves,

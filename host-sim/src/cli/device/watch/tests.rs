@@ -42,6 +42,8 @@ fn status() -> Status {
         gave_up: false,
         is_encoder_in_doubt: false,
         is_referenced: true,
+        index_passes: 0,
+        index_deviation: 0,
     }
 }
 
