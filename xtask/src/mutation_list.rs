@@ -4,6 +4,7 @@
 
 mod brake_resistor;
 mod current;
+mod homing;
 mod stopping;
 mod two_encoders;
 
@@ -63,7 +64,7 @@ const fn fault(
 pub fn mutations() -> impl Iterator<Item = &'static Mutation> + Clone {
     let of_rooms = stopping::MUTATIONS.iter().chain(current::MUTATIONS);
     let of_rooms = of_rooms.chain(two_encoders::MUTATIONS).chain(brake_resistor::MUTATIONS);
-    MUTATIONS.iter().chain(of_rooms)
+    MUTATIONS.iter().chain(of_rooms).chain(homing::MUTATIONS)
 }
 
 /// The faults that have no room of their own.
@@ -850,7 +851,7 @@ const MUTATIONS: &[Mutation] = &[
         "a loop is closed without any friction in the file",
         Suite::Device, &["without_any_friction"]),
     fault("src/motion/home.rs",
-        ["Some(before) if before.abs_diff(place) <= agrees.unsigned_abs() =>",
+        ["Some(before) if before.abs_diff(place) <= self.agreement.unsigned_abs() =>",
          "Some(_) =>"],
         "two places that do not agree are one stop",
         Suite::Device, &["an_encoder_that_fails_for_a_while_sets_no_false_zero"]),
