@@ -26,7 +26,7 @@ use super::traits::{Bridge, EncoderInput};
 
 /// What the hardware has turned the outputs off for; zero: nothing. The interrupts of the break
 /// input and of the converter's watchdog set it, with [`BREAK`] or [`OVER_CURRENT`]. In the same
-/// word is [`BRAKE_RESISTOR`], so that a tick without any of them looks at one word only.
+/// words are [`BRAKE_RESISTOR`] and [`INDEX`], so that a tick without any of them looks at one.
 pub static TRIPPED: AtomicU32 = AtomicU32::new(0);
 
 /// In [`TRIPPED`]: the bridge's driver or the emergency stop has pulled the break input, until its
@@ -40,6 +40,10 @@ pub const OVER_CURRENT: u32 = 1 << 30;
 /// In [`TRIPPED`]: there is a brake resistor, whose pulse each control task starts. It is constant
 /// from one configuration to the next.
 pub const BRAKE_RESISTOR: u32 = 1 << 29;
+
+/// In [`TRIPPED`]: the encoder has an index, whose captures each control task reads. It is constant
+/// from one configuration to the next.
+pub const INDEX: u32 = 1 << 28;
 
 /// Use of the motor's current.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -116,12 +120,16 @@ impl ControlTask {
     }
 
     /// Latches faults, and starts the pulse of the brake resistor, if there is one, for the reading
-    /// of the supply that this tick reads as well.
+    /// of the supply that this tick reads as well. Reads the capture of an index before the tick
+    /// reads the counter.
     #[cold]
     #[inline(never)]
     fn brake(&mut self) {
         self.latch_break();
         self.brake_resistor.tick(self.converter.last_supply());
+        if TRIPPED.load(Ordering::Relaxed) & INDEX != 0 {
+            self.servo.pass_index(self.encoder.index());
+        }
     }
 
     /// Latches the fault of outputs that the hardware has turned off: a break input that was
@@ -142,7 +150,7 @@ impl ControlTask {
             self.servo.break_input(self.encoder.lines());
         }
         if tripped & OVER_CURRENT != 0 {
-            TRIPPED.fetch_and(BREAK | BRAKE_RESISTOR, Ordering::Relaxed);
+            TRIPPED.fetch_and(BREAK | BRAKE_RESISTOR | INDEX, Ordering::Relaxed);
             // The interrupt has turned the outputs off; the bridge's own state is still on.
             self.bridge.rest();
             self.servo.over_current(tripped as u16);
@@ -298,6 +306,15 @@ impl ControlTask {
         TRIPPED.fetch_and(!BRAKE_RESISTOR, Ordering::Relaxed);
         TRIPPED
             .fetch_or(if settings.law.is_some() { BRAKE_RESISTOR } else { 0 }, Ordering::Relaxed);
+    }
+
+    /// Starts or ends the reading of the index's captures, as the servo's parameters say.
+    pub fn watch_index(&mut self) {
+        if self.servo.has_index() {
+            TRIPPED.fetch_or(INDEX, Ordering::Relaxed);
+        } else {
+            TRIPPED.fetch_and(!INDEX, Ordering::Relaxed);
+        }
     }
 
     /// Stops the ticks and turns the output off: a stop that was commanded since the last tick may

@@ -1,4 +1,4 @@
-//! The encoders: quadrature on TIM2 (PA0 and PA1) and, with the feature `two-encoders`, on TIM4
+//! The encoders: quadrature on TIM2 (PA0 and PA1, with the index on PA2) and, with the feature `two-encoders`, on TIM4
 //! (PB6 and PB7). Every edge counts, in both directions.
 //!
 //! The counter of TIM2 has 32 bits. That of TIM4 has 16, and is extended to 32 at each reading. It
@@ -8,7 +8,7 @@
 
 use stiction::servo::Input;
 use stm32f4xx_hal::gpio::{Alternate, Pull};
-use stm32f4xx_hal::gpio::{PA0, PA1};
+use stm32f4xx_hal::gpio::{PA0, PA1, PA2};
 #[cfg(feature = "two-encoders")]
 use stm32f4xx_hal::gpio::{PB6, PB7};
 use stm32f4xx_hal::pac;
@@ -90,9 +90,26 @@ macro_rules! quadrature {
 }
 
 quadrature! {
-    /// The counter of the encoder: of two, that of the motor. With its lines, the input of the
-    /// emergency stop is read (PA6).
-    Quadrature, TIM2, PA0, PA1, 1, GPIOA from 0 with Input::CONTACT, |_before, now| now
+    /// The counter of the encoder: of two, that of the motor. With its lines, the inputs of the
+    /// emergency stop (PA6) and of the homing switch (PA7) are read.
+    Quadrature, TIM2, PA0, PA1, 1, GPIOA from 0 with Input::CONTACT | Input::SWITCH, |_before, now| now
+}
+
+impl Quadrature {
+    /// Starts the capture of the counter by the rising edge of the index on PA2. Its filter is that
+    /// of the lines, so that both have the same delay.
+    pub fn capture_index(&self, _pin: &PA2<Alternate<1>>) {
+        self.timer.ccmr2_input().write(|w| w.cc3s().ti3().ic3f().set(FILTER));
+        self.timer.ccer().write(|w| w.cc3e().set_bit());
+    }
+
+    /// Returns the counter that the index has captured since the last call, if it has. Of two
+    /// passes, that is the second one; the flag of an over-capture stays set, and has no effect.
+    pub fn index(&self) -> Option<u32> {
+        let has_passed = self.timer.sr().read().cc3if().bit_is_set();
+        // The reading clears the flag.
+        has_passed.then(|| self.timer.ccr3().read().bits())
+    }
 }
 
 #[cfg(feature = "two-encoders")]

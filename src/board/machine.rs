@@ -105,6 +105,7 @@ impl<C: Mutex<T = ControlTask>, W: Mutex<T = Independent>> Machine for BoardMach
             parts.latch_break();
             let done = act(parts.servo);
             parts.mend();
+            parts.watch_index();
             done
         })
     }

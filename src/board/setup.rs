@@ -10,7 +10,7 @@ use stiction::servo::Boot;
 use stiction::{Parameters, Servo};
 #[cfg(feature = "two-encoders")]
 use stm32f4xx_hal::gpio::Speed;
-use stm32f4xx_hal::gpio::{PinState, Pull};
+use stm32f4xx_hal::gpio::{Alternate, PA2, PinState, Pull};
 use stm32f4xx_hal::pac;
 use stm32f4xx_hal::prelude::*;
 
@@ -137,6 +137,8 @@ pub fn start(
     };
     // The contact of an emergency stop lifts it: an open wire is a stop.
     a.pa6.into_pull_down_input();
+    // The contact of a homing switch pulls it to ground.
+    a.pa7.into_pull_up_input();
     let bridge = TimerBridge::new(device.TIM1, pins, &settings.bridge(), &mut rcc);
     let brake_resistor = BrakeResistorOutput::start(
         device.TIM8,
@@ -149,6 +151,9 @@ pub fn start(
         a.pa1.into_alternate().internal_resistor(Pull::Up),
         &mut rcc,
     );
+    // An open wire is no index.
+    let index: PA2<Alternate<1>> = a.pa2.into_alternate().internal_resistor(Pull::Down);
+    encoder.capture_index(&index);
     #[cfg(feature = "two-encoders")]
     let load_encoder = LoadQuadrature::start(
         device.TIM4,
@@ -205,6 +210,7 @@ pub fn start(
     let of_file =
         settings.parameters().map_or(BrakeResistorSettings::NONE, BrakeResistorSettings::of);
     control_task.set_brake_resistor(&of_file);
+    control_task.watch_index();
     if control_task.is_regulated {
         // The phase of the ticks to the PWM.
         control_task.resume();

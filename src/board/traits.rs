@@ -9,8 +9,8 @@ pub trait EncoderInput {
     /// Returns the counter's present reading, which wraps at 2^32.
     fn counter(&mut self) -> u32;
 
-    /// Returns the two lines as they are now, and the input of the emergency stop if it is in their
-    /// port ([`Input::lines`](stiction::servo::Input::lines)).
+    /// Returns the two lines as they are now, and the inputs of emergency stop and homing switch if
+    /// they are in their port ([`Input::lines`](stiction::servo::Input::lines)).
     fn lines(&self) -> u8;
 
     /// Sets whether the resistors of the lines pull down or up.

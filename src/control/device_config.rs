@@ -14,6 +14,18 @@ choice! {
     }
 }
 
+choice! {
+    /// Contact of a homing switch between PA7 and ground.
+    pub enum HomeSwitch {
+        /// There is no switch.
+        None = 0 "none",
+        /// The contact opens where the joint is at the switch. An open wire reads as that.
+        NormallyClosed = 1 "normally-closed",
+        /// The contact closes where the joint is at the switch. An open wire is not detected.
+        NormallyOpen = 2 "normally-open",
+    }
+}
+
 table! {
     /// The configuration that only a device has. By default the device neither starts nor scales
     /// anything by itself.
@@ -89,6 +101,21 @@ table! {
         /// `motor_encoder.twist_deg` with two encoders; the bounds of `[jog]` hold, too. Off: the
         /// loop closes at once.
         arming_test: f32 = 0x0816 "arming_test_deg", OrOff(0.0, HUGE), Default(0.0);
+        /// Contact of a homing switch between PA7 and ground. `normally-closed`: it opens at the
+        /// switch, as does a cut wire, so that a homing does not end at a false place.
+        /// `normally-open`: a cut wire reads as a switch that never comes.
+        home_switch: HomeSwitch = 0x0812 "home_switch", Any, Default(HomeSwitch::None);
+        /// Time for which the level of the homing switch has to be the same to count, s, rounded up
+        /// to ticks: one at least. Its edge is where that time began.
+        home_switch_filter: f32 =
+            0x0813 "home_switch_filter_s", Between(0.0, 0.1), Default(0.002);
+        /// Counts between two passes of the encoder's index (Z) on PA2: four times its lines,
+        /// however many turns of it a turn of the joint has. At each pass the counts are checked. Of
+        /// two encoders, it is the motor's. 0: there is no index.
+        index_counts: u32 = 0x0814 "index_counts", Between(0.0, 16_777_216.0), Default(0);
+        /// Width of the index, counts: up to an eighth of `index_counts`. Passes in the two senses
+        /// differ by it.
+        index_width: u32 = 0x0815 "index_width_counts", Between(0.0, 65_536.0), Default(4);
     }
 }
 

@@ -181,6 +181,11 @@ pub struct Status {
     /// Reading of an absolute encoder on the load, counts within its turn; `None` without one, or
     /// without a valid answer.
     pub load_angle: Option<u16>,
+    /// Number of passes of the encoder's index since its check has started: at power-on, with other
+    /// parameters, and with each reference.
+    pub index_passes: u32,
+    /// Deviation of the last of these passes from a whole number of turns, counts.
+    pub index_deviation: i32,
 }
 
 /// Errors of the wire that the device receives from. Each destroys a frame, which also counts as

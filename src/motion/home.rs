@@ -1,5 +1,9 @@
-//! Homing to a hard stop: the joint goes slowly one way until it is blocked, goes back a little,
-//! and does so again. Two places that agree are the stop.
+//! Homing: the joint goes slowly one way until it finds a place of known position.
+//!
+//! # To a hard stop
+//!
+//! The joint goes until it is blocked, goes back a little, and does so again. Two places that agree
+//! are the stop.
 //!
 //! ```text
 //! set point ---- a profile at the homing speed, one way, farther than the travel ---->
@@ -42,23 +46,57 @@
 //! over its stiffness, and an encoder on the motor counts its slack. If a load uses up a part of
 //! `effort`, only the rest presses against the stop. A law that builds up its effort slowly ends in
 //! a stall. If the supply is too low for the effort, the time bound ends the homing.
+//!
+//! # To a switch
+//!
+//! ```text
+//! switch    ____________________|~~~~~~~~~~~~~~~~~
+//! joint     -------------------------->|            at the homing speed, until it is at the switch
+//!                    <-----------------|            back, until the switch has let go of it
+//!                    ---------->|                   at a quarter of the speed
+//!           <-------------------|                   back, and into the range
+//! ```
+//!
+//! The place is the edge of the switch (`home/switch.rs`) on the second, slow way. It is the
+//! reference if it agrees with the place before: within the tolerance of a stop and the travel of a
+//! tick at the homing speed. A joint that is at the switch already goes back first, and then finds
+//! two edges. A joint that is still at the switch at the end of its travel or time ends as such:
+//! the contact or its wire has failed. A joint that is blocked on the way does not go on. The
+//! monitor of an abrupt stop stays on.
+//!
+//! Does badly: the edge is known to the travel of a tick at a quarter of the speed, and as well as
+//! the switch repeats. A switch that bounces for longer than its filter has more than one edge. A
+//! normally open contact with a cut wire never comes.
+
+mod switch;
 
 use serde::{Deserialize, Serialize};
 
 use crate::control::controller::ControllerConfig;
-use crate::control::profile::{Profile, ProfileLimits};
+use crate::control::device_config::{DeviceConfig, HomeSwitch};
+#[cfg(feature = "two-encoders")]
+use crate::control::encoder::RESOLUTION;
+use crate::control::profile::{MoveLimits, Profile, ProfileLimits};
 use crate::control::signal::Tick;
 use crate::motion::jog::JogBounds;
 use crate::safety::monitor::Limits;
+use crate::servo::Input;
+#[cfg(feature = "two-encoders")]
+use crate::units::error::Allowed;
 use crate::units::error::{HUGE, InvalidValue, above, between};
 use crate::units::position::Position;
-use crate::units::value::Key;
+use crate::units::value::{Key, Scalar as _, Table as _, key};
+use switch::SwitchFilter;
 
 /// Value numbers of the bounds, by which a refusal names them.
 pub(crate) const EFFORT: Key = Key(0x060C);
 pub(crate) const TRAVEL: Key = Key(0x060D);
 pub(crate) const SPEED: Key = Key(0x060E);
 pub(crate) const TIME: Key = Key(0x060F);
+/// Key of the switch, without which a homing to it is refused.
+const SWITCH: Key = key(DeviceConfig::ABOUT, "home_switch");
+/// Key of the index, without which a homing to it is refused.
+const INDEX: Key = key(DeviceConfig::ABOUT, "index_counts");
 
 /// Default travel if there is no range of positions, deg: a turn.
 const TURN_DEG: f32 = 360.0;
@@ -99,6 +137,34 @@ const STRONGEST: f32 = 0.9;
 const FLICKER: i32 = 2;
 /// Largest reduction of an effort at its bound by rounding, codes.
 const PUSHING: f32 = 1.5;
+/// Factor on a quotient of decimals that should be whole, and can be a little above it.
+const ROUNDING: f32 = 1.0 - 1e-5;
+/// The speed of the second way to a switch, as a share of that of the homing.
+const SLOW: f32 = 0.25;
+
+/// The place that a homing looks for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum HomeTarget {
+    /// A hard stop that blocks the joint.
+    #[default]
+    Stop,
+    /// The edge of a switch.
+    Switch,
+    /// The first pass of the encoder's index.
+    Index,
+    /// The first pass of the encoder's index on the way back from the edge of a switch.
+    SwitchIndex,
+}
+
+impl HomeTarget {
+    const fn has_switch(self) -> bool {
+        matches!(self, Self::Switch | Self::SwitchIndex)
+    }
+
+    const fn has_index(self) -> bool {
+        matches!(self, Self::Index | Self::SwitchIndex)
+    }
+}
 
 /// The sense of a homing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -122,9 +188,9 @@ impl Sense {
 /// Homing that a client requests.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct HomeRequest {
-    /// Sense of the motion towards the stop.
+    /// Sense of the motion towards the place.
     pub sense: Sense,
-    /// Position of the joint at the stop, counts.
+    /// Position of the joint at the place, counts.
     pub at: i32,
     /// Largest effort, V. Default: that of `[jog]`, limited to the range for a homing.
     pub effort: Option<f32>,
@@ -134,14 +200,16 @@ pub struct HomeRequest {
     /// Speed, deg/s. Default: that of `[jog]`, and no more than that of `[profile]`.
     pub speed: Option<f32>,
     /// Longest time after the soft start, s. Default: the sum of 1.5 times that of the travel, four
-    /// times that of the way back, and 5 s.
+    /// times that of the way back, and 5 s. To a switch, 16 times that of the way back.
     pub time: Option<f32>,
+    /// The place to look for.
+    pub to: HomeTarget,
 }
 
 /// What ended a homing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum HomeEnd {
-    /// The homing has not ended at a stop or a bound.
+    /// The homing has not ended at a place or a bound.
     #[default]
     Not,
     /// The stop was found twice, and the joint has left it: the joint is referenced.
@@ -150,6 +218,21 @@ pub enum HomeEnd {
     Travel,
     /// The time ran out.
     Time,
+    /// The edge of the switch was found twice, and the joint has left it: the joint is referenced.
+    Switch,
+    /// The joint was still at the switch at the end of the travel or of the time.
+    SwitchStuck,
+    /// The joint was blocked on its way, or its encoder does not count.
+    Blocked,
+    /// The index was found, and the joint has left it: the joint is referenced.
+    Index,
+}
+
+impl HomeEnd {
+    /// Returns whether the homing has found its place.
+    pub const fn is_found(self) -> bool {
+        matches!(self, Self::Stop | Self::Switch | Self::Index)
+    }
 }
 
 /// Findings of a homing.
@@ -157,13 +240,15 @@ pub enum HomeEnd {
 pub struct HomeFindings {
     /// What ended it.
     pub ended: HomeEnd,
-    /// Travel from the start of the homing to the stop, or to the last position on the way there,
+    /// Travel from the start of the homing to the place, or to the last position on the way there,
     /// counts.
     pub moved: i32,
     /// Effort in that position, V.
     pub effort: f32,
-    /// Number of times that the joint was blocked.
+    /// Number of times that the joint was blocked, or came to the switch.
     pub touches: u8,
+    /// Way from the edge of the switch to the index, counts; 0 without both.
+    pub from_switch: i32,
 }
 
 /// A homing that is prepared for a loop.
@@ -175,7 +260,7 @@ pub struct Home {
     pub(crate) watch: HomeWatch,
 }
 
-/// The watch that looks for a stop while a profile runs, with its state.
+/// The watch that looks for a place while a profile runs, with its state.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct HomeWatch {
     sense: Sense,
@@ -187,11 +272,11 @@ pub(crate) struct HomeWatch {
     travel: u32,
     /// Longest time after the soft start, ticks.
     ticks: u32,
-    /// Time at the stop, ticks.
+    /// Time for which a blocked joint is held, ticks.
     quiet: u32,
-    /// Way back from the stop, counts.
+    /// Way back from the place, counts.
     retreat: i32,
-    /// Way back from the stop at whose end the homing is over, counts.
+    /// Way back from the place at whose end the homing is over, counts.
     leave: i32,
     /// Ticks of the soft start that were left at the start of the homing.
     wait: u32,
@@ -210,8 +295,19 @@ pub(crate) struct HomeWatch {
     farthest: i32,
     /// Number of ticks for which the effort has been at its bound without a farther count.
     held: u32,
-    /// Previous place that blocked the joint, counts; none: no place yet.
+    /// Previous place, counts; none: no place yet.
     before: Option<i32>,
+    /// Largest distance of two places that agree, counts.
+    agreement: i32,
+    to: HomeTarget,
+    /// Pass of the index since the last tick, counts.
+    pass: Option<i32>,
+    /// Whether the index has been found.
+    has_index: bool,
+    /// The switch that the homing looks for; none: a stop or an index.
+    switch: Option<SwitchFilter>,
+    /// Limits of the set point on the second way to a switch.
+    slow: MoveLimits,
     found: HomeFindings,
 }
 
@@ -221,13 +317,15 @@ impl Home {
     /// # Errors
     /// Returns an error that names the invalid bound: an effort near `limits.breakaway_v` or
     /// `limits.stall_v`, or beyond the drive; a speed of more than `[profile]`; a travel of less
-    /// than 64 counts or of more than two turns; a time of more than half an hour.
+    /// than 64 counts or of more than two turns; a time of more than half an hour. For a homing to
+    /// a switch, `device.home_switch` is invalid if there is none.
     pub fn new(
         asked: &HomeRequest,
         controller: &ControllerConfig,
         limits: &Limits,
-        profile: &ProfileLimits,
+        profile_limits: &ProfileLimits,
         jog: &JogBounds,
+        device: &DeviceConfig,
     ) -> Result<Self, InvalidValue> {
         let (tick, count) = (controller.sample_time, controller.encoder.resolution);
         let friction = limits.breakaway_effort;
@@ -245,11 +343,11 @@ impl Home {
         let usual = if range > 0.0 { OF_RANGE * range } else { TURN_DEG };
         let effort = asked.effort.unwrap_or(jog.effort.max(weakest).min(strongest));
         let travel = asked.travel.unwrap_or(usual.max(least).min(farthest));
-        let speed = asked.speed.unwrap_or(jog.speed.min(profile.velocity));
+        let speed = asked.speed.unwrap_or(jog.speed.min(profile_limits.velocity));
         between(EFFORT, effort, weakest, strongest)?;
         above(EFFORT, effort, 0.0, strongest)?;
         between(TRAVEL, travel, least, farthest)?;
-        above(SPEED, speed, 0.0, profile.velocity.min(HUGE))?;
+        above(SPEED, speed, 0.0, profile_limits.velocity.min(HUGE))?;
         // The conversions saturate. The target of the profile is twice as far as the travel, and
         // has to be nearer than 2^30 counts.
         let counts = |deg: f32| (deg / count).min(((1 << 29) - 64) as f32) as i32;
@@ -271,15 +369,35 @@ impl Home {
             0
         };
         let leave = outside.saturating_add(retreat / 2).min(travel);
-        let way = travel as f32 * OF_TRAVEL + retreat as f32 * OF_RETREAT + leave as f32;
+        let ticks = |s: f32| (libm::roundf(s / tick) as u32).max(2);
+        let filter = libm::ceilf(device.home_switch_filter / tick * ROUNDING) as u32;
+        let (switch, slowest) = if asked.to.has_switch() {
+            let kind = device.home_switch;
+            let last = HomeSwitch::NormallyOpen.number();
+            between(SWITCH, kind.number(), HomeSwitch::NormallyClosed.number(), last)?;
+            (SwitchFilter::of(kind, filter), SLOW * speed)
+        } else {
+            (None, speed)
+        };
+        let to_index = if asked.to.has_index() {
+            check_index(device, controller)?;
+            device.index_counts as f32
+        } else {
+            0.0
+        };
+        let retreats = OF_RETREAT * speed / slowest;
+        let way = (travel as f32 + to_index) * OF_TRAVEL + retreat as f32 * retreats + leave as f32;
         let time = asked.time.unwrap_or((way * count / speed + ADDED_S).min(LONGEST_S));
         above(TIME, time, 0.0, LONGEST_S)?;
-        let ticks = |s: f32| (libm::roundf(s / tick) as u32).max(2);
         let gain = limits.progress_gain * (effort - friction);
         let first = if gain > 0.0 { libm::sqrtf(2.0 * count / gain) } else { 0.0 };
         let target = Position::from_counts(asked.sense.sign() * 2 * travel);
-        let slow = ProfileLimits { velocity: speed, ..*profile }.nearest(tick, count);
-        let profile = Profile::new(target, &slow, tick, count)?;
+        let of_speed =
+            |velocity| ProfileLimits { velocity, ..*profile_limits }.nearest(tick, count);
+        let profile = Profile::new(target, &of_speed(speed), tick, count)?;
+        // An edge is known to the travel of a tick.
+        let blurred = if switch.is_some() { counts(speed * tick) } else { 0 };
+        let agreement = (retreat / AGREES).max(AGREES_COUNTS).saturating_add(blurred);
         let watch = HomeWatch {
             sense: asked.sense,
             at: asked.at,
@@ -287,7 +405,7 @@ impl Home {
             pushing: effort - PUSHING * controller.drive.lsb,
             travel: travel.unsigned_abs(),
             ticks: ticks(time),
-            quiet: ticks(QUIET_S.max(QUIET_COUNTS * count / speed).max(first)),
+            quiet: ticks(QUIET_S.max(QUIET_COUNTS * count / slowest).max(first)),
             retreat,
             leave,
             wait: 0,
@@ -300,6 +418,12 @@ impl Home {
             farthest: 0,
             held: 0,
             before: None,
+            agreement,
+            to: asked.to,
+            pass: None,
+            has_index: false,
+            switch,
+            slow: Profile::limits(&of_speed(slowest), tick, count)?,
             found: HomeFindings::default(),
         };
         Ok(Self { profile, watch })
@@ -317,7 +441,22 @@ impl HomeWatch {
         self.is_back
     }
 
-    /// Returns the position of the joint at the stop, counts.
+    /// Returns whether the joint is to come to a hard stop.
+    pub(crate) const fn expects_stop(&self) -> bool {
+        matches!(self.to, HomeTarget::Stop)
+    }
+
+    /// Takes the position of a pass of the index, counts, for the next tick.
+    pub(crate) const fn pass_index(&mut self, pass: i32) {
+        self.pass = Some(pass);
+    }
+
+    /// Returns whether the place that was found is one of the index.
+    pub(crate) const fn has_found_index(&self) -> bool {
+        self.has_index
+    }
+
+    /// Returns the position of the joint at the place, counts.
     pub(crate) const fn at(&self) -> i32 {
         self.at
     }
@@ -332,33 +471,56 @@ impl HomeWatch {
         (self.wait, self.elapsed) = (wait, 0);
         (self.is_back, self.farthest, self.held, self.before) = (false, 0, 0, None);
         (self.waits, self.at_bound, self.agrees) = (false, false, false);
+        (self.pass, self.has_index) = (None, false);
         self.found = HomeFindings::default();
+        if let Some(switch) = &mut self.switch {
+            switch.restart();
+        }
     }
 
-    /// Evaluates a tick, turns the profile's set point at the stop and after the way back, and
-    /// returns whether the homing has ended.
+    /// Evaluates a tick with the [`lines`](Input::lines) at its start, turns the profile's set
+    /// point at the place and after the way back, and returns whether the homing has ended.
     #[inline(never)]
-    pub(crate) fn ends(&mut self, tick: &Tick, profile: &mut Profile) -> bool {
+    pub(crate) fn ends(&mut self, tick: &Tick, lines: u8, profile: &mut Profile) -> bool {
         self.elapsed = self.elapsed.saturating_add(1);
         let driven = self.elapsed.saturating_sub(self.wait);
         self.wait_for(tick, driven > 0, profile);
+        let is_high = lines & Input::SWITCH != 0;
+        let edge = self.switch.as_mut().and_then(|switch| switch.update(is_high, tick.counts));
+        let pass = self.pass.take().filter(|_| self.to.has_index());
+        let ahead = |pass: &i32| self.sense.sign() * pass > FLICKER;
         if self.is_back {
-            self.go_back(tick.counts, profile);
+            self.go_back(tick.counts, pass, profile);
+        } else if let (HomeTarget::Index, Some(pass)) = (self.to, pass.filter(ahead)) {
+            (self.found.moved, self.found.effort) = (pass, tick.v_applied);
+            (self.agrees, self.has_index) = (true, true);
+            self.turn(profile);
+        } else if let Some(edge) = edge {
+            (self.found.moved, self.found.effort) = (edge, tick.v_applied);
+            self.turn(profile);
         } else {
             self.approach(tick, driven > 0, profile);
         }
         if self.is_over() {
             return true;
         }
+        let is_stuck = self.is_back && self.switch.is_some_and(|switch| switch.is_at());
         if tick.counts.unsigned_abs() > self.travel {
-            self.found.ended = HomeEnd::Travel;
+            self.found.ended = if is_stuck { HomeEnd::SwitchStuck } else { HomeEnd::Travel };
         } else if driven >= self.ticks {
-            self.found.ended = HomeEnd::Time;
+            self.found.ended = if is_stuck { HomeEnd::SwitchStuck } else { HomeEnd::Time };
         }
         self.is_over()
     }
 
-    /// Evaluates a tick on the way to the stop.
+    /// Turns at a place.
+    fn turn(&mut self, profile: &mut Profile) {
+        (self.is_back, self.waits) = (true, false);
+        self.found.touches = self.found.touches.saturating_add(1);
+        profile.aim(self.target());
+    }
+
+    /// Evaluates a tick on the way to the place.
     fn approach(&mut self, tick: &Tick, is_driven: bool, profile: &mut Profile) {
         // The place of the arming is zero.
         (self.found.moved, self.found.effort) = (tick.counts, tick.v_applied);
@@ -369,11 +531,11 @@ impl HomeWatch {
             return;
         }
         self.held = self.held.saturating_add(1);
-        if self.held >= self.quiet {
-            (self.is_back, self.waits) = (true, false);
-            self.found.touches = self.found.touches.saturating_add(1);
+        if self.held >= self.quiet && !self.expects_stop() {
+            self.found.ended = HomeEnd::Blocked;
+        } else if self.held >= self.quiet {
             profile.start_at(Position::from_counts(tick.counts), 0.0);
-            profile.aim(self.target());
+            self.turn(profile);
         }
     }
 
@@ -398,12 +560,15 @@ impl HomeWatch {
         self.waits = waits;
     }
 
-    /// Returns the target of the set point: beyond the stop, or back from the last place.
+    /// Returns the target of the set point: beyond the place, or back from the last one.
     const fn target(&self) -> Position {
         let sign = self.sense.sign();
         let counts = match (self.is_back, self.agrees) {
             (false, _) => sign * 2 * self.travel as i32,
+            // Until the switch has let go of the joint.
+            (true, false) if self.switch.is_some() => -sign * 2 * self.travel as i32,
             (true, false) => self.found.moved - sign * self.retreat,
+            (true, true) if self.seeks_index() => -sign * 2 * self.travel as i32,
             // Beyond the place at which the homing ends, as before.
             (true, true) => self.found.moved - sign * (self.leave + self.retreat / 2),
         };
@@ -412,16 +577,25 @@ impl HomeWatch {
 
     /// Evaluates a tick on the way back from a place. After half of the way, the place is compared
     /// with the previous one. If both agree, the joint goes on until it is within the range.
-    fn go_back(&mut self, counts: i32, profile: &mut Profile) {
+    fn go_back(&mut self, counts: i32, pass: Option<i32>, profile: &mut Profile) {
+        let sign = self.sense.sign();
+        if let Some(pass) = pass.filter(|pass| sign * (self.found.moved - pass) > FLICKER)
+            && self.agrees
+            && self.seeks_index()
+        {
+            (self.found.from_switch, self.found.moved) = (pass - self.found.moved, pass);
+            self.has_index = true;
+            profile.aim(self.target());
+        }
         let place = self.found.moved;
-        let back = self.sense.sign() * (place - counts);
-        let agrees = (self.retreat / AGREES).max(AGREES_COUNTS);
-        if back < -agrees {
+        let back = sign * (place - counts);
+        let is_at = self.switch.is_some_and(|switch| switch.may_be_at());
+        if back < -self.agreement && self.expects_stop() {
             // The obstacle that held the joint has given way.
             (self.is_back, self.agrees, self.before) = (false, false, None);
-        } else if back >= self.retreat / 2 && !self.agrees {
+        } else if back >= self.retreat / 2 && !is_at && !self.agrees {
             match self.before.replace(place) {
-                Some(before) if before.abs_diff(place) <= agrees.unsigned_abs() => {
+                Some(before) if before.abs_diff(place) <= self.agreement.unsigned_abs() => {
                     self.agrees = true;
                     profile.aim(self.target());
                 }
@@ -431,13 +605,25 @@ impl HomeWatch {
         if !self.is_back {
             (self.farthest, self.held) = (self.sense.sign() * counts, 0);
             self.waits = false;
+            if self.switch.is_some() {
+                profile.rest_with(&self.slow, Position::from_counts(counts));
+            }
             profile.aim(self.target());
-        } else if self.agrees && back >= self.leave {
-            self.found.ended = HomeEnd::Stop;
+        } else if self.agrees && back >= self.leave && !self.seeks_index() {
+            self.found.ended = match self.to {
+                HomeTarget::Stop => HomeEnd::Stop,
+                HomeTarget::Switch => HomeEnd::Switch,
+                HomeTarget::Index | HomeTarget::SwitchIndex => HomeEnd::Index,
+            };
         }
     }
 
-    /// Returns whether the homing has ended at a stop or a bound.
+    /// Returns whether the index is still to be found.
+    const fn seeks_index(&self) -> bool {
+        self.to.has_index() && !self.has_index
+    }
+
+    /// Returns whether the homing has ended at its place or a bound.
     pub(crate) const fn is_over(&self) -> bool {
         !matches!(self.found.ended, HomeEnd::Not)
     }
@@ -446,4 +632,18 @@ impl HomeWatch {
     pub(crate) const fn found(&self) -> &HomeFindings {
         &self.found
     }
+}
+
+/// Rejects a homing to the index of a joint without one, and of one whose position another encoder
+/// measures.
+fn check_index(device: &DeviceConfig, controller: &ControllerConfig) -> Result<(), InvalidValue> {
+    let found = device.index_counts as f32;
+    #[cfg(feature = "two-encoders")]
+    if controller.motor.count().is_some() {
+        let allowed = Allowed::SetBy(0.0, RESOLUTION);
+        return Err(InvalidValue { key: INDEX, found, allowed });
+    }
+    #[cfg(not(feature = "two-encoders"))]
+    let _ = controller;
+    above(INDEX, found, 0.0, HUGE)
 }

@@ -64,7 +64,14 @@ const STALL: Key = key(Limits::ABOUT, "stall_effort");
 const BACK_EMF: Key = key(Limits::ABOUT, "back_emf");
 const MODE: Key = key(DriveConfig::ABOUT, "mode");
 const PWM_HZ: Key = key(DriveConfig::ABOUT, "pwm_hz");
+const INDEX: Key = key(DeviceConfig::ABOUT, "index_counts");
+const INDEX_WIDTH: Key = key(DeviceConfig::ABOUT, "index_width");
 const BOOTSTRAPPED: Key = key(DeviceConfig::ABOUT, "bootstrapped");
+
+/// Fewest and most counts between two passes of an index: 64 are an encoder of 16 lines, and a number
+/// of 32 bits with a fraction has all whole numbers up to 2^24.
+const LEAST_INDEX: f32 = 64.0;
+const MOST_INDEX: f32 = 16_777_216.0;
 
 /// Highest frequency of a PWM whose every period has a conversion of the current, Hz. Each one
 /// restarts that of the supply, which takes 156 of the converter's clocks, after 27 of its own: 8.7
@@ -244,6 +251,7 @@ impl Parameters {
         self.check_arming_test()?;
         self.check_current()?;
         self.check_brake_resistor()?;
+        self.check_index()?;
         self.profile.check(self.controller.sample_time, self.controller.encoder.resolution)?;
         self.motion.is_soft(self.device.soft_start, self.controller.drive.full_scale)?;
         if matches!(self.motion, Motion::Ramp { .. }) {
@@ -324,6 +332,21 @@ impl Parameters {
             0.0 => Ok(()),
             _ => between(ARMING_TEST, travel, 2.0 * TELLING as f32 * count + twist, HUGE),
         }
+    }
+
+    /// Rejects an index that comes too often for its width: a deviation of the counts could not be
+    /// distinguished from the other sense.
+    fn check_index(&self) -> Result<(), InvalidValue> {
+        let DeviceConfig { index_counts, index_width, .. } = self.device;
+        if index_counts > 0 {
+            between(INDEX, index_counts as f32, LEAST_INDEX, MOST_INDEX)?;
+            let allowed = Allowed::Between(0.0, (index_counts / 8) as f32);
+            let found = index_width as f32;
+            if !allowed.includes(found) {
+                return Err(InvalidValue { key: INDEX_WIDTH, found, allowed });
+            }
+        }
+        Ok(())
     }
 
     /// Rejects a holding brake where a ramp is to run: nothing bounds the travel of a load that
@@ -469,7 +492,8 @@ impl Parameters {
     /// # Errors
     /// Returns an error that names the bound that the machine does not allow.
     pub fn home(&self, asked: &HomeRequest) -> Result<Home, InvalidValue> {
-        Home::new(asked, &self.controller, &self.limits, &self.profile, &self.jog)
+        let Self { controller, limits, profile, jog, device, .. } = self;
+        Home::new(asked, controller, limits, profile, jog, device)
     }
 
     /// Prepares an identification for this machine, within the bounds that a client requests.

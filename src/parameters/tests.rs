@@ -333,6 +333,28 @@ fn a_bad_value_with_a_good_checksum_names_its_key() {
     assert_eq!(refused(|p| p.controller.drive.lsb = f32::INFINITY), "lsb_v");
 }
 
+/// 64 counts are an encoder of 16 lines; an eighth of them is 8. The width counts only with an index.
+#[test]
+fn an_index_has_enough_counts_for_its_width() {
+    let with = |counts: u32, width: u32| {
+        let mut parameters = example();
+        (parameters.device.index_counts, parameters.device.index_width) = (counts, width);
+        parameters.check().map_err(|error| name(error.key))
+    };
+    for (counts, width) in [(0, 4), (0, 65_536), (64, 8), (2000, 250), (1 << 24, 0)] {
+        assert_eq!(with(counts, width), Ok(()), "{counts}, {width}");
+    }
+    for (counts, width, named) in [
+        (63, 4, "index_counts"),
+        (1, 0, "index_counts"),
+        ((1 << 24) + 2, 4, "index_counts"),
+        (64, 9, "index_width_counts"),
+        (2000, 251, "index_width_counts"),
+    ] {
+        assert_eq!(with(counts, width), Err(named), "{counts}, {width}");
+    }
+}
+
 #[test]
 fn an_analog_amplifier_has_no_short_brake() {
     let with = |mode: PwmMode, short_brake: f32| {

@@ -269,6 +269,12 @@ faults! {
     32 EmergencyStop "emergency stop", "32 Emergency stop",
         "" "", "at once, in hardware", Clear,
         Off "the contact is to end all power", [];
+    /// The counts between two passes of the encoder's index are not those of whole turns, or the
+    /// index did not come: counts were lost or added.
+    33 IndexDeviation "counts and index differ", "33 Counts and index differ",
+        "deviation" "counts", "the next pass of the index, or a turn of the encoder without one",
+        Clear,
+        ShortBrake "zero volts need no encoder", [];
     /// The measured temperature of the motor is beyond `motor_ntc.limit_c`.
     34 MotorHot "motor too hot", "34 Motor too hot",
         "temperature" "deg C", "0.2 s", Clear,

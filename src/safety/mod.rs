@@ -8,6 +8,7 @@
 
 pub mod current_offset;
 pub mod deadline;
+pub mod encoder_index;
 pub mod encoder_proof;
 pub mod fault;
 pub mod monitor;

@@ -5,6 +5,7 @@ use super::{ControlLoop, Follower, Servo, State, WakeUp};
 use crate::control::hardware::Hardware;
 use crate::motion::Course;
 use crate::parameters::{DecodeError, Parameters};
+use crate::safety::encoder_index::IndexState;
 use crate::safety::encoder_proof::EncoderProofs;
 use crate::safety::fault::{Fault, FaultLog, LatchedFault};
 use crate::safety::motor_temperature::MotorTemperatureState;
@@ -63,6 +64,7 @@ impl Servo {
             open_line: OpenLineState::default(),
             #[cfg(feature = "two-encoders")]
             load_line: OpenLineState::default(),
+            index: IndexState::default(),
             velocity: 0.0,
             transition: None,
             pending: Course::default(),

@@ -21,6 +21,7 @@ use crate::motion::arming_test::ArmingTest;
 use crate::motion::home::HomeWatch;
 use crate::motion::{Course, CourseState};
 use crate::parameters::Parameters;
+use crate::safety::encoder_index::IndexCheck;
 use crate::safety::fault::Fault;
 use crate::safety::monitor::{MonitorState, Monitors, PositionLimits, Seen};
 use crate::safety::motor_temperature::MotorTemperature;
@@ -67,6 +68,8 @@ pub struct ControlLoop {
     pub(super) contact: u8,
     /// The test at arming; none unless the parameters have one.
     pub(super) arming_test: Option<ArmingTest>,
+    /// Check of the counts by the encoder's index; none without one.
+    pub(super) index: Option<IndexCheck>,
 }
 
 impl ControlLoop {
@@ -140,6 +143,7 @@ impl ControlLoop {
             holding_brake: BrakeTimes::of(parameters),
             contact: if device.emergency_stop { Input::CONTACT } else { 0 },
             arming_test: parameters.arming_test(),
+            index: IndexCheck::of(device.index_counts, device.index_width),
         });
         Ok(())
     }
@@ -333,11 +337,11 @@ impl ControlLoop {
 
     /// Updates a homing with the last tick, and returns whether the course has ended.
     #[inline]
-    pub(super) fn ends(&mut self, tick: &Tick) -> bool {
+    pub(super) fn ends(&mut self, tick: &Tick, lines: u8) -> bool {
         // Not by `is_over` for all: the longest ticks are those of the first two.
         match &mut self.course {
             Course::Follow(_) => false,
-            Course::Profile(_) => self.home.is_some() && self.homing_ends(tick),
+            Course::Profile(_) => self.home.is_some() && self.homing_ends(tick, lines),
             course => self.state.is_over(course),
         }
     }

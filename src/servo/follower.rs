@@ -97,6 +97,23 @@ impl Follower {
         (self.seen.travel, self.seen.motor, self.supply) = (0, Some(of_motor), supply);
     }
 
+    /// Returns the position of the encoder with an index in the last tick, and the one at a reading
+    /// of its counter since then, counts; without a reading, the first twice. Of two encoders, it
+    /// is the motor's. None before the first tick.
+    pub fn at(&self, controller: &Controller, counter: Option<u32>) -> Option<[i32; 2]> {
+        #[cfg(feature = "two-encoders")]
+        let (encoder, state) = match controller.motor_encoder() {
+            Some(encoder) => (encoder, self.motor.map(|motor| motor.encoder)),
+            None => (controller.encoder(), self.encoder),
+        };
+        #[cfg(not(feature = "two-encoders"))]
+        let (encoder, state) = (controller.encoder(), self.encoder);
+        let before = state?;
+        let mut after = before;
+        encoder.update(&mut after, counter.unwrap_or(before.counter()));
+        Some([before.counts(), after.counts()])
+    }
+
     /// Restarts the count of ticks at standstill.
     pub fn unsettle(&mut self) {
         self.standstill = Standstill::default();

@@ -1,7 +1,7 @@
 //! The servo's part of a [homing](crate::motion::home): arming, and setting the reference.
 //!
 //! The joint loses its reference when a homing begins. It is referenced again once the homing has
-//! found its stop. A homing that ends otherwise leaves the joint unreferenced. The exception is a
+//! found its place. A homing that ends otherwise leaves the joint unreferenced. The exception is a
 //! joint whose range is less than a turn of an absolute encoder: once the output is off, its angle
 //! sets the reference again (`servo/absolute_load.rs`).
 
@@ -9,12 +9,12 @@ use super::referenced::Referenced;
 use super::{ControlLoop, Refusal, Servo};
 use crate::control::signal::Tick;
 use crate::motion::Course;
-use crate::motion::home::{Home, HomeEnd, HomeFindings};
+use crate::motion::home::{Home, HomeFindings};
 
 impl Servo {
     /// Arms the servo for a link: at the next tick a homing begins. The reference ends, so the
-    /// range of positions is off. The monitor of an abrupt stop is off on the way to the stop. From
-    /// now on, the silence of that link is a fault.
+    /// range of positions is off. The monitor of an abrupt stop is off on the way to a hard stop.
+    /// From now on, the silence of that link is a fault.
     ///
     /// # Errors
     /// Returns the reason for the refusal; an armed servo refuses a homing. Unlike for other
@@ -48,10 +48,11 @@ impl Servo {
         if control_loop.monitors.is_friction_unknown() {
             return Err(Refusal::FrictionUnknown);
         }
+        let expects_stop = home.watch.expects_stop();
         control_loop.begin_home(home);
         self.start_loop(true);
         if let Some(control_loop) = &mut self.control_loop {
-            control_loop.watch.expect_stop(true);
+            control_loop.watch.expect_stop(expects_stop);
         }
         Ok(())
     }
@@ -62,13 +63,16 @@ impl Servo {
         home.is_over().then(|| *home.found())
     }
 
-    /// Sets the reference if a homing has ended and has found its stop.
+    /// Sets the reference if a homing has ended and has found its place.
     pub(super) fn take_home(&mut self) {
-        let Some(ControlLoop { home: Some(home), zero, .. }) = &self.control_loop else { return };
+        let Some(control_loop) = &self.control_loop else { return };
+        let ControlLoop { home: Some(home), zero, .. } = control_loop else { return };
         let found = home.found();
-        if found.ended == HomeEnd::Stop {
+        if found.ended.is_found() {
             self.origin = zero.wrapping_add(found.moved).wrapping_sub(home.at());
             self.referenced = Referenced::Set;
+            let index = control_loop.found_index();
+            self.restart_index(index);
         }
     }
 }
@@ -85,16 +89,16 @@ impl ControlLoop {
     // The longest ticks are those of a profile without a homing.
     #[cold]
     #[inline(never)]
-    pub(super) fn homing_ends(&mut self, tick: &Tick) -> bool {
+    pub(super) fn homing_ends(&mut self, tick: &Tick, lines: u8) -> bool {
         let (Course::Profile(profile), Some(home)) = (&mut self.course, &mut self.home) else {
             return false;
         };
         let was_back = home.is_back();
-        let ends = home.ends(tick, profile);
+        let ends = home.ends(tick, lines, profile);
         if home.is_back() != was_back {
             // A law that has given up at the stop tries again.
             self.state.begin_motion();
-            self.watch.expect_stop(was_back);
+            self.watch.expect_stop(was_back && home.expects_stop());
         }
         ends
     }

@@ -56,6 +56,7 @@ mod boot;
 mod control_loop;
 mod current_path;
 mod emergency_stop;
+mod encoder_index;
 mod faults;
 mod follower;
 mod holding_brake;
@@ -76,6 +77,7 @@ mod winding;
 use crate::control::controller::{Controller, Reading};
 use crate::control::signal::Tick;
 use crate::motion::{Course, CourseState};
+use crate::safety::encoder_index::IndexState;
 use crate::safety::encoder_proof::EncoderProofs;
 use crate::safety::fault::{Fault, FaultLog, LatchedFault};
 use crate::safety::motor_temperature::MotorTemperatureState;
@@ -122,6 +124,8 @@ pub struct Servo {
     open_line: OpenLineState,
     #[cfg(feature = "two-encoders")]
     load_line: OpenLineState,
+    /// Check of the counts by the encoder's index.
+    index: IndexState,
     /// Velocity of the last tick with output, deg/s.
     velocity: f32,
     transition: Option<Transition>,
@@ -249,6 +253,7 @@ impl Servo {
                 self.referenced = Referenced::No;
             }
         }
+        self.index = IndexState::default();
         // Not `take`, which would put a third kilobyte on the stack.
         core::mem::swap(&mut self.control_loop, control_loop);
         // The ticks so far may have been of another length.
@@ -389,7 +394,7 @@ impl Servo {
             return self.go_on(tick);
         }
         let Some(control_loop) = &mut self.control_loop else { return self.off(tick) };
-        if control_loop.ends(&tick) {
+        if control_loop.ends(&tick, input.lines) {
             return self.end_course(tick);
         }
         let wound_up = control_loop.watch.warning();

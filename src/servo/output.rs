@@ -14,7 +14,8 @@ pub struct Input {
     pub supply: u16,
     /// Present levels of the encoder's lines (bit 0: A, bit 1: B), for the test for open lines. A
     /// board that cannot read them leaves this at zero, which the test accepts as driven lines.
-    /// With [`CONTACT`](Self::CONTACT), the level of the emergency stop's input.
+    /// With [`CONTACT`](Self::CONTACT), the level of the emergency stop's input, and with
+    /// [`SWITCH`](Self::SWITCH) that of the homing switch.
     pub lines: u8,
     /// The converter's reading of the motor's current; without effect unless the parameters have a
     /// sensor of it.
@@ -29,6 +30,10 @@ impl Input {
     /// unless the parameters have such a contact. The board reads it together with the encoder's
     /// lines: it is the number of the pin in their port.
     pub const CONTACT: u8 = 1 << 6;
+
+    /// Bit of [`lines`](Self::lines): the input of the homing switch is high, which its contact
+    /// pulls to ground. Without effect unless a homing looks for the switch.
+    pub const SWITCH: u8 = 1 << 7;
 }
 
 /// Reading of a second encoder.

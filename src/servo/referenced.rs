@@ -4,7 +4,7 @@
 //!   reset ------> not referenced -- a command, with the joint at rest --> referenced
 //!                   ^   ^       +-- a homing that has found its stop ------>  |
 //!                   |   |                                                     |
-//!                   |   +-- stall, jump, reversal, silence, other encoder ----+
+//!                   |   +-- stall, jump, reversal, silence, index, encoder ----+
 //!                   +------ a homing that begins -----------------------------+
 //! ```
 //!
@@ -78,6 +78,7 @@ impl Servo {
         self.origin = self.follower.seen.position.wrapping_sub(position);
         self.countdown = None;
         self.referenced = Referenced::Set;
+        self.restart_index(None);
         Ok(())
     }
 

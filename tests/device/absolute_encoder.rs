@@ -8,7 +8,7 @@ use simulator::device::jog_offset::Offset;
 use simulator::device::simulated::{SimulatedDevice, Wires};
 use simulator::device::wire::SimulatedWire;
 use simulator::device::{jogged, parameters};
-use stiction::motion::home::{HomeEnd, HomeRequest};
+use stiction::motion::home::{HomeEnd, HomeRequest, HomeTarget};
 use stiction::motion::jog::JogFindings;
 use stiction::servo::{Boot, Input, Refusal, State};
 use stiction::{Fault, Servo};
@@ -282,7 +282,8 @@ fn a_homing_that_finds_no_stop_leaves_the_reference_to_the_angle() {
     for (is_referenced, words) in
         [(true, "referenced by its encoder's angle"), (false, "the joint is not referenced")]
     {
-        let result = HomeResult { found, resolution: 0.02, position_deg: 0.0, is_referenced };
+        let (to, resolution) = (HomeTarget::Stop, 0.02);
+        let result = HomeResult { found, to, resolution, position_deg: 0.0, is_referenced };
         assert!(result.words().contains(words), "{}", result.words());
         assert!(!result.is_found());
     }

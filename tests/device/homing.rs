@@ -5,7 +5,7 @@ use experiments::controllers;
 use simulator::device::simulated::{SimulatedDevice, Wires};
 use simulator::experiment::RunPlan;
 use stiction::control::reference::{Reference, Step};
-use stiction::motion::home::{HomeEnd, HomeFindings, HomeRequest, Sense};
+use stiction::motion::home::{HomeEnd, HomeFindings, HomeRequest, HomeTarget, Sense};
 use stiction::servo::{Boot, Refusal, State};
 use stiction::units::position::Position;
 use stiction::{Fault, Parameters};
@@ -18,14 +18,14 @@ const RANGE: [&str; 3] =
 
 /// Effort of a jog, which is that of a homing unless a client asks for another, V: one and a half
 /// times the 0.4 V that start the joint. Half a code of 4.88 mV is for rounding.
-const EFFORT_V: f64 = 0.6 + 0.0025;
+pub const EFFORT_V: f64 = 0.6 + 0.0025;
 
-fn counts(deg: f64) -> i32 {
+pub fn counts(deg: f64) -> i32 {
     (deg / COUNT_DEG).round() as i32
 }
 
 /// A joint between stops that has just come out of a reset, at zero and at rest.
-fn joint(law: &str, stops_deg: [f64; 2], set: &[&str]) -> SimulatedDevice {
+pub fn joint(law: &str, stops_deg: [f64; 2], set: &[&str]) -> SimulatedDevice {
     let law = format!("loop.controller={law}");
     let set = [&[&*law, "reference.steps_deg=[5.0]"], &RANGE[..], set].concat();
     let plan = plans("step-response", &set).swap_remove(0);
@@ -36,13 +36,13 @@ fn joint(law: &str, stops_deg: [f64; 2], set: &[&str]) -> SimulatedDevice {
     device
 }
 
-fn begin(device: &mut SimulatedDevice, asked: HomeRequest) -> Result<(), Refusal> {
+pub fn begin(device: &mut SimulatedDevice, asked: HomeRequest) -> Result<(), Refusal> {
     let home = device.device.parameters().unwrap().home(&asked).unwrap();
     device.device.servo().home(home)
 }
 
 /// Runs until the output is off; returns the result and the largest effort.
-fn until_off(device: &mut SimulatedDevice) -> (Option<HomeFindings>, f64) {
+pub fn until_off(device: &mut SimulatedDevice) -> (Option<HomeFindings>, f64) {
     let mut effort_v = 0.0f64;
     // Ten minutes of 20 ms.
     for _ in 0..30_000 {
@@ -56,9 +56,16 @@ fn until_off(device: &mut SimulatedDevice) -> (Option<HomeFindings>, f64) {
     unreachable!("the homing did not end")
 }
 
-const UP: HomeRequest =
-    HomeRequest { sense: Sense::Plus, at: 0, effort: None, travel: None, speed: None, time: None };
-const DOWN: HomeRequest = HomeRequest { sense: Sense::Minus, ..UP };
+pub const UP: HomeRequest = HomeRequest {
+    sense: Sense::Plus,
+    at: 0,
+    effort: None,
+    travel: None,
+    speed: None,
+    time: None,
+    to: HomeTarget::Stop,
+};
+pub const DOWN: HomeRequest = HomeRequest { sense: Sense::Minus, ..UP };
 
 /// The stop is where the plant has it: what the servo counts as its position there is that of the
 /// request, and the range holds from there.

@@ -7,7 +7,7 @@ use proptest::prelude::*;
 use proptest::sample::subsequence;
 use simulator::device::machine_file::{changes, read, render};
 use simulator::experiment::{Document, Experiment, builtins, position};
-use stiction::control::device_config::PositionReference;
+use stiction::control::device_config::{HomeSwitch, PositionReference};
 use stiction::control::drive::{DriveConfig, PwmMode};
 use stiction::control::encoder::{CounterBits, Direction};
 use stiction::control::laws::Gains;
@@ -236,6 +236,10 @@ fn machine() -> impl Strategy<Value = Parameters> {
                 brake_close: 2.0 * n[9],
                 short_brake: 10.0 * n[7],
                 arming_test: if flags[2] { 90.0 } else { 0.0 },
+                home_switch: if flags[1] { HomeSwitch::NormallyOpen } else { HomeSwitch::None },
+                home_switch_filter: 0.1 * n[7],
+                index_counts: if flags[2] { 64 + (1e6 * n[8]) as u32 } else { 0 },
+                index_width: (8.0 * n[9]) as u32,
                 reference: if flags[3] {
                     PositionReference::PowerOn
                 } else {

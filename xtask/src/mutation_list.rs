@@ -5,6 +5,7 @@
 mod arming_test;
 mod brake_resistor;
 mod current;
+mod homing;
 mod motor_temperature;
 mod stopping;
 mod two_encoders;
@@ -67,7 +68,7 @@ pub fn mutations() -> impl Iterator<Item = &'static Mutation> + Clone {
     let of_rooms = of_rooms.chain(two_encoders::MUTATIONS).chain(brake_resistor::MUTATIONS);
     let of_rooms = of_rooms.chain(motor_temperature::MUTATIONS);
     let of_rooms = of_rooms.chain(arming_test::MUTATIONS);
-    MUTATIONS.iter().chain(of_rooms)
+    MUTATIONS.iter().chain(of_rooms).chain(homing::MUTATIONS)
 }
 
 /// The faults that have no room of their own.
@@ -854,7 +855,7 @@ const MUTATIONS: &[Mutation] = &[
         "a loop is closed without any friction in the file",
         Suite::Device, &["without_any_friction"]),
     fault("src/motion/home.rs",
-        ["Some(before) if before.abs_diff(place) <= agrees.unsigned_abs() =>",
+        ["Some(before) if before.abs_diff(place) <= self.agreement.unsigned_abs() =>",
          "Some(_) =>"],
         "two places that do not agree are one stop",
         Suite::Device, &["an_encoder_that_fails_for_a_while_sets_no_false_zero"]),

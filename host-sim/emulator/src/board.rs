@@ -68,6 +68,8 @@ const RAIL_MV: u32 = 3_300;
 const SUPPLY_CHANNEL: u8 = 10;
 /// PA6, which the contact of the emergency stop lifts.
 const CONTACT_PIN: u8 = 6;
+/// PA7, which the contact of the homing switch pulls to ground.
+const SWITCH_PIN: u8 = 7;
 const CURRENT_CHANNEL: u8 = 11;
 /// PC2, which measures the motor's temperature.
 const TEMPERATURE_CHANNEL: u8 = 12;
@@ -230,6 +232,17 @@ impl EmulatedBoard {
             });
         }
         self.drive_break(at, self.breaks);
+    }
+
+    /// Closes the contact of the homing switch, which pulls PA7 to ground, or opens it: PA7 then
+    /// follows the resistor that the firmware has set.
+    pub fn drive_switch(&mut self, at: VirtualNanos, is_open: bool) {
+        let level = if is_open { None } else { Some(Level::Low) };
+        if let Some(pin) = Pin::new(SWITCH_PIN) {
+            self.mcu.drive_port(at, GpioPort::A as usize, |port, registers, context| {
+                port.drive(pin, level, registers, context);
+            });
+        }
     }
 
     /// Returns whether the contact of the emergency stop is open.

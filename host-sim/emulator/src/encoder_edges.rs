@@ -6,7 +6,8 @@
 //! B       _____/----\____
 //! ```
 //!
-//! The first encoder is on TIM2, that of a load beside it on TIM4.
+//! The first encoder is on TIM2, that of a load beside it on TIM4. The index of the first one is on
+//! TIM2's third channel. Its line follows the edge of A or B: the timer has counted it by then.
 
 use rigless::device::Level;
 use rigless::soc::stm32f427::peripherals::gpio::Pin;
@@ -16,6 +17,7 @@ use rigless::time::VirtualNanos;
 use super::as5047p::As5047p;
 use super::board::{EmulatedBoard, GpioPort};
 use files::encoder::Wires;
+use simulator::home_sensors::IndexModel;
 use simulator::plant::Discs;
 
 /// The pins of an encoder, and the timer that counts its edges.
@@ -32,6 +34,8 @@ struct EncoderInput {
 
 /// TIM2 on PA0 and PA1.
 const FIRST: EncoderInput = EncoderInput { port: GpioPort::A, first_pin: 0, timer: 0, function: 1 };
+/// Line of the first encoder's index: PA2, and channel 3 of TIM2.
+const INDEX_LINE: u8 = 2;
 /// TIM4 on PB6 and PB7.
 const LOAD: EncoderInput = EncoderInput { port: GpioPort::B, first_pin: 6, timer: 2, function: 2 };
 
@@ -39,6 +43,9 @@ const LOAD: EncoderInput = EncoderInput { port: GpioPort::B, first_pin: 6, timer
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Encoders {
     first: EncoderEdges,
+    index: Option<IndexModel>,
+    /// Turns of the first disc by noise on its wires, counts, which the index does not see.
+    noise: i64,
     load: Option<LoadDisc>,
 }
 
@@ -62,8 +69,10 @@ impl LoadDisc {
 
 impl Encoders {
     /// Returns encoders at zero, as many as there are discs.
-    pub fn of(discs: &Discs) -> Self {
+    pub fn of(discs: &Discs, index: Option<IndexModel>) -> Self {
         Self {
+            index,
+            noise: 0,
             first: EncoderEdges::at_zero(FIRST),
             load: discs.load.map(|counts| {
                 if discs.is_absolute {
@@ -95,6 +104,7 @@ impl Encoders {
     /// that is there stays.
     pub fn step_towards(&mut self, target: &Discs, board: &mut EmulatedBoard, at: VirtualNanos) {
         self.first.step_towards(target.first, board, at);
+        self.show_index(board, at);
         if let (Some(load), Some(disc)) = (&mut self.load, target.load) {
             match load {
                 LoadDisc::Edges(edges) => edges.step_towards(disc, board, at),
@@ -126,11 +136,24 @@ impl Encoders {
     /// firmware has set.
     pub fn show(&self, board: &mut EmulatedBoard, at: VirtualNanos) {
         self.first.show(board, at);
+        self.show_index(board, at);
         match &self.load {
             Some(LoadDisc::Edges(edges)) => edges.show(board, at),
             Some(LoadDisc::Chip(counts)) => As5047p::turn(&mut board.mcu, *counts),
             None => {}
         }
+    }
+
+    /// Adds edges by noise on the wires of the first encoder, which are no motion of its disc.
+    pub const fn add_noise(&mut self, counts: i64) {
+        self.noise += counts;
+    }
+
+    /// Drives the line of the index.
+    fn show_index(&self, board: &mut EmulatedBoard, at: VirtualNanos) {
+        let Some(index) = &self.index else { return };
+        let is_high = index.is_high(self.first.counts - self.noise);
+        FIRST.drive(board, at, INDEX_LINE, Some(if is_high { Level::High } else { Level::Low }));
     }
 
     /// Returns what is wrong with the pins of an encoder, if the firmware has not connected them to

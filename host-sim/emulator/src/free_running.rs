@@ -58,7 +58,7 @@ impl<S: AxisSolver + Clone> FreeRunning<S> {
     pub fn new(plant: Plant<S>, stage: PowerStage, period_ns: u64) -> Self {
         Self {
             at_tick: plant.solver.clone(),
-            encoders: Encoders::of(&plant.discs()),
+            encoders: Encoders::of(&plant.discs(), None),
             plant,
             events: Vec::new(),
             latencies_ns: Vec::new(),

@@ -52,7 +52,7 @@ impl<P: PlantInterface> Lockstep<P> {
     /// Couples a plant with a microcontroller whose planned sample time is `period_ns`.
     pub fn new(plant: P, period_ns: u64) -> Self {
         Self {
-            encoders: Encoders::of(&plant.discs()),
+            encoders: Encoders::of(&plant.discs(), plant.index()),
             plant,
             sampling: Sampling::new(period_ns),
             noise: 0,
@@ -65,6 +65,7 @@ impl<P: PlantInterface> Lockstep<P> {
     /// Puts noise on the wires of the first encoder: a number of edges before the next tick.
     pub fn jump(&mut self, counts: i32, at: VirtualNanos) {
         self.noise += i64::from(counts);
+        self.encoders.add_noise(counts.into());
         self.replan(at);
     }
 
@@ -127,6 +128,7 @@ impl<P: PlantInterface> Lockstep<P> {
                 board.current(pin_mv);
             }
             self.plant.hold_half(&bridge);
+            board.drive_switch(at, self.plant.is_switch_open());
             self.encoders.show(board, at);
             let period_ns = next.0.saturating_sub(at.0);
             self.replan_until(at, at.0 + period_ns / 10 * 4);
@@ -185,6 +187,7 @@ impl<P: PlantInterface> PlantCoupling for Lockstep<P> {
                 board.current(pin_mv);
                 self.convert_at = board.next_trigger(at).unwrap_or(NO_DEADLINE);
             }
+            board.drive_switch(at, self.plant.is_switch_open());
             self.encoders.show(board, at);
             self.replan(at);
         } else if self.edge_at <= at {
@@ -198,6 +201,7 @@ impl<P: PlantInterface> PlantCoupling for Lockstep<P> {
     }
 
     fn reset(&mut self, board: &mut EmulatedBoard, at: VirtualNanos) {
+        board.drive_switch(at, self.plant.is_switch_open());
         self.encoders.show(board, at);
         self.sampling.reset();
     }

@@ -9,6 +9,7 @@ use files::error::Error;
 use files::hardware::STM32F405;
 use simulator::dc_link::DcLink;
 use simulator::experiment::RunPlan;
+use simulator::home_sensors::{IndexModel, SwitchModel};
 use simulator::motor_ntc::Ntc;
 use simulator::plant::{Discs, EffortState, Plant};
 use simulator::shunt::Shunt;
@@ -31,6 +32,16 @@ pub trait PlantInterface: Send + std::fmt::Debug + 'static {
 
     /// Returns the voltage on the pin of the motor's temperature sensor, mV; `None` without one.
     fn temperature_mv(&self) -> Option<u32> {
+        None
+    }
+
+    /// Returns whether the contact of the homing switch, or its wire, is open.
+    fn is_switch_open(&self) -> bool {
+        true
+    }
+
+    /// Returns the index on the first disc; `None` without one.
+    fn index(&self) -> Option<IndexModel> {
         None
     }
 
@@ -114,6 +125,10 @@ pub struct DrivenPlant {
     pub ntc: Option<Ntc>,
     /// Supply of the bridge, if it has a capacitor. It is constant under a current loop.
     pub dc_link: Option<DcLink>,
+    /// Homing switch of the joint.
+    pub home_switch: SwitchModel,
+    /// Index of the encoder: of two, of the motor's; `None` without one.
+    pub index: Option<IndexModel>,
     stage: PowerStage,
     code: i16,
     /// Half a period of the PWM, s, if a current loop drives the motor.
@@ -133,6 +148,8 @@ impl DrivenPlant {
             shunt: plan.shunt(),
             ntc: plan.ntc(),
             dc_link: plan.dc_link()?,
+            home_switch: plan.home_switch()?,
+            index: plan.index()?,
             stage: PowerStage::of(plan)?,
             code: 0,
             half_s,
@@ -147,6 +164,14 @@ impl PlantInterface for DrivenPlant {
 
     fn current_mv(&mut self) -> Option<u32> {
         Some(self.shunt.as_mut()?.pin_mv(self.plant.current_a()))
+    }
+
+    fn is_switch_open(&self) -> bool {
+        self.home_switch.is_high(self.plant.position_deg())
+    }
+
+    fn index(&self) -> Option<IndexModel> {
+        self.index
     }
 
     fn supply_mv(&self) -> Option<u32> {

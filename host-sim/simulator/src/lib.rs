@@ -17,6 +17,7 @@ pub mod draft;
 pub mod experiment;
 pub mod flash;
 pub mod guest;
+pub mod home_sensors;
 pub mod identification;
 pub mod metrics;
 pub mod motor_ntc;

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use serde_json::{Value, json};
 use stiction::identification::{Outcome, Summary};
-use stiction::motion::home::HomeRequest;
+use stiction::motion::home::{HomeRequest, HomeTarget};
 use stiction::motion::jog::JogRequest;
 use stiction::{Parameters, identification};
 
@@ -123,6 +123,7 @@ impl<W: Wire> Worker<'_, W> {
                 let at = self.client.counts_of("home", bounds.at_deg)?;
                 let (effort, travel) = (bounds.effort_v, bounds.travel_deg);
                 let asked = HomeRequest {
+                    to: bounds.to,
                     sense: bounds.towards,
                     at,
                     effort,
@@ -130,8 +131,20 @@ impl<W: Wire> Worker<'_, W> {
                     ..HomeRequest::default()
                 };
                 self.client.home(asked)?;
-                self.running = Some(RunningMotion::Homing);
-                "goes to its hard stop, twice; the joint is not referenced until both places agree"
+                self.running = Some(RunningMotion::Homing(bounds.to));
+                match bounds.to {
+                    HomeTarget::Stop => {
+                        "goes to its hard stop, twice; the joint is not referenced until both \
+                         places agree"
+                    }
+                    HomeTarget::Switch | HomeTarget::SwitchIndex => {
+                        "goes to its switch, twice; the joint is not referenced until both places \
+                         agree"
+                    }
+                    HomeTarget::Index => {
+                        "goes to its encoder's index; the joint is not referenced until it has come"
+                    }
+                }
             }
             StudioAction::Identify { rate, hold } => {
                 self.client.identify(*rate, *hold)?;
@@ -292,9 +305,9 @@ impl<W: Wire> Worker<'_, W> {
                 }
                 None => nothing("jog"),
             },
-            RunningMotion::Homing => match self.client.homed()? {
+            RunningMotion::Homing(to) => match self.client.homed()? {
                 Some(found) => {
-                    let result = HomeResult::new(found, &self.client.status()?);
+                    let result = HomeResult::new(found, to, &self.client.status()?);
                     let said = result.words();
                     if result.is_found() {
                         MotionReport { said, grade: Grade::Good }

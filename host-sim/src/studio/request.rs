@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
 
 use serde::{Deserialize, Serialize};
-use stiction::motion::home::Sense;
+use stiction::motion::home::{HomeTarget, Sense};
 
 use files::machine::TrajectoryTable;
 use studies::tuning::TuningGoal;
@@ -57,15 +57,18 @@ pub enum JointSource {
     Found,
 }
 
-/// Place of a hard stop, and bounds of the homing to it, as of `stiction device home`. The device
-/// has a default for each bound that is absent.
+/// Place of known position, and bounds of the homing to it, as of `stiction device home`. The
+/// device has a default for each bound that is absent.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct HomingBounds {
-    /// Sense in which the stop is.
+    /// Kind of the place; absent: a hard stop.
+    #[serde(default, deserialize_with = "place")]
+    pub to: HomeTarget,
+    /// Sense in which the place is.
     #[serde(deserialize_with = "sense")]
     pub towards: Sense,
-    /// Position of the joint at the stop, deg.
+    /// Position of the joint at the place, deg.
     pub at_deg: f64,
     /// Largest effort, V.
     pub effort_v: Option<f32>,
@@ -79,6 +82,20 @@ fn sense<'de, D: serde::Deserializer<'de>>(from: D) -> Result<Sense, D::Error> {
         "minus" => Ok(Sense::Minus),
         "plus" => Ok(Sense::Plus),
         other => Err(serde::de::Error::unknown_variant(other, &["minus", "plus"])),
+    }
+}
+
+/// Reads the place of a homing by its name on the command line.
+fn place<'de, D: serde::Deserializer<'de>>(from: D) -> Result<HomeTarget, D::Error> {
+    match String::deserialize(from)?.as_str() {
+        "stop" => Ok(HomeTarget::Stop),
+        "switch" => Ok(HomeTarget::Switch),
+        "index" => Ok(HomeTarget::Index),
+        "switch-index" => Ok(HomeTarget::SwitchIndex),
+        other => {
+            let places = &["stop", "switch", "index", "switch-index"];
+            Err(serde::de::Error::unknown_variant(other, places))
+        }
     }
 }
 

@@ -20,6 +20,7 @@ use serde_json::json;
 use stiction::Parameters;
 use stiction::control::signal::name;
 use stiction::link::{Sample, StateCode, Status};
+use stiction::motion::home::HomeTarget;
 
 use super::control::TAKEN;
 use super::desk::{DeviceThreadGuard, QueuedRequest, StudioState};
@@ -77,7 +78,7 @@ pub enum RunningMotion {
     /// A jog.
     Jog,
     /// A homing.
-    Homing,
+    Homing(HomeTarget),
     /// The sequence that identifies a joint.
     Identification,
     /// A ramp of this rate, V/s.

@@ -93,8 +93,8 @@ const STEPS: Step[] = [
         'limits.position_max_deg), its speed (limits.overspeed_deg_per_s, profile.*), ' +
         'and its continuous effort (limits.continuous_v).',
       'The range counts from where the joint stands at each reset. With device.reference = ' +
-        '"command", it counts from a position that you set with the motor off, or from a hard ' +
-        'stop that “Home at the stop” finds. Both are under “First motion and friction”. After a ' +
+        '"command", it counts from a position that you set with the motor off, or from a ' +
+        'place that “Home” finds. Both are under “First motion and friction”. After a ' +
         'reset no motion starts until the joint has this reference.',
       'Keep limits.link_timeout_s on: it turns the motor off when this page is gone.',
     ],

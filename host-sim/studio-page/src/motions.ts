@@ -68,10 +68,11 @@ export function motions(link: Link): void {
     const at_deg = number('home-at');
     const [effort_v, travel_deg] = ['home-effort', 'home-travel'].map(numberOrNothing);
     if (at_deg === null || effort_v === null || travel_deg === null) return;
+    const to = by<HTMLSelectElement>('home-to').value;
     const towards = by<HTMLSelectElement>('home-towards').value;
     turnOn(
-      'The homing goes to the hard stop twice',
-      () => void ask(link, 'home', { home: { towards, at_deg, effort_v, travel_deg } }),
+      'The homing goes to its place, with a bounded effort',
+      () => void ask(link, 'home', { home: { to, towards, at_deg, effort_v, travel_deg } }),
     );
   };
   for (const identify of document.querySelectorAll<HTMLElement>('.identify'))

@@ -79,6 +79,10 @@ pub struct Profile {
     ring: [i32; RING],
 }
 
+/// Limits of a move, prepared for the ticks of a profile.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct MoveLimits(Grid);
+
 /// A position: counts, and the rest in units of the first stage.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 struct Place {
@@ -174,6 +178,30 @@ impl Profile {
         (self.jerk, self.acceleration, self.velocity) = (0, 0, 0);
         (self.counts, self.rest, self.place) = (0, 0, Place::default());
         self.plan();
+    }
+
+    /// Returns other limits of a move, prepared for ticks of `sample_time` (s) and counts of
+    /// `resolution` (deg).
+    ///
+    /// # Errors
+    /// Returns an error that names the limit that cannot be kept at that sample time and
+    /// resolution.
+    pub(crate) fn limits(
+        limits: &ProfileLimits,
+        sample_time: f32,
+        resolution: f32,
+    ) -> Result<MoveLimits, InvalidValue> {
+        Ok(MoveLimits(Grid::new(limits, sample_time, resolution)?))
+    }
+
+    /// Sets other limits, and the set point to rest at a position. The target stays.
+    pub(crate) fn rest_with(&mut self, limits: &MoveLimits, position: Position) {
+        let target = self.target();
+        self.grid = limits.0;
+        self.units = (1 << self.grid.bits) as f32;
+        // The place has the units of the limits before.
+        self.start_at(position, 0.0);
+        self.aim(target);
     }
 
     /// Delays the start of a set point at rest by `ticks` ticks. A moving set point is not delayed:

@@ -271,6 +271,8 @@ impl<const RING: usize> Session<RING> {
             is_testing: servo.is_testing(),
             has_failed_test: servo.has_failed_test(),
             load_angle: load_angle(servo),
+            index_passes: servo.index_passes().0,
+            index_deviation: servo.index_passes().1,
         })
     }
 }

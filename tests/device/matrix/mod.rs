@@ -20,9 +20,10 @@ const FROM_THE_BOARD: [Fault; 5] =
     [Fault::Overrun, Fault::BreakInput, Fault::ClockLost, Fault::Panic, Fault::Watchdog];
 
 /// The other faults, and why they are in no row.
-const ELSEWHERE: [(Fault, &str); 16] = [
+const ELSEWHERE: [(Fault, &str); 17] = [
     (Fault::MotorHot, "it takes a sensor of its own: tests/device/motor_temperature.rs"),
     (Fault::MotorSensor, "the same"),
+    (Fault::IndexDeviation, "it takes an index: tests/device/encoder_index.rs"),
     (Fault::EmergencyStop, "it takes a contact: tests/device/emergency_stop.rs"),
     (Fault::EncodersDisagree, "it takes two encoders: both_encoders.rs beside this folder"),
     (Fault::EncoderSilent, "it takes an absolute encoder: tests/device/absolute_encoder.rs"),

@@ -17,9 +17,10 @@ use stiction::Fault;
 use bench::{ImageBench, print_row};
 
 /// Why the other faults are in no row.
-const ELSEWHERE: [(Fault, &str); 11] = [
+const ELSEWHERE: [(Fault, &str); 12] = [
     (Fault::MotorHot, "it takes a sensor of its own: tests/image/motor_temperature.rs"),
     (Fault::MotorSensor, "the same"),
+    (Fault::IndexDeviation, "it takes an index: tests/image/homing.rs"),
     (Fault::EncodersDisagree, "it takes two encoders: both_encoders.rs beside this folder"),
     (Fault::EncoderSilent, "it takes an absolute encoder: tests/image/both_encoders.rs"),
     (Fault::EncoderOpen, "at rest only: tests/image/open_line.rs"),

@@ -91,6 +91,7 @@ impl DataSheet {
             ("load.hangs_at_rad", load.hangs_at_rad, Finite),
             ("load.stop_min_deg", load.stop_min_deg, Negative),
             ("load.stop_max_deg", load.stop_max_deg, Positive),
+            ("load.home_switch_deg", load.home_switch_deg, Finite),
             ("friction.slip_nm", Some(friction.slip_nm), NotNegative),
             ("friction.slip_reverse_nm", friction.slip_reverse_nm, NotNegative),
             ("friction.stribeck_deg_per_s", friction.stribeck_deg_per_s, NotNegative),

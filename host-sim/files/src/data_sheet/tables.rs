@@ -154,6 +154,12 @@ pub struct LoadTable {
              there is none."]
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stop_max_deg: Option<f64>,
+    // One line of the schema.
+    #[doc = "Edge of a homing switch (`device.home_switch`), deg from where the joint is at \
+             power-on: the joint is at the switch from there on, away from power-on. Left out: it \
+             never comes to one."]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub home_switch_deg: Option<f64>,
 }
 
 /// `[friction]` of a data sheet, at the joint.

@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 use stiction::link::Status;
-use stiction::motion::home::{HomeEnd, HomeFindings};
+use stiction::motion::home::{HomeEnd, HomeFindings, HomeTarget};
 
 use files::written::single;
 
@@ -11,6 +11,8 @@ use files::written::single;
 pub struct HomeResult {
     /// Findings of the device.
     pub found: HomeFindings,
+    /// Place that the homing looked for.
+    pub to: HomeTarget,
     /// Angle of a count, deg.
     pub resolution: f32,
     /// Position of the joint after the homing, deg; from the reference if there is one.
@@ -20,49 +22,87 @@ pub struct HomeResult {
 }
 
 impl HomeResult {
-    /// Returns the result of a homing with these findings, after which the device has this status.
-    pub fn new(found: HomeFindings, status: &Status) -> Self {
+    /// Returns the result of a homing to a place with these findings, after which the device has
+    /// this status.
+    pub fn new(found: HomeFindings, to: HomeTarget, status: &Status) -> Self {
         let resolution = status.resolution;
         let position_deg = f64::from(status.position) * f64::from(resolution);
-        Self { found, resolution, position_deg, is_referenced: status.is_referenced }
+        Self { found, to, resolution, position_deg, is_referenced: status.is_referenced }
     }
 
-    /// Returns whether the stop was found and the joint is referenced.
-    pub fn is_found(&self) -> bool {
-        self.found.ended == HomeEnd::Stop && self.is_referenced
+    /// Returns whether the place was found and the joint is referenced.
+    pub const fn is_found(&self) -> bool {
+        self.found.ended.is_found() && self.is_referenced
     }
 
     /// Returns what ended the homing as half a sentence.
-    pub const fn headline(&self) -> &'static str {
-        match self.found.ended {
-            HomeEnd::Stop if self.is_referenced => {
-                "the stop was found twice, and the joint is referenced"
+    pub fn headline(&self) -> String {
+        let place = name(self.to);
+        let reference = match (self.found.ended, self.is_referenced) {
+            (end, true) if end.is_found() => ", and the joint is referenced",
+            (end, false) if end.is_found() => ", but a fault has ended the reference since",
+            (_, true) => "; the joint is referenced by its encoder's angle",
+            (_, false) => "; the joint is not referenced",
+        };
+        let what = match self.found.ended {
+            HomeEnd::Index => "the index was found".into(),
+            HomeEnd::Stop | HomeEnd::Switch => format!("the {place} was found twice"),
+            HomeEnd::Travel => format!("no {place} within the travel"),
+            HomeEnd::Time | HomeEnd::Not => format!("no {place} within the time"),
+            HomeEnd::SwitchStuck => "the switch did not let go of the joint".into(),
+            HomeEnd::Blocked => {
+                format!("the joint was blocked before the {place}, or its encoder does not count")
             }
-            HomeEnd::Stop => "the stop was found, but a fault has ended the reference since",
-            HomeEnd::Travel if self.is_referenced => {
-                "no stop within the travel; the joint is referenced by its encoder's angle"
-            }
-            HomeEnd::Travel => "no stop within the travel; the joint is not referenced",
-            HomeEnd::Time | HomeEnd::Not if self.is_referenced => {
-                "no stop within the time; the joint is referenced by its encoder's angle"
-            }
-            HomeEnd::Time | HomeEnd::Not => "no stop within the time; the joint is not referenced",
-        }
+        };
+        what + reference
     }
 }
 
-/// Returns the next steps, one per line.
-const fn advice(ended: HomeEnd) -> &'static [&'static str] {
-    match ended {
-        HomeEnd::Stop => &["the joint has gone back from its stop a little"],
-        HomeEnd::Travel => &[
+/// Returns the name of a place.
+const fn name(to: HomeTarget) -> &'static str {
+    match to {
+        HomeTarget::Stop => "stop",
+        HomeTarget::Switch => "switch",
+        HomeTarget::Index => "index",
+        HomeTarget::SwitchIndex => "switch with an index",
+    }
+}
+
+/// Returns the next steps after a homing to a place, one per line.
+const fn advice(ended: HomeEnd, to: HomeTarget) -> &'static [&'static str] {
+    match (ended, to) {
+        (HomeEnd::Stop, _) => &["the joint has gone back from its stop a little"],
+        (HomeEnd::Switch, _) => &["the joint has gone back from its switch a little"],
+        (HomeEnd::Index, _) => &["the joint has gone back from its index a little"],
+        (HomeEnd::Travel, HomeTarget::Stop) => &[
             "is the stop in the other sense, or farther? Allow it more travel then. A stop that",
             "gives way under the effort needs less of it.",
         ],
-        HomeEnd::Time | HomeEnd::Not => &[
+        (HomeEnd::Travel, HomeTarget::Index) => &[
+            "is the travel less than a turn of the encoder? Otherwise no edge came from PA2: measure",
+            "it while you turn the encoder by hand.",
+        ],
+        (HomeEnd::Travel, HomeTarget::Switch | HomeTarget::SwitchIndex) => &[
+            "is the switch in the other sense, or farther? Allow it more travel then. A normally",
+            "open contact with a cut wire never comes: press it by hand and measure PA7.",
+        ],
+        (HomeEnd::Time | HomeEnd::Not, HomeTarget::Stop) => &[
             "the joint was too slow, was held with less than the largest effort, was blocked at",
             "other places each time, or did not come back. A heavy joint needs more effort, a long",
             "way more time.",
+        ],
+        (HomeEnd::Time | HomeEnd::Not, _) => &[
+            "the joint was too slow, was held with less than the largest effort, or came to a switch",
+            "at another place each time. A heavy joint needs more effort, a long way more time.",
+        ],
+        (HomeEnd::SwitchStuck, _) => &[
+            "a normally closed contact with a cut wire reads as that, and so does the wrong",
+            "`device.home_switch`. Press the switch by hand and measure PA7: with a normally closed",
+            "contact it is high at the switch.",
+        ],
+        (HomeEnd::Blocked, _) => &[
+            "clear the way, or use more effort. If the joint has moved, its encoder is dead: jog it",
+            "before anything else.",
         ],
     }
 }
@@ -74,25 +114,37 @@ impl HomeResult {
 
     /// Returns the result as text, with the next steps.
     pub fn words(&self) -> String {
-        let HomeFindings { ended, moved, effort, touches } = self.found;
+        let HomeFindings { ended, moved, effort, touches, from_switch } = self.found;
         let deg = self.moved_deg();
+        let came = match self.to {
+            HomeTarget::Stop => "blocked",
+            HomeTarget::Switch | HomeTarget::SwitchIndex => "at the switch",
+            HomeTarget::Index => "at the index",
+        };
         let mut lines = vec![
             format!("home       {}", self.headline()),
             format!("moved      {deg:+.4} deg ({moved:+} counts), there with {effort:+.3} V"),
-            format!("position   {:+.4} deg; blocked {touches} times", self.position_deg),
+            format!("position   {:+.4} deg; {came} {touches} times", self.position_deg),
         ];
-        lines.extend(advice(ended).iter().map(|line| format!("           {line}")));
+        if from_switch != 0 {
+            lines.push(format!("index      {from_switch:+} counts from the edge of the switch"));
+        }
+        lines.extend(advice(ended, self.to).iter().map(|line| format!("           {line}")));
         lines.join("\n") + "\n"
     }
 
     /// Returns the JSON object for scripts.
     pub fn json(&self, warning: Option<&str>) -> Value {
-        let HomeFindings { ended, moved, effort, touches } = self.found;
+        let HomeFindings { ended, moved, effort, touches, from_switch } = self.found;
         let ended_by = match ended {
             HomeEnd::Not => "not-ended",
             HomeEnd::Stop => "stop",
             HomeEnd::Travel => "travel",
             HomeEnd::Time => "time",
+            HomeEnd::Switch => "switch",
+            HomeEnd::SwitchStuck => "switch-stuck",
+            HomeEnd::Blocked => "blocked",
+            HomeEnd::Index => "index",
         };
         json!({
             "schema": 1,
@@ -103,6 +155,7 @@ impl HomeResult {
             "moved_counts": moved,
             "moved_deg": self.moved_deg(),
             "effort_v": single(effort),
+            "from_switch_counts": from_switch,
             "position_deg": self.position_deg,
         })
     }

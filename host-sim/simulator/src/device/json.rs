@@ -55,6 +55,8 @@ pub fn status(status: &Status, warning: Option<&str>) -> Value {
         "referenced": status.is_referenced,
         "testing": status.is_testing,
         "failed_test": status.has_failed_test,
+        "index_passes": status.index_passes,
+        "index_deviation_counts": status.index_deviation,
         "unsaved": status.unsaved,
         "is_damaged": status.is_damaged,
         "saves": status.saves,

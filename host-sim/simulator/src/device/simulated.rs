@@ -17,6 +17,7 @@ use crate::current_periods::{CurrentPeriods, PlantMotor, RegulatedTick};
 use crate::dc_link::DcLink;
 use crate::experiment::RunPlan;
 use crate::flash::{SECTOR, SimulatedFlash};
+use crate::home_sensors::{IndexModel, SwitchModel};
 use crate::motor_ntc::Ntc;
 pub use crate::plant::MotorWires;
 use crate::plant::Plant;
@@ -110,6 +111,12 @@ pub struct SimulatedDevice {
     converting_ntc: Option<u16>,
     /// Whether the contact of the emergency stop is open.
     pub is_contact_open: bool,
+    /// Homing switch of the joint.
+    pub home_switch: SwitchModel,
+    /// Index of the encoder: of two, of the motor's; `None` without one.
+    pub index: Option<IndexModel>,
+    /// Count of its disc in the last tick.
+    disc: i64,
     /// Holding brake on the joint; `None` without one.
     pub holding_brake: Option<HoldingBrake>,
     /// Limits of the converter's watchdog since the last tick; none with the bridge off.
@@ -172,6 +179,9 @@ impl SimulatedDevice {
             converting: None,
             converting_ntc: None,
             is_contact_open: false,
+            home_switch: plan.home_switch()?,
+            index: plan.index()?,
+            disc: plant.discs().first,
             holding_brake: None,
             window: None,
             periods: CurrentPeriods::default(),
@@ -198,6 +208,7 @@ impl SimulatedDevice {
         let EncoderReading { counter, lines, .. } =
             self.encoder.read(sound.counter, self.wires, servo.pulls_down());
         let lines = if self.is_contact_open { lines } else { lines | Input::CONTACT };
+        let lines = lines | self.home_switch.line(self.plant.position_deg());
         let pulls_down = servo.pulls_load_down();
         let load = match &mut self.load_encoder {
             // A chip on a bus gives no answer, or one that is rejected.
@@ -207,6 +218,14 @@ impl SimulatedDevice {
             Some(load) => load.read(sound.load.counter, self.load_wires, pulls_down),
             None => EncoderReading::default(),
         };
+        let disc = self.plant.discs().first;
+        let last = std::mem::replace(&mut self.disc, disc);
+        if self.device.servo().has_index() {
+            let rise = self.index.and_then(|index| index.rise(last, disc));
+            // Noise has shifted the counter against its disc.
+            let captured = rise.map(|rise| counter.wrapping_sub((disc - rise) as u32));
+            self.device.servo().pass_index(captured);
+        }
         let has_loop = self.device.servo().has_current_loop();
         let current = match &mut self.shunt {
             Some(_) if has_loop => self.periods.reading(),

@@ -324,6 +324,10 @@ pub fn status(status: &Status) -> String {
     let rest = if status.at_rest { "at rest" } else { "moving" };
     let zero = if status.is_referenced { "from the reference" } else { "since power-on" };
     lines.push(format!("position   {position:.4} deg {zero} ({} counts), {rest}", status.position));
+    if status.index_passes > 0 {
+        let (passes, deviation) = (status.index_passes, status.index_deviation);
+        lines.push(format!("index      {passes} passes, the last one {deviation:+} counts off"));
+    }
     lines.push(format!(
         "heat       as at a steady {:.3} V at standstill (a model: `limits.continuous_v`)",
         status.thermal_effort
@@ -443,6 +447,8 @@ mod tests {
             is_damaged: false,
             oscillates: false,
             is_referenced: true,
+            index_passes: 0,
+            index_deviation: 0,
             saves: 1,
             bad_frames: 0,
             dropped: 0,

@@ -66,6 +66,8 @@ pub struct RunPlan {
     pub truth: Option<Box<Self>>,
     /// Supply of the bridge; `None`: the nominal one. A run has it, and a device has not.
     pub supply: Option<SupplyCourse>,
+    /// Edge of a homing switch that replaces that of the data sheet, deg.
+    pub home_switch_deg: Option<f64>,
 }
 
 impl RunPlan {
@@ -306,6 +308,7 @@ fn runs_of(
             substitute: None,
             truth: None,
             supply: None,
+            home_switch_deg: None,
         });
     };
     let names = controllers(&machine, origin, wanted)?;

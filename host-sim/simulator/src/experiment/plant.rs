@@ -241,7 +241,7 @@ impl RunPlan {
     }
 
     /// Returns the data sheet of this run's machine, and its mapping to the core's units.
-    pub(super) fn sheet(&self) -> Result<Option<(DataSheet, Mapping)>, Error> {
+    pub(crate) fn sheet(&self) -> Result<Option<(DataSheet, Mapping)>, Error> {
         let machine = &*self.machine;
         if machine.motor.is_some() && machine.motor_encoder.is_some() {
             let key = "motor_encoder";

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use stiction::link::StateCode;
-use stiction::motion::home::{HomeRequest, Sense};
+use stiction::motion::home::{HomeRequest, HomeTarget, Sense};
 
 use files::error::Error;
 use files::typed_number;
@@ -24,13 +24,29 @@ enum Towards {
     Plus,
 }
 
-/// Place of the stop, and bounds of the homing
+/// Place that the homing looks for
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum Place {
+    /// A hard stop
+    Stop,
+    /// The edge of the switch of `device.home_switch`
+    Switch,
+    /// The encoder's index (`device.index_counts`)
+    Index,
+    /// The index next to the edge of the switch, on the way back from it
+    SwitchIndex,
+}
+
+/// Place of known position, and bounds of the homing
 #[derive(Debug, clap::Args)]
 pub struct HomeArguments {
-    /// Sense in which the hard stop is
+    /// Place that the homing looks for
+    #[arg(long, value_enum, default_value_t = Place::Stop)]
+    to: Place,
+    /// Sense in which the place is
     #[arg(long, value_enum)]
     towards: Towards,
-    /// Position of the joint at the stop, deg
+    /// Position of the joint at the place, deg
     #[arg(long, value_name = "DEG", allow_hyphen_values = true)]
     #[arg(value_parser = typed_number::parse)]
     at: f64,
@@ -49,7 +65,7 @@ pub struct HomeArguments {
     #[arg(value_parser = typed_number::parse_single)]
     speed: Option<f32>,
     /// Longest time after the soft start, s [default: 1.5 times that of the travel, four times that
-    /// of the way back, once that of the last way into the range, and 5 s]
+    /// of the way back (to a switch 16 times), once that of the last way into the range, and 5 s]
     #[arg(long, value_name = "S", allow_hyphen_values = true)]
     #[arg(value_parser = typed_number::parse_single)]
     time: Option<f32>,
@@ -66,11 +82,17 @@ impl HomeArguments {
             Towards::Minus => Sense::Minus,
             Towards::Plus => Sense::Plus,
         };
+        let to = match self.to {
+            Place::Stop => HomeTarget::Stop,
+            Place::Switch => HomeTarget::Switch,
+            Place::Index => HomeTarget::Index,
+            Place::SwitchIndex => HomeTarget::SwitchIndex,
+        };
         let at = client.counts_of("home", self.at)?;
         if !client.status()?.at_rest {
             client.pass(Duration::from_millis(100))?;
         }
-        client.home(HomeRequest { sense, at, effort, travel, speed, time })?;
+        client.home(HomeRequest { sense, at, effort, travel, speed, time, to })?;
         // The device ends the homing.
         let status = client.pass_armed(Duration::from_secs(LONGEST_S))?;
         match (status.state, client.homed()?) {
@@ -78,12 +100,17 @@ impl HomeArguments {
                 "home: the device did not end the homing in time; the joint is not referenced"
                     .into(),
             )),
-            (_, Some(found)) => Ok(HomeResult::new(found, &status)),
-            _ => Err(super::ended_early(
-                "home",
-                &status,
-                ", before a hard stop was found; the joint is not referenced",
-            )),
+            (_, Some(found)) => Ok(HomeResult::new(found, to, &status)),
+            _ => {
+                let place = match to {
+                    HomeTarget::Stop => "a hard stop",
+                    HomeTarget::Switch => "a switch",
+                    HomeTarget::Index => "an index",
+                    HomeTarget::SwitchIndex => "a switch with an index",
+                };
+                let so = format!(", before {place} was found; the joint is not referenced");
+                Err(super::ended_early("home", &status, &so))
+            }
         }
     }
 
@@ -97,7 +124,7 @@ impl HomeArguments {
     }
 }
 
-/// Returns an error unless the stop was found and the joint is referenced, so that a script stops.
+/// Returns an error unless the place was found and the joint is referenced, so that a script stops.
 pub fn found(result: &HomeResult) -> Result<(), Error> {
     if result.is_found() {
         return Ok(());

@@ -46,6 +46,8 @@ fn status() -> Status {
         is_testing: false,
         has_failed_test: false,
         load_angle: None,
+        index_passes: 0,
+        index_deviation: 0,
     }
 }
 
