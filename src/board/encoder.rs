@@ -1,5 +1,5 @@
-//! The encoders: quadrature on TIM2 (PA0 and PA1, with the index on PA2) and, with the feature `two-encoders`, on TIM4
-//! (PB6 and PB7). Every edge counts, in both directions.
+//! The encoders: quadrature on TIM2 (PA0 and PA1, with the index on PA2) and, with the feature
+//! `two-encoders`, on TIM4 (PB6 and PB7). Every edge counts, in both directions.
 //!
 //! The counter of TIM2 has 32 bits. That of TIM4 has 16, and is extended to 32 at each reading. It
 //! must be read before the encoder has travelled by 32 768 counts: 33 million counts a second at a
@@ -92,7 +92,8 @@ macro_rules! quadrature {
 quadrature! {
     /// The counter of the encoder: of two, that of the motor. With its lines, the inputs of the
     /// emergency stop (PA6) and of the homing switch (PA7) are read.
-    Quadrature, TIM2, PA0, PA1, 1, GPIOA from 0 with Input::CONTACT | Input::SWITCH, |_before, now| now
+    Quadrature, TIM2, PA0, PA1, 1,
+    GPIOA from 0 with Input::CONTACT | Input::SWITCH, |_before, now| now
 }
 
 impl Quadrature {

@@ -110,8 +110,8 @@ table! {
         home_switch_filter: f32 =
             0x0813 "home_switch_filter_s", Between(0.0, 0.1), Default(0.002);
         /// Counts between two passes of the encoder's index (Z) on PA2: four times its lines,
-        /// however many turns of it a turn of the joint has. At each pass the counts are checked. Of
-        /// two encoders, it is the motor's. 0: there is no index.
+        /// however many turns of it a turn of the joint has. At each pass the counts are checked.
+        /// Of two encoders, it is the motor's. 0: there is no index.
         index_counts: u32 = 0x0814 "index_counts", Between(0.0, 16_777_216.0), Default(0);
         /// Width of the index, counts: up to an eighth of `index_counts`. Passes in the two senses
         /// differ by it.

@@ -68,8 +68,8 @@ const INDEX: Key = key(DeviceConfig::ABOUT, "index_counts");
 const INDEX_WIDTH: Key = key(DeviceConfig::ABOUT, "index_width");
 const BOOTSTRAPPED: Key = key(DeviceConfig::ABOUT, "bootstrapped");
 
-/// Fewest and most counts between two passes of an index: 64 are an encoder of 16 lines, and a number
-/// of 32 bits with a fraction has all whole numbers up to 2^24.
+/// Fewest and most counts between two passes of an index: 64 are an encoder of 16 lines, and a
+/// number of 32 bits with a fraction has all whole numbers up to 2^24.
 const LEAST_INDEX: f32 = 64.0;
 const MOST_INDEX: f32 = 16_777_216.0;
 

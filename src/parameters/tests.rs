@@ -333,7 +333,8 @@ fn a_bad_value_with_a_good_checksum_names_its_key() {
     assert_eq!(refused(|p| p.controller.drive.lsb = f32::INFINITY), "lsb_v");
 }
 
-/// 64 counts are an encoder of 16 lines; an eighth of them is 8. The width counts only with an index.
+/// 64 counts are an encoder of 16 lines; an eighth of them is 8. The width counts only with an
+/// index.
 #[test]
 fn an_index_has_enough_counts_for_its_width() {
     let with = |counts: u32, width: u32| {

@@ -13,8 +13,8 @@
 //!
 //! The tolerance follows from the width of the index. Its rising edge is at its one end in one
 //! sense and at its other end in the other sense, so that two passes without a lost count are apart
-//! by a multiple of `N`, or by `width` more or less. Each of the two counts can be off by one, since
-//! the edges of index and lines come through filters of their own.
+//! by a multiple of `N`, or by `width` more or less. Each of the two counts can be off by one,
+//! since the edges of index and lines come through filters of their own.
 //!
 //! A joint that has gone farther than `N + width + 2` from the last pass, or from the start of the
 //! check, without another one has an encoder with false counts or without an index.

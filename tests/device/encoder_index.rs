@@ -173,8 +173,8 @@ fn a_joint_that_passes_its_index_in_both_senses_keeps_its_reference() {
     assert!(device.device.servo().is_referenced());
 }
 
-/// The loop follows a step of two turns when 40 counts are lost, 0.1 deg: the next pass of the index
-/// is the fault, with the output off, within a turn.
+/// The loop follows a step of two turns when 40 counts are lost, 0.1 deg: the next pass of the
+/// index is the fault, with the output off, within a turn.
 #[test]
 fn counts_that_a_driven_joint_loses_are_a_fault_within_a_turn() {
     for law in controllers() {

@@ -145,7 +145,8 @@ fn a_homing_to_a_switch_and_to_an_index_finds_what_a_simulated_device_finds() {
     }
 }
 
-/// A joint at rest loses 100 counts by noise on A and B, then turns on: the next index is the fault.
+/// A joint at rest loses 100 counts by noise on A and B, then turns on: the next index is the
+/// fault.
 #[test]
 fn counts_that_noise_has_taken_are_a_fault_at_the_next_index_on_the_board() {
     let plan = plan_with("none");

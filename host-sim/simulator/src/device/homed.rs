@@ -79,8 +79,8 @@ const fn advice(ended: HomeEnd, to: HomeTarget) -> &'static [&'static str] {
             "gives way under the effort needs less of it.",
         ],
         (HomeEnd::Travel, HomeTarget::Index) => &[
-            "is the travel less than a turn of the encoder? Otherwise no edge came from PA2: measure",
-            "it while you turn the encoder by hand.",
+            "is the travel less than a turn of the encoder? Otherwise no edge came from PA2:",
+            "measure it while you turn the encoder by hand.",
         ],
         (HomeEnd::Travel, HomeTarget::Switch | HomeTarget::SwitchIndex) => &[
             "is the switch in the other sense, or farther? Allow it more travel then. A normally",
@@ -92,17 +92,18 @@ const fn advice(ended: HomeEnd, to: HomeTarget) -> &'static [&'static str] {
             "way more time.",
         ],
         (HomeEnd::Time | HomeEnd::Not, _) => &[
-            "the joint was too slow, was held with less than the largest effort, or came to a switch",
-            "at another place each time. A heavy joint needs more effort, a long way more time.",
+            "the joint was too slow, was held with less than the largest effort, or came to a",
+            "switch at another place each time. A heavy joint needs more effort, a long way more",
+            "time.",
         ],
         (HomeEnd::SwitchStuck, _) => &[
             "a normally closed contact with a cut wire reads as that, and so does the wrong",
-            "`device.home_switch`. Press the switch by hand and measure PA7: with a normally closed",
-            "contact it is high at the switch.",
+            "`device.home_switch`. Press the switch by hand and measure PA7: with a normally",
+            "closed contact it is high at the switch.",
         ],
         (HomeEnd::Blocked, _) => &[
-            "clear the way, or use more effort. If the joint has moved, its encoder is dead: jog it",
-            "before anything else.",
+            "clear the way, or use more effort. If the joint has moved, its encoder is dead: jog",
+            "it before anything else.",
         ],
     }
 }
