@@ -8,7 +8,7 @@
 
 use stm32f4xx_hal::gpio::{Analog, PC2};
 use stm32f4xx_hal::pac;
-use stm32f4xx_hal::rcc::{Enable, Rcc, Reset};
+use stm32f4xx_hal::rcc::{Enable, Rcc};
 
 /// Channel of PC2.
 const NTC: u8 = 12;
@@ -24,7 +24,7 @@ impl NtcInput {
     /// [`Converter`](super::converter::Converter), which has to be set up before.
     pub fn start(adc: pac::ADC2, pin: PC2<Analog>, rcc: &mut Rcc) -> Self {
         pac::ADC2::enable(rcc);
-        pac::ADC2::reset(rcc);
+        // No reset: one line resets all converters of the part, that of the supply included.
         // 480 clocks of 21 MHz, 23 us, for a divider of up to 100 kOhm.
         adc.smpr1().modify(|_, w| w.smp12().cycles480());
         // SAFETY: 12 is a channel of this converter; the length field 0 means one conversion.
