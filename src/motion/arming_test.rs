@@ -29,7 +29,8 @@
 //! Guarantees: with an encoder that counts, no side is driven farther than the travel from where it
 //! began. A joint that a load moves goes on for `v h + v^2 / (2 a)`: `v` is its speed at the bound,
 //! at most `sqrt(2 A x)` after the travel `x` at the acceleration `A` of the load less the friction,
-//! and `a` the deceleration of the loop that takes it over, or of the holding brake after a fault.
+//! and `a` the deceleration of the holding brake, which closes then, or without one that of the loop
+//! that takes the joint over, once its soft start suffices.
 //! With the only encoder dead, each way goes as far as the ramp of the effort pushes the joint.
 //!
 //! Does badly: a slip within slack and wind-up, a ratio that is a little wrong, and a fault that

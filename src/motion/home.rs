@@ -302,6 +302,8 @@ pub(crate) struct HomeWatch {
     to: HomeTarget,
     /// Pass of the index since the last tick, counts.
     pass: Option<i32>,
+    /// First pass of the index behind the last edge of the switch, counts.
+    behind: Option<i32>,
     /// Whether the index has been found.
     has_index: bool,
     /// The switch that the homing looks for; none: a stop or an index.
@@ -385,8 +387,10 @@ impl Home {
         } else {
             0.0
         };
-        let retreats = OF_RETREAT * speed / slowest;
-        let way = (travel as f32 + to_index) * OF_TRAVEL + retreat as f32 * retreats + leave as f32;
+        // From the first edge on, a homing to a switch is slow.
+        let slower = speed / slowest;
+        let back = retreat as f32 * OF_RETREAT + leave as f32;
+        let way = (travel as f32 + to_index * slower) * OF_TRAVEL + back * slower;
         let time = asked.time.unwrap_or((way * count / speed + ADDED_S).min(LONGEST_S));
         above(TIME, time, 0.0, LONGEST_S)?;
         let gain = limits.progress_gain * (effort - friction);
@@ -421,6 +425,7 @@ impl Home {
             agreement,
             to: asked.to,
             pass: None,
+            behind: None,
             has_index: false,
             switch,
             slow: Profile::limits(&of_speed(slowest), tick, count)?,
@@ -471,7 +476,7 @@ impl HomeWatch {
         (self.wait, self.elapsed) = (wait, 0);
         (self.is_back, self.farthest, self.held, self.before) = (false, 0, 0, None);
         (self.waits, self.at_bound, self.agrees) = (false, false, false);
-        (self.pass, self.has_index) = (None, false);
+        (self.pass, self.behind, self.has_index) = (None, None, false);
         self.found = HomeFindings::default();
         if let Some(switch) = &mut self.switch {
             switch.restart();
@@ -515,7 +520,7 @@ impl HomeWatch {
 
     /// Turns at a place.
     fn turn(&mut self, profile: &mut Profile) {
-        (self.is_back, self.waits) = (true, false);
+        (self.is_back, self.waits, self.behind) = (true, false, None);
         self.found.touches = self.found.touches.saturating_add(1);
         profile.aim(self.target());
     }
@@ -579,10 +584,12 @@ impl HomeWatch {
     /// with the previous one. If both agree, the joint goes on until it is within the range.
     fn go_back(&mut self, counts: i32, pass: Option<i32>, profile: &mut Profile) {
         let sign = self.sense.sign();
-        if let Some(pass) = pass.filter(|pass| sign * (self.found.moved - pass) > FLICKER)
-            && self.agrees
-            && self.seeks_index()
-        {
+        // The first pass behind the edge, whether the edges are known to agree by then or not: which
+        // turn of the encoder it is must not depend on how far the joint has gone back.
+        if let Some(pass) = pass.filter(|pass| sign * (self.found.moved - pass) > FLICKER) {
+            self.behind.get_or_insert(pass);
+        }
+        if let (true, true, Some(pass)) = (self.agrees, self.seeks_index(), self.behind) {
             (self.found.from_switch, self.found.moved) = (pass - self.found.moved, pass);
             self.has_index = true;
             profile.aim(self.target());

@@ -55,6 +55,8 @@ pub struct MotorTemperatureState {
     open: u8,
     /// Temperature of the last mean, deg C; none before the first one, or without a valid reading.
     temperature: Option<f32>,
+    /// Fault for which the servo must not be armed.
+    forbids: Option<Fault>,
 }
 
 /// What a mean has shown.
@@ -86,13 +88,14 @@ impl MotorTemperature {
         let rest = self.top - mean;
         if mean < END || rest < END {
             state.open = state.open.saturating_add(1);
-            state.temperature = None;
+            (state.temperature, state.forbids) = (None, Some(Fault::MotorSensor));
             return (state.open >= OPEN).then_some(Warmth::Fault(Fault::MotorSensor, mean));
         }
         state.open = 0;
         let MotorNtc { divider, limit, ambient, .. } = self.ntc;
         let temperature = self.ntc.temperature(divider * mean / rest);
         state.temperature = Some(temperature);
+        state.forbids = (temperature > limit).then_some(Fault::MotorHot);
         Some(if temperature > limit {
             Warmth::Fault(Fault::MotorHot, temperature)
         } else {
@@ -106,5 +109,11 @@ impl MotorTemperatureState {
     /// valid reading.
     pub const fn temperature(&self) -> Option<f32> {
         self.temperature
+    }
+
+    /// Returns the fault that forbids arming: the last mean was too hot, or shows an open or shorted
+    /// sensor, be it the first one.
+    pub const fn forbids_arming(&self) -> Option<Fault> {
+        self.forbids
     }
 }

@@ -100,6 +100,9 @@ impl Servo {
             State::Stopped => {}
         }
         self.check_contact()?;
+        if let Some(fault) = self.motor_temperature.forbids_arming() {
+            return Err(Refusal::WouldTrip(fault));
+        }
         let origin = self.known_origin();
         #[cfg(feature = "two-encoders")]
         if self.follower.missing > 0 {

@@ -14,7 +14,8 @@
 //! as in a jog, and on from its end.
 //!
 //! A joint that does not come to rest after the test is taken over in motion, after 0.25 s or at
-//! the bound of the travel. The soft start begins then.
+//! the bound of the travel. The soft start begins then. With a holding brake, that is a following
+//! error, and the brake closes: the load that it held would fall on during the soft start.
 
 use super::control_loop::leads_out;
 use super::stopping::{Phase, Transition};
@@ -48,7 +49,7 @@ impl Servo {
         }
         let range = control_loop.monitors.range(origin);
         let place = self.follower.seen.position;
-        let leads_out = range.check(place.saturating_add_unsigned(test.travel()));
+        let leads_out = range.check(place.wrapping_add_unsigned(test.travel()));
         self.pending = Course::Jog(test.jog(leads_out));
         core::mem::swap(&mut control_loop.course, &mut self.pending);
         control_loop.watch.suppose_wiring();
@@ -72,7 +73,15 @@ impl Servo {
             self.latch(LatchedFault { fault, tick: self.clock, value });
             return BrakeCommand::Closed;
         }
-        if rests || left <= 1 || state.counts().unsigned_abs() > test.travel() {
+        if rests {
+            self.end_test();
+        } else if left <= 1 || state.counts().unsigned_abs() > test.travel() {
+            if control_loop.holding_brake.has_brake() {
+                // The soft start of the loop would let the load fall on, and the brake holds it.
+                let value = state.counts() as f32 * control_loop.brakes.count;
+                self.latch(LatchedFault { fault: Fault::FollowingError, tick: self.clock, value });
+                return BrakeCommand::Closed;
+            }
             self.end_test();
         }
         BrakeCommand::Open

@@ -164,7 +164,7 @@ impl ControlLoop {
     pub(super) fn watch_anew(&mut self) {
         let (by_link, range) = (self.watch.is_watched(), self.watch.range());
         self.watch = self.monitors.armed(&self.watch, by_link, range);
-        self.watch.expect_stop(self.home.is_some());
+        self.watch.expect_stop(self.home.as_ref().is_some_and(HomeWatch::expects_stop));
     }
 
     /// Begins the loop's course at `position` (counts since power-on), which becomes zero.

@@ -6,6 +6,7 @@
 //! state, since counts are lost with the output off as well. A deviation behind another fault ends
 //! the reference, and is a fault at the next pass after that one is cleared.
 
+use super::referenced::Referenced;
 use super::{ControlLoop, Servo, State};
 use crate::safety::encoder_index::IndexState;
 use crate::safety::fault::{Fault, LatchedFault};
@@ -35,7 +36,8 @@ impl Servo {
             home.pass_index(pass.wrapping_sub(control_loop.zero));
         }
         if let Some(deviation) = check.update(&mut self.index, position, pass) {
-            self.lose_reference();
+            // The position is known to be wrong, also where a reset sets it.
+            self.referenced = Referenced::No;
             if !matches!(self.state, State::Faulted(_)) {
                 let (tick, value) = (self.clock, deviation as f32);
                 self.latch(LatchedFault { fault: Fault::IndexDeviation, tick, value });

@@ -16,7 +16,8 @@
 //! and homings drive it. The range does not apply to them: they have their own limits of travel.
 //!
 //! With [`PositionReference::PowerOn`] the joint counts as referenced from each reset on. Only a
-//! changed encoder or a homing without a stop ends this. The range is then only as accurate as the
+//! changed encoder, counts that differ from the encoder's index, or a homing without a place end
+//! this. The range is then only as accurate as the
 //! position of the joint at the reset. It has no effect on a joint with a range and an absolute
 //! encoder on its load, whose angle is the reference (`servo/absolute_load.rs`).
 //!

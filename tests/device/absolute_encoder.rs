@@ -304,7 +304,7 @@ fn jogged_at(set: &[&str], stated_deg: f64) -> ([bool; 3], Offset, bool) {
     let mut client = Client::connect(SimulatedWire::new(device)).unwrap();
     let angle = client.status().unwrap().load_angle;
     let found = first_run::jogged(&mut client).unwrap();
-    let offset = Offset::check(Some(stated_deg), angle, &found, &configured);
+    let offset = Offset::check(Some(stated_deg), angle.unwrap(), &found, &configured);
     let mut object = jogged::json(&found, &configured, None);
     let is_wrong_ratio = !object["wrong_ratio"].is_null();
     offset.add_to(&mut object);
@@ -351,10 +351,10 @@ fn a_jog_at_a_stated_position_finds_which_of_direction_ratio_and_offset_is_wrong
 fn an_offset_that_was_not_checked_is_reported_as_such() {
     let plan = |set: &[&str]| parameters(&both_encoders(&["robust"], set)[0]).unwrap();
     let found = JogFindings::default();
-    assert_eq!(Offset::check(Some(0.0), Some(7), &found, &plan(&[])), Offset::None);
+    assert_eq!(Offset::check(Some(0.0), 7, &found, &plan(&[])), Offset::None);
     assert_eq!(Offset::None.words(), "");
-    let unstated = Offset::check(None, Some(7), &found, &plan(&CHIP));
+    let unstated = Offset::check(None, 7, &found, &plan(&CHIP));
     assert!(unstated.words().contains("not checked: `--at DEG`"), "{}", unstated.words());
     // Nothing has moved: the direction, and so the offset, is unknown.
-    assert_eq!(Offset::check(Some(0.0), Some(7), &found, &plan(&CHIP)), Offset::Unknown);
+    assert_eq!(Offset::check(Some(0.0), 7, &found, &plan(&CHIP)), Offset::Unknown);
 }

@@ -267,10 +267,17 @@ fn the_test_accepts_only_a_stop_and_a_silent_link_ends_it() {
 /// at the 27 deg/s^2 of a volt.
 #[test]
 fn a_load_that_falls_when_the_brake_opens_is_a_fault_within_the_travel() {
-    let times = ["device.soft_start_s=0.1", "device.brake_open_s=0.1", "device.brake_close_s=0.2"];
+    for load_v in [-2.4, 2.4] {
+        falls(load_v);
+    }
+}
+
+/// The first push is positive: a load falls against it or with it.
+fn falls(load_v: f64) {
+    let times = ["device.soft_start_s=0.5", "device.brake_open_s=0.1", "device.brake_close_s=0.2"];
     let mut device = device_of_one("robust", &times);
     device.holding_brake = Some(HoldingBrake::closed(20.0, [0.1, 0.2]));
-    device.load_v = -2.4;
+    device.load_v = load_v;
     device.ticks(20);
     device.device.servo().arm_for_link(None).unwrap();
     let mut speed = 0.0;
@@ -281,7 +288,12 @@ fn a_load_that_falls_when_the_brake_opens_is_a_fault_within_the_travel() {
         assert!(output.tick.status & Tick::HELD == 0 || output.brake() == BrakeCommand::Closed);
     }
     let fault = device.device.servo().latched().unwrap().fault;
-    assert!([Fault::EncoderReversed, Fault::Stall].contains(&fault), "{fault:?}");
+    let expected = if load_v < 0.0 {
+        [Fault::EncoderReversed, Fault::Stall]
+    } else {
+        [Fault::FollowingError; 2]
+    };
+    assert!(expected.contains(&fault), "{load_v} V: {fault:?}");
     device.ticks(100);
     let fallen = device.position_deg().abs();
     let acceleration = 27.0 * 2.4;

@@ -6,7 +6,7 @@ use experiments::controllers;
 use simulator::device::simulated::SimulatedDevice;
 use simulator::motor_ntc::NtcState;
 use stiction::Fault;
-use stiction::servo::State;
+use stiction::servo::{Refusal, State};
 
 use crate::dead_encoder::{armed_with, step};
 use crate::fixture::plans;
@@ -71,10 +71,17 @@ fn a_hot_motor_cannot_be_armed_until_it_is_cool() {
     let mut device = at_rest(&[]);
     assert_eq!(pass(&mut device, NtcState::At(LIMIT_C + 1.0), 2 * MEAN), HOT);
     device.device.servo().clear().unwrap();
+    let arm = |device: &mut SimulatedDevice| device.device.servo().arm_for_link(None);
+    assert_eq!(arm(&mut device), Err(Refusal::WouldTrip(Fault::MotorHot)));
     assert_eq!(pass(&mut device, NtcState::At(LIMIT_C + 1.0), 2 * MEAN), HOT, "it is still hot");
     pass(&mut device, NtcState::At(LIMIT_C - 1.0), 2 * MEAN);
     device.device.servo().clear().unwrap();
     assert_eq!(pass(&mut device, NtcState::At(LIMIT_C - 1.0), 2 * MEAN), State::Stopped);
+    assert_eq!(arm(&mut device), Ok(()));
+    device.device.servo().stop();
+    // The first mean with an open sensor is no fault yet.
+    assert_eq!(pass(&mut device, NtcState::Open, 2 * MEAN), State::Stopped);
+    assert_eq!(arm(&mut device), Err(Refusal::WouldTrip(Fault::MotorSensor)));
 }
 
 #[test]

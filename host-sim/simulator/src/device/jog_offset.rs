@@ -30,7 +30,7 @@ pub enum Offset {
     NotStated,
     /// The joint has no absolute encoder, and no offset.
     None,
-    /// The jog did not find the direction of the encoder, or there is no reading.
+    /// The jog did not find the direction of the encoder.
     Unknown,
     /// The offset is known.
     Checked(CheckedOffset),
@@ -65,7 +65,7 @@ impl Offset {
     /// where the encoder has shown `angle` (counts of a turn) before the jog.
     pub fn check(
         at_deg: Option<f64>,
-        angle: Option<u16>,
+        angle: u16,
         found: &JogFindings,
         parameters: &Parameters,
     ) -> Self {
@@ -75,13 +75,11 @@ impl Offset {
         let Some(at_deg) = at_deg else { return Self::NotStated };
         let encoder = &parameters.controller.encoder;
         let configured = if encoder.direction == Direction::Forward { 1 } else { -1 };
-        let (Some(angle), Verdict::Agrees | Verdict::Reversed) = (angle, found.verdict()) else {
-            return Self::Unknown;
-        };
+        let (Verdict::Agrees | Verdict::Reversed) = found.verdict() else { return Self::Unknown };
         let is_reversed = found.verdict() == Verdict::Reversed;
         let direction = if is_reversed { -configured } else { configured };
         let resolution = f64::from(encoder.resolution);
-        let stated = (at_deg / resolution).round() as i32;
+        let stated = (at_deg / resolution).round().rem_euclid(f64::from(TURN)) as i32;
         let zero_counts = (i32::from(angle) - direction * stated).rem_euclid(TURN);
         // z' - z = d' (p - t) for the position p by the offset of the file.
         let ahead = direction * (zero_counts - parameters.controller.motor.load_zero as i32);

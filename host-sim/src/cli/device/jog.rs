@@ -13,6 +13,9 @@ use simulator::device::jog_offset::{Offset, has_offset};
 use simulator::device::jogged;
 use simulator::device::wire::Wire;
 
+/// Number of attempts to read the angle.
+const READINGS: u32 = 5;
+
 /// Bounds of a jog. The device refuses more than its own bounds in `[jog]`
 #[derive(Debug, clap::Args)]
 pub struct JogArguments {
@@ -71,7 +74,7 @@ impl JogArguments {
         if !client.status()?.at_rest {
             client.pass(Duration::from_millis(100))?;
         }
-        let angle = client.status()?.load_angle;
+        let angle = self.angle(client)?;
         client.jog(self.asked())?;
         // The device ends the jog; the client waits a second longer.
         let longest = Duration::from_secs_f32(parameters.jog.time + 1.0);
@@ -86,6 +89,25 @@ impl JogArguments {
             }
             _ => Err(super::ended_early("jog", &status, super::NOTHING)),
         }
+    }
+
+    /// Returns the angle of an absolute encoder on the load, counts of its turn, if its offset is to
+    /// be checked. A single answer may be damaged.
+    fn angle<W: Wire>(&self, client: &mut Client<W>) -> Result<u16, Error> {
+        if self.at.is_none() {
+            return Ok(0);
+        }
+        for _ in 0..READINGS {
+            if let Some(angle) = client.status()?.load_angle {
+                return Ok(angle);
+            }
+            client.pass(Duration::from_millis(50))?;
+        }
+        Err(Error::Device(
+            "jog --at: the absolute encoder on the load gives no valid angle (docs/reference/\
+             faults.md, 27). Nothing has moved"
+                .into(),
+        ))
     }
 
     /// Returns the result as text, or with `--json` as a JSON object.
@@ -108,9 +130,10 @@ impl JogArguments {
 pub fn agrees(jogged: &JogResult) -> Result<(), Error> {
     let JogResult { parameters, found, offset } = jogged;
     if jogged::is_right(found, parameters) {
-        return match offset.wrong() {
-            None => Ok(()),
-            Some(wrong) => Err(Error::Device(format!(
+        return match (offset, offset.wrong()) {
+            (Offset::Unknown, _) => Err(Error::Device("jog: the offset was not checked".into())),
+            (_, None) => Ok(()),
+            (_, Some(wrong)) => Err(Error::Device(format!(
                 "jog: the offset is wrong by {:+.2} deg: set load_encoder.zero_counts = {}",
                 wrong.error_deg, wrong.zero_counts
             ))),
