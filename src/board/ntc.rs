@@ -2,7 +2,7 @@
 //! between two ticks that nothing restarts.
 //!
 //! The task of the log begins a conversion after each tick, and takes that of the tick before: the
-//! control tick has no part in it. Without an NTC in the parameters nobody uses the reading.
+//! control tick has no part in it. Without an NTC in the parameters the reading is not used.
 //!
 //! Not measured on hardware.
 

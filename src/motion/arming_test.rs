@@ -9,12 +9,12 @@
 //!         |                        \  |            the same the other way
 //! ```
 //!
-//! The test runs the guarded [jog](crate::motion::jog), with the jog's bounds of effort, rate, speed
-//! and time, and `device.arming_test_deg` as its travel. The jog's effort is above the breakaway
-//! and below a stall. Unlike a jog, a way ends only if both encoders have moved, and a joint beyond
-//! the bound of the speed comes to rest and is pushed back. The first way is positive, or negative
-//! near the upper end of the range of positions. The monitors
-//! that assume a direction or a ratio are off, all others are on.
+//! The test runs the guarded [jog](crate::motion::jog), with the jog's bounds of effort, rate,
+//! speed and time, and `device.arming_test_deg` as its travel. The jog's effort is above the
+//! breakaway and below a stall. Unlike a jog, a way ends only if both encoders have moved, and a
+//! joint beyond the bound of the speed comes to rest and is pushed back. The first way is positive,
+//! or negative near the upper end of the range of positions. The monitors that assume a direction
+//! or a ratio are off, all others are on.
 //!
 //! ```text
 //! load       motor      fault
@@ -28,10 +28,10 @@
 //!
 //! Guarantees: with an encoder that counts, no side is driven farther than the travel from where it
 //! began. A joint that a load moves goes on for `v h + v^2 / (2 a)`: `v` is its speed at the bound,
-//! at most `sqrt(2 A x)` after the travel `x` at the acceleration `A` of the load less the friction,
-//! and `a` the deceleration of the holding brake, which closes then, or without one that of the loop
-//! that takes the joint over, once its soft start suffices.
-//! With the only encoder dead, each way goes as far as the ramp of the effort pushes the joint.
+//! at most `sqrt(2 A x)` after the travel `x` at the acceleration `A` of the load less the
+//! friction, and `a` the deceleration of the holding brake, which closes then, or without one that
+//! of the loop that takes the joint over, once its soft start suffices. With the only encoder dead,
+//! each way goes as far as the ramp of the effort pushes the joint.
 //!
 //! Does badly: a slip within slack and wind-up, a ratio that is a little wrong, and a fault that
 //! needs more effort to show, are not detected. A load that slides down without effort cannot be

@@ -584,8 +584,8 @@ impl HomeWatch {
     /// with the previous one. If both agree, the joint goes on until it is within the range.
     fn go_back(&mut self, counts: i32, pass: Option<i32>, profile: &mut Profile) {
         let sign = self.sense.sign();
-        // The first pass behind the edge, whether the edges are known to agree by then or not: which
-        // turn of the encoder it is must not depend on how far the joint has gone back.
+        // The first pass behind the edge, whether the edges are known to agree by then or not:
+        // which turn of the encoder it is must not depend on how far the joint has gone back.
         if let Some(pass) = pass.filter(|pass| sign * (self.found.moved - pass) > FLICKER) {
             self.behind.get_or_insert(pass);
         }

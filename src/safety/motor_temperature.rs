@@ -10,11 +10,11 @@
 //! The last line corrects the [model of the winding's heat](super::monitor). `continuous` is the
 //! steady effort that takes the winding from the room's temperature `ambient_c` to `limit_c`. So a
 //! motor that is hotter than the model believes, because the room is hot, the case is warm, or the
-//! power was off meanwhile, has less time for an overload. If `limits.continuous_v` is off, there is
-//! no model to correct, and `limit_c` alone protects.
+//! power was off meanwhile, has less time for an overload. If `limits.continuous_v` is off, there
+//! is no model to correct, and `limit_c` alone protects.
 //!
-//! The correction only raises the heat. A winding heats up within seconds and an NTC follows tens of
-//! seconds later, and one that has come off its place shows the room: neither may make the model
+//! The correction only raises the heat. A winding heats up within seconds and an NTC follows tens
+//! of seconds later, and one that has come off its place shows the room: neither may make the model
 //! less strict. In a cold room or with a fan, a larger `limits.continuous_v` uses what the motor
 //! has.
 //!
@@ -111,8 +111,8 @@ impl MotorTemperatureState {
         self.temperature
     }
 
-    /// Returns the fault that forbids arming: the last mean was too hot, or shows an open or shorted
-    /// sensor, be it the first one.
+    /// Returns the fault that forbids arming: the last mean was too hot, or shows an open or
+    /// shorted sensor, be it the first one.
     pub const fn forbids_arming(&self) -> Option<Fault> {
         self.forbids
     }

@@ -292,8 +292,8 @@ fn a_homing_that_finds_no_stop_leaves_the_reference_to_the_angle() {
 }
 
 /// Returns the verdicts of a jog with `--at` on a joint at 30 deg whose file has these keys beside
-/// those of the joint: on direction, ratio and offset. The last value is whether the JSON object has
-/// the offset among the keys to set.
+/// those of the joint: on direction, ratio and offset. The last value is whether the JSON object
+/// has the offset among the keys to set.
 fn jogged_at(set: &[&str], stated_deg: f64) -> ([bool; 3], Offset, bool) {
     let plan =
         |set: &[&str]| both_encoders(&["robust"], &[&CHIP, &STIFF, &RANGE, set].concat()).remove(0);
@@ -312,9 +312,9 @@ fn jogged_at(set: &[&str], stated_deg: f64) -> ([bool; 3], Offset, bool) {
     ([found.agrees(), !is_wrong_ratio, offset.wrong().is_none()], offset, is_written)
 }
 
-/// Each of direction, ratio and offset wrong in the file, alone and together. Whatever else is wrong,
-/// the offset to write is the 16 000 of the joint, within the rounding of the reading and of the
-/// stated position, and what a stiff gear is wound up by a push.
+/// Each of direction, ratio and offset wrong in the file, alone and together. Whatever else is
+/// wrong, the offset to write is the 16 000 of the joint, within the rounding of the reading and of
+/// the stated position, and what a stiff gear is wound up by a push.
 #[test]
 fn a_jog_at_a_stated_position_finds_which_of_direction_ratio_and_offset_is_wrong() {
     let direction = "load_encoder.direction=reverse";

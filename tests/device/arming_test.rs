@@ -205,8 +205,8 @@ fn noise_of_a_count_is_neither_a_motion_nor_a_fault() {
     }
 }
 
-/// The monitors that are off in the test are on after it: a wire of the load's encoder that is swapped
-/// then, or cut, is a fault of the first move.
+/// The monitors that are off in the test are on after it: a wire of the load's encoder that is
+/// swapped then, or cut, is a fault of the first move.
 #[test]
 fn after_its_test_a_failed_encoder_is_a_fault_of_the_move() {
     for load in [Wires::Swapped, Wires::Cut] {

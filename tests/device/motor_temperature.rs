@@ -40,8 +40,8 @@ fn pass(device: &mut SimulatedDevice, state: NtcState, ticks: u32) -> State {
     device.device.servo().state()
 }
 
-/// A millivolt of the pin is 0.04 K at 25 deg C and 0.16 K at 120 deg C, and a step of the converter
-/// is 0.8 mV.
+/// A millivolt of the pin is 0.04 K at 25 deg C and 0.16 K at 120 deg C, and a step of the
+/// converter is 0.8 mV.
 #[test]
 fn the_measured_temperature_is_that_of_the_ntc() {
     let mut device = at_rest(&[]);
@@ -100,7 +100,8 @@ fn an_open_and_a_shorted_sensor_are_faults_and_a_disturbance_is_none() {
 /// The coldest and the hottest one that the divider of the parameters can be used for.
 #[test]
 fn an_intact_sensor_at_the_ends_of_its_range_is_no_open_or_shorted_one() {
-    // A step of the converter is 3 K at the ends. R(-20 C) / 511 and 511 R(120 C) of this NTC: 206.2 ohm and 207.9 kOhm.
+    // A step of the converter is 3 K at the ends. R(-20 C) / 511 and 511 R(120 C) of this NTC:
+    // 206.2 ohm and 207.9 kOhm.
     for (divider, celsius) in [("207", -20.0), ("207000", LIMIT_C - 10.0)] {
         let mut device = at_rest(&[&format!("motor_ntc.divider_ohm={divider}")]);
         let state = pass(&mut device, NtcState::At(celsius), 8 * MEAN);

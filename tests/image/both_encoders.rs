@@ -312,8 +312,8 @@ fn a_jog_finds_the_same_of_both_encoders_as_on_a_simulated_device() {
     }
 }
 
-/// The test at arming, with a load's encoder that is dead and with sound ones: the same fault, to the
-/// bit of its value, or the same place after a second of the loop.
+/// The test at arming, with a load's encoder that is dead and with sound ones: the same fault, to
+/// the bit of its value, or the same place after a second of the loop.
 #[test]
 fn a_test_at_arming_ends_as_on_a_simulated_device() {
     let wires = [([Wires::Sound, Wires::Cut], 26), ([Wires::Sound, Wires::Sound], 0)];

@@ -1,5 +1,5 @@
-// Buttons that move the joint: arm, hold, move, step, trajectory, jog, home, identify. A real motor is
-// turned on only after a typed word, since a button may be pressed by mistake.
+// Buttons that move the joint: arm, hold, move, step, trajectory, jog, home, identify. A real motor
+// is turned on only after a typed word, since a button may be pressed by mistake.
 
 import { app, by, history, on } from './app';
 import type { Link } from './link';

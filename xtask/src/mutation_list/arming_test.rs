@@ -45,7 +45,7 @@ pub(super) const MUTATIONS: &[Mutation] = &[
         "after a test at arming the encoders are not compared, nor is a reversal seen",
         Suite::Device, &["after_its_test_a_failed_encoder"]),
     fault("src/servo/arming_test.rs",
-        ["range.check(place.saturating_add_unsigned(test.travel()))",
+        ["range.check(place.wrapping_add_unsigned(test.travel()))",
          "range.check(place)"],
         "a test at arming begins towards the end of the range",
         Suite::Device, &["the_first_way_leads_away"]),

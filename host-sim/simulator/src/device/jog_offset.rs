@@ -7,8 +7,8 @@
 //! ```
 //!
 //! The jog finds d', and this check z'. Does badly: the offset is only as good as the statement. A
-//! wrong number of counts a turn is none of it: that of the chip is fixed, and the magnet turns with
-//! the joint.
+//! wrong number of counts a turn is none of it: that of the chip is fixed, and the magnet turns
+//! with the joint.
 
 use serde_json::{Map, Value, json};
 use stiction::Parameters;

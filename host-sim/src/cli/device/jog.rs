@@ -91,8 +91,8 @@ impl JogArguments {
         }
     }
 
-    /// Returns the angle of an absolute encoder on the load, counts of its turn, if its offset is to
-    /// be checked. A single answer may be damaged.
+    /// Returns the angle of an absolute encoder on the load, counts of its turn, if its offset is
+    /// to be checked. A single answer may be damaged.
     fn angle<W: Wire>(&self, client: &mut Client<W>) -> Result<u16, Error> {
         if self.at.is_none() {
             return Ok(0);
