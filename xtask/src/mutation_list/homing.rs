@@ -71,7 +71,7 @@ pub const MUTATIONS: &[Mutation] = &[
         "a turn without an index is no deviation",
         Suite::Core, &["a_turn_without_an_index"]),
     fault("src/servo/encoder_index.rs",
-        ["            self.lose_reference();\n",
+        ["            self.referenced = Referenced::No;\n",
          ""],
         "a joint stays referenced after its counts and its index differ",
         Suite::Device, &["counts_that_are_lost_slowly_are_a_fault"]),
