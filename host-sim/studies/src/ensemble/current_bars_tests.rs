@@ -18,7 +18,10 @@ use std::sync::Mutex;
 
 /// Seed and joints of each family.
 const SEED: u64 = 9907;
-const JOINTS: u64 = 200;
+const JOINTS: u64 = 500;
+
+/// Joints by which success may be less than nominal: 2.5 %.
+const FEWER: u64 = 12;
 
 const FAMILIES: [Family; 5] =
     [Family::Rigid, Family::Gravity, Family::LuGre, Family::FlexibleMotor, Family::FlexibleLoad];
@@ -71,10 +74,10 @@ fn summary(family: Family, bridge: Bridge, condition: Condition) -> LawSummary {
     summaries(&header, &rows).remove(0).1.remove(0)
 }
 
-/// With a current loop, success stays within five joints of the nominal one, tracking within a
+/// With a current loop, success stays within [`FEWER`] joints of the nominal one, tracking within a
 /// tenth, and no monitor trips, whatever winding and supply are; but for the cells of [`MISSED`].
 #[test]
-#[ignore = "a quarter of an hour: cargo xtask test --all"]
+#[ignore = "half an hour: cargo xtask test --all"]
 fn success_and_tracking_do_not_depend_on_winding_and_supply() {
     let mut missed = Vec::new();
     for family in FAMILIES {
@@ -97,7 +100,7 @@ fn success_and_tracking_do_not_depend_on_winding_and_supply() {
                     continue;
                 }
                 let (successes, tracking) = *nominal.get_or_insert((*success, p50));
-                if *success + 5 < successes || p50 > 1.1 * tracking || *false_trips > 0 {
+                if *success + FEWER < successes || p50 > 1.1 * tracking || *false_trips > 0 {
                     missed.push(format!("{}, {}", family.name(), condition.name()));
                 }
             }
