@@ -80,7 +80,6 @@ use crate::control::profile::{MoveLimits, Profile, ProfileLimits};
 use crate::control::signal::Tick;
 use crate::motion::jog::JogBounds;
 use crate::safety::monitor::Limits;
-use crate::servo::Input;
 #[cfg(feature = "two-encoders")]
 use crate::units::error::Allowed;
 use crate::units::error::{HUGE, InvalidValue, above, between};
@@ -483,14 +482,13 @@ impl HomeWatch {
         }
     }
 
-    /// Evaluates a tick with the [`lines`](Input::lines) at its start, turns the profile's set
+    /// Evaluates a tick with the level of the switch's input at its start, turns the profile's set
     /// point at the place and after the way back, and returns whether the homing has ended.
     #[inline(never)]
-    pub(crate) fn ends(&mut self, tick: &Tick, lines: u8, profile: &mut Profile) -> bool {
+    pub(crate) fn ends(&mut self, tick: &Tick, is_high: bool, profile: &mut Profile) -> bool {
         self.elapsed = self.elapsed.saturating_add(1);
         let driven = self.elapsed.saturating_sub(self.wait);
         self.wait_for(tick, driven > 0, profile);
-        let is_high = lines & Input::SWITCH != 0;
         let edge = self.switch.as_mut().and_then(|switch| switch.update(is_high, tick.counts));
         let pass = self.pass.take().filter(|_| self.to.has_index());
         let ahead = |pass: &i32| self.sense.sign() * pass > FLICKER;

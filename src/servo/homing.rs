@@ -6,7 +6,7 @@
 //! sets the reference again (`servo/absolute_load.rs`).
 
 use super::referenced::Referenced;
-use super::{ControlLoop, Refusal, Servo};
+use super::{ControlLoop, Input, Refusal, Servo};
 use crate::control::signal::Tick;
 use crate::motion::Course;
 use crate::motion::home::{Home, HomeFindings};
@@ -94,7 +94,7 @@ impl ControlLoop {
             return false;
         };
         let was_back = home.is_back();
-        let ends = home.ends(tick, lines, profile);
+        let ends = home.ends(tick, lines & Input::SWITCH != 0, profile);
         if home.is_back() != was_back {
             // A law that has given up at the stop tries again.
             self.state.begin_motion();

@@ -9,12 +9,8 @@
 //! turn behind the place of power-on on. The turn has four times `encoder.lines` counts, or
 //! `device.index_counts` without a data sheet.
 
-use stiction::control::device_config::{DeviceConfig, HomeSwitch};
+use stiction::control::device_config::HomeSwitch;
 use stiction::servo::Input;
-use stiction::units::value::Table as _;
-
-use crate::experiment::RunPlan;
-use files::error::Error;
 
 /// A homing switch with its wire.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -79,44 +75,5 @@ impl IndexModel {
         let beyond = (self.first + self.width - 1 - to).rem_euclid(self.every);
         let rise = to + beyond;
         if rise < from { Some(rise) } else { None }
-    }
-}
-
-impl RunPlan {
-    /// Returns the index of the encoder of this run, or of its [truth](Self::truth); `None` without
-    /// `device.index_counts`.
-    ///
-    /// # Errors
-    /// Returns an error that names the invalid value.
-    pub fn index(&self) -> Result<Option<IndexModel>, Error> {
-        let device = self.machine.device.core(DeviceConfig::EXAMPLE);
-        let plant = self.truth.as_deref().unwrap_or(self);
-        let lines = plant.sheet()?.and_then(|(sheet, _)| sheet.encoder.lines);
-        let every = lines.map_or(i64::from(device.index_counts), |lines| 4 * i64::from(lines));
-        Ok((device.index_counts > 0 && every > 0).then(|| IndexModel {
-            every,
-            first: every / 4,
-            width: i64::from(device.index_width).max(1),
-        }))
-    }
-
-    /// Returns this run with the edge of the homing switch at an angle, deg.
-    #[must_use]
-    pub fn with_home_switch(self, edge_deg: f64) -> Self {
-        Self { home_switch_deg: Some(edge_deg), ..self }
-    }
-
-    /// Returns the homing switch of this run, or of its [truth](Self::truth).
-    ///
-    /// # Errors
-    /// Returns an error that names the invalid value.
-    pub fn home_switch(&self) -> Result<SwitchModel, Error> {
-        let plant = self.truth.as_deref().unwrap_or(self);
-        let of_sheet = plant.sheet()?.and_then(|(sheet, _)| sheet.load.home_switch_deg);
-        Ok(SwitchModel {
-            edge_deg: plant.home_switch_deg.or(of_sheet),
-            contact: self.machine.device.core(DeviceConfig::EXAMPLE).home_switch,
-            is_cut: false,
-        })
     }
 }

@@ -10,6 +10,7 @@
 mod assemble;
 mod controller;
 mod every_law;
+mod home_sensors;
 mod joint_bounds;
 mod motion;
 mod parameters;

@@ -21,7 +21,7 @@ const SEED: u64 = 9907;
 const JOINTS: u64 = 500;
 
 /// Joints by which success may be less than nominal: 2.5 %.
-const FEWER: u64 = 12;
+const FEWER: usize = 12;
 
 const FAMILIES: [Family; 5] =
     [Family::Rigid, Family::Gravity, Family::LuGre, Family::FlexibleMotor, Family::FlexibleLoad];
