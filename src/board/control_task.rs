@@ -22,7 +22,7 @@ use super::encoder::LoadQuadrature;
 use super::encoder::Quadrature;
 use super::stopwatch::Stopwatch;
 use super::tick::{Period, TickTimer};
-use super::traits::{Bridge, EncoderInput};
+use super::traits::{Bridge, EncoderInput, IndexInput};
 
 /// What the hardware has turned the outputs off for; zero: nothing. The interrupts of the break
 /// input and of the converter's watchdog set it, with [`BREAK`] or [`OVER_CURRENT`]. In the same

@@ -14,7 +14,7 @@ use stm32f4xx_hal::gpio::{PB6, PB7};
 use stm32f4xx_hal::pac;
 use stm32f4xx_hal::rcc::{Enable, Rcc, Reset};
 
-use super::traits::EncoderInput;
+use super::traits::{EncoderInput, IndexInput};
 
 /// The input filter `ICxF`: an edge counts when 8 samples at 84 MHz agree. Spikes of the bridge
 /// below 95 ns do not count; up to 5 million edges a second do.
@@ -96,17 +96,17 @@ quadrature! {
     GPIOA from 0 with Input::CONTACT | Input::SWITCH, |_before, now| now
 }
 
-impl Quadrature {
-    /// Starts the capture of the counter by the rising edge of the index on PA2. Its filter is that
-    /// of the lines, so that both have the same delay.
-    pub fn capture_index(&self, _pin: &PA2<Alternate<1>>) {
+/// The index is on PA2. Its filter is that of the lines, so that both have the same delay.
+impl IndexInput for Quadrature {
+    type Pin = PA2<Alternate<1>>;
+
+    fn capture_index(&self, _pin: &Self::Pin) {
         self.timer.ccmr2_input().write(|w| w.cc3s().ti3().ic3f().set(FILTER));
         self.timer.ccer().write(|w| w.cc3e().set_bit());
     }
 
-    /// Returns the counter that the index has captured since the last call, if it has. Of two
-    /// passes, that is the second one; the flag of an over-capture stays set, and has no effect.
-    pub fn index(&self) -> Option<u32> {
+    /// The flag of an over-capture stays set, and has no effect.
+    fn index(&self) -> Option<u32> {
         let has_passed = self.timer.sr().read().cc3if().bit_is_set();
         // The reading clears the flag.
         has_passed.then(|| self.timer.ccr3().read().bits())

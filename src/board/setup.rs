@@ -30,6 +30,7 @@ use super::ntc::NtcInput;
 use super::sectors::{SLOTS, Sectors};
 use super::stopwatch::Stopwatch;
 use super::tick::{Period, TickTimer};
+use super::traits::IndexInput;
 use super::usart::{Port, ReceiveQueue};
 use super::watchdog::{Independent, Timeout};
 use super::{clock, sectors, voltage_detector};

@@ -17,6 +17,19 @@ pub trait EncoderInput {
     fn pull(&mut self, down: bool);
 }
 
+/// The index of an encoder, which captures its counter.
+pub trait IndexInput {
+    /// The pin of the index.
+    type Pin;
+
+    /// Starts the capture of the counter by the rising edge of the index.
+    fn capture_index(&self, pin: &Self::Pin);
+
+    /// Returns the counter that the index has captured since the last call, if it has. Of two
+    /// passes, that is the second one.
+    fn index(&self) -> Option<u32>;
+}
+
 /// The bridge that drives the motor.
 pub trait Bridge {
     /// Applies `duty`, turns the outputs on if they are off, and opens or closes the holding brake
