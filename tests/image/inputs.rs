@@ -30,12 +30,17 @@ fn registers<const N: usize>(set: &[&str], addresses: [u64; N]) -> [u32; N] {
 
 #[test]
 fn the_inputs_are_filtered_and_pulled_up_and_every_edge_counts() {
-    let [pulls, selected, mode, polarity, top] =
-        registers(&[], [GPIOA_PUPDR, TIM2 + 0x18, TIM2 + 0x08, TIM2 + 0x20, TIM2 + 0x2C]);
+    let [pulls, selected, index, mode, polarity, top] = registers(
+        &[],
+        [GPIOA_PUPDR, TIM2 + 0x18, TIM2 + 0x1C, TIM2 + 0x08, TIM2 + 0x20, TIM2 + 0x2C],
+    );
     // PA0, PA1 and the link's PA10: a wire that is cut does not float.
     assert_eq!(pulls & (0xF | 3 << 20), 0b0101 | 1 << 20);
-    // Each input its own, IC1F and IC2F 8 samples; encoder mode 3; not inverted; 32 bits.
-    assert_eq!((selected, mode & 0xFFFF, polarity), (0x3131, 3, 0));
+    // The index and the switch, PA2 and PA7: a wire that is cut is no index, and an open contact.
+    assert_eq!(pulls >> 4 & 3 | (pulls >> 14 & 3) << 2, 0b10 | 0b01 << 2);
+    // Each input its own, IC1F, IC2F and IC3F 8 samples; encoder mode 3; not inverted; CC3E
+    // captures; 32 bits.
+    assert_eq!((selected, index, mode & 0xFFFF, polarity), (0x3131, 0x31, 3, 1 << 8));
     assert_eq!(top, u32::MAX);
 }
 
