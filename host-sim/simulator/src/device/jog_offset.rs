@@ -3,7 +3,7 @@
 //!
 //! ```text
 //! a = z + d p    mod a turn      reading a at the position p, with the offset z and direction d
-//! z' = a - d' t  mod a turn      the offset for which t is the position, with the true direction d'
+//! z' = a - d' t  mod a turn      the offset for which t is the position; d' is the true direction
 //! ```
 //!
 //! The jog finds d', and this check z'. Does badly: the offset is only as good as the statement. A
