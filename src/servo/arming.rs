@@ -99,7 +99,6 @@ impl Servo {
             State::Armed => return Err(Refusal::Armed),
             State::Stopped => {}
         }
-        self.check_contact()?;
         if let Some(fault) = self.motor_temperature.forbids_arming() {
             return Err(Refusal::WouldTrip(fault));
         }

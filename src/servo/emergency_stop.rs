@@ -10,8 +10,9 @@
 //! supply of the contact read alike: as a stop. The hardware turns the bridge off without the
 //! program (docs/reference/wiring.md). Each tick reads the input, and an open contact latches
 //! [`Fault::EmergencyStop`] in whatever state the servo is. Until the contact is closed, no command
-//! clears the fault, and nothing is armed. If another fault is latched when the contact opens, the
-//! emergency stop follows once that one is cleared, also if the contact is closed by then.
+//! clears the fault. If another fault is latched when the contact opens, the
+//! emergency stop follows once that one is cleared or new parameters have ended it, also if the
+//! contact is closed by then.
 //!
 //! The contact pulls the break input as the bridge's driver does, and its input at the port is
 //! filtered. So the fault of a break input that is latched before the open contact is read becomes

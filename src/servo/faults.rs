@@ -75,14 +75,20 @@ impl Servo {
         if fault == Fault::EmergencyStop {
             self.check_contact()?;
         }
-        self.state = State::Stopped;
-        self.latched = None;
         self.has_failed_test = false;
         self.end_transition();
         self.retest_lines();
+        self.end_fault();
+        Ok(())
+    }
+
+    /// Ends the latched fault. The servo is stopped, or has the fault of an emergency stop that
+    /// came meanwhile.
+    pub(super) fn end_fault(&mut self) {
+        self.state = State::Stopped;
+        self.latched = None;
         if core::mem::take(&mut self.is_stop_behind) {
             self.fault(Fault::EmergencyStop);
         }
-        Ok(())
     }
 }

@@ -266,8 +266,7 @@ impl Servo {
         if let State::Faulted(fault) = self.state
             && fault.ends_with_parameters()
         {
-            self.state = State::Stopped;
-            self.latched = None;
+            self.end_fault();
         }
         Ok(())
     }

@@ -73,18 +73,26 @@ fn no_command_clears_or_arms_while_the_contact_is_open() {
     assert_eq!((servo.clear(), tick(&mut servo, false).state), (Ok(()), STOPPED));
 }
 
-/// Valid parameters end the fault of bad ones. Until the next tick, the open contact of the last
-/// one is the refusal.
+/// Valid parameters end the fault of bad ones, and not that of a contact that opened meanwhile.
 #[test]
-fn parameters_that_end_a_fault_arm_nothing_under_an_open_contact() {
+fn a_stop_behind_a_fault_that_parameters_end_is_the_fault_after_it() {
+    let install = |servo: &mut Servo| {
+        let mut after = None;
+        ControlLoop::prepare(&mut after, &srnf(&[CONTACT]), &STM32F405).unwrap();
+        servo.install(&mut after).unwrap();
+    };
     let mut servo = at_rest(&[CONTACT]);
     servo.fault(Fault::BadParameters);
     assert_eq!(tick(&mut servo, false).state, State::Faulted(Fault::BadParameters));
-    let mut after = None;
-    ControlLoop::prepare(&mut after, &srnf(&[CONTACT]), &STM32F405).unwrap();
-    servo.install(&mut after).unwrap();
-    assert_eq!((servo.state(), servo.arm()), (State::Stopped, REFUSED));
-    assert_eq!(tick(&mut servo, false).state, STOPPED);
+    install(&mut servo);
+    assert_eq!((servo.state(), servo.clear()), (STOPPED, REFUSED));
+    assert_eq!(servo.arm(), Err(Refusal::Faulted(Fault::EmergencyStop)));
+    // It needs one clearing, and no second one.
+    tick(&mut servo, true);
+    assert_eq!((servo.clear(), servo.state()), (Ok(()), State::Stopped));
+    servo.fault(Fault::BadParameters);
+    install(&mut servo);
+    assert_eq!(servo.state(), State::Stopped);
 }
 
 /// The stop has a clearing of its own, though the contact is closed again.

@@ -1,4 +1,5 @@
-//! A stop of a joint that moves, a second client, and a reset of a joint with a range, in the image.
+//! A stop of a joint that moves, a second client, and a reset of a joint with a range, in the
+//! image.
 //!
 //! tests/device has each of them under every law: controlled_stop.rs, link/owner.rs, referenced.rs.
 

@@ -223,8 +223,8 @@ fn sides(
     ]
 }
 
-/// Returns v_PD, v_c and v of one run, each in its own panel: in one panel, chattering signals
-/// would hide each other.
+/// Returns v_PD, v_c and v of one run and its measured current, each in its own panel: in one
+/// panel, chattering signals would hide each other.
 fn breakdown(result: &RunResult, curve: &str, end_s: f64) -> Vec<Panel> {
     type Signal = (&'static str, &'static str, Style, fn(&LoopSample) -> f64);
     let all: [Signal; 3] = [
@@ -234,13 +234,18 @@ fn breakdown(result: &RunResult, curve: &str, end_s: f64) -> Vec<Panel> {
     ];
     let plain = is_plain(result);
     let shown = all.into_iter().filter(|(name, ..)| !plain || *name == "v_PD");
+    let panel = |name: &str, label: &str, style, of: fn(&LoopSample) -> f64| {
+        let line = PlotCurve::new(format!("{name}, {curve}"), style, points(result, end_s, of));
+        let inset = around(rest(result, end_s, of, 0.5).into_iter());
+        Panel { height: 0.62, inset, ..Panel::new(label, vec![line.held()]) }
+    };
+    // Without a sensor it is zero, and the panel is left out as every panel of zeros is.
+    let current = panel("i", "motor current (A)", Style::Total, |m| m.tick.current.into());
     shown
         .map(|(name, label, style, of)| {
-            let name = if plain { "v = v_PD".into() } else { name.to_owned() };
-            let line = PlotCurve::new(format!("{name}, {curve}"), style, points(result, end_s, of));
-            let inset = around(rest(result, end_s, of, 0.5).into_iter());
-            Panel { height: 0.62, inset, ..Panel::new(label, vec![line.held()]) }
+            panel(if plain { "v = v_PD" } else { name }, label, style, of)
         })
+        .chain([current])
         .collect()
 }
 

@@ -99,6 +99,9 @@ pub struct BareCurrentLoop {
     of: PeriodWork,
     /// Back-EMF of a speed of one deg/s, codes.
     back_emf: f32,
+    /// Current of a step of the converter, A, and its reading without a current.
+    unit_a: f32,
+    zero: u16,
     shunt: Shunt,
     periods: CurrentPeriods,
 }
@@ -108,14 +111,20 @@ impl BareCurrentLoop {
     pub fn of(parameters: &Parameters) -> Option<Self> {
         let servo = Servo::new(Ok(parameters), Boot::at_zero(), &STM32F405);
         let mut shunt = Shunt::of(&parameters.current);
+        let zero = shunt.reading(0.0);
         let of = match servo.period_work()? {
-            PeriodWork::Regulate(of) => {
-                PeriodWork::Regulate(of.with_offset(shunt.reading(0.0).into()))
-            }
+            PeriodWork::Regulate(of) => PeriodWork::Regulate(of.with_offset(zero.into())),
             pulses @ PeriodWork::Pulse(_) => pulses,
         };
         let back_emf = parameters.limits.back_emf / parameters.controller.drive.lsb;
-        Some(Self { of, back_emf, shunt, periods: CurrentPeriods::default() })
+        let unit_a = parameters.current.unit(STM32F405.supply_top);
+        let periods = CurrentPeriods { reading: zero, ..CurrentPeriods::default() };
+        Some(Self { of, back_emf, unit_a, zero, shunt, periods })
+    }
+
+    /// Returns the current that the sensor has measured last, A.
+    pub fn current(&self) -> f32 {
+        self.unit_a * (f32::from(self.periods.reading) - f32::from(self.zero))
     }
 
     /// Drives the motor of a plant from a tick to the next one, under the code that takes effect

@@ -51,8 +51,8 @@ pub struct RunMetrics {
     /// Largest error at a reversal of a sine, deg: where its set point has less than a fifth of its
     /// top speed.
     pub reversal_error_deg: Option<f64>,
-    /// Number of stops of the joint while the set point of a trajectory or a sine moves at more than
-    /// half of its top speed: stair-like motion. Stops between two samples do not count.
+    /// Number of stops of the joint while the set point of a trajectory or a sine moves at more
+    /// than half of its top speed: stair-like motion. Stops between two samples do not count.
     pub sticks_in_motion: Option<u32>,
     /// Peak-to-peak amplitude of hunting in the second half of the run of a step, deg.
     pub hunting_peak_to_peak_deg: Option<f64>,

@@ -13,7 +13,7 @@ use files::error::Error;
 const RATIOS: [f64; 2] = [0.1, 2.0];
 
 /// A supply that differs from the nominal one.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct SupplyCourse {
     /// Supply over the nominal one.
     pub ratio: f64,
@@ -22,7 +22,7 @@ pub struct SupplyCourse {
 }
 
 /// A sag of the supply.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Sag {
     /// Supply in the sag over the supply before it.
     pub ratio: f64,

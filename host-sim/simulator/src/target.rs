@@ -104,7 +104,8 @@ pub struct RegulatedLoop<'a> {
 
 impl Target for RegulatedLoop<'_> {
     fn tick(&mut self, counters: Counters) -> Option<Tick> {
-        self.bare.tick(counters)
+        let tick = self.bare.tick(counters)?;
+        Some(Tick { current: self.current_loop.current(), ..tick })
     }
 
     fn drive<S: AxisSolver>(

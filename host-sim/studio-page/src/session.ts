@@ -103,7 +103,9 @@ function read(line: string): any {
 // cells, since its other signals are not measured.
 export async function csv(of: History, [first, end]: [number, number]): Promise<Blob> {
   const breath = new Breath();
-  const law = of.hello!.law;
+  // A device with a sensor of the motor's current sends it.
+  const current = of.hello!.signals.map(({ name }) => name).filter((name) => name === 'current_a');
+  const more = [...of.hello!.law, ...current];
   const head = [
     'time_s',
     'reference_deg',
@@ -116,7 +118,7 @@ export async function csv(of: History, [first, end]: [number, number]): Promise<
     'code',
     'stuck',
     'v_applied_v',
-    ...law,
+    ...more,
   ];
   const pieces = [head.join(',') + '\n'];
   const begin = first < end ? of.time(first) : 0;
@@ -144,7 +146,7 @@ export async function csv(of: History, [first, end]: [number, number]): Promise<
         // As in such a log: the measured velocity is zero.
         value('velocity_deg_per_s') === 0,
         value('v_applied_v'),
-        ...law.map(value),
+        ...more.map(value),
       ].join(',') + '\n',
     );
   }

@@ -29,7 +29,8 @@ fn csv_has_a_line_a_sample_under_the_documented_header() {
     };
     let columns = columns();
     let width = columns.split(',').count();
-    // Seven signals have a column among those that scripts rely on. A run has no current.
+    // Seven signals have a column among those that scripts rely on. Without a sensor there is no
+    // current.
     assert_eq!(width, 11 + SIGNALS.len() - 8);
     let text = csv(&[
         "trajectory",

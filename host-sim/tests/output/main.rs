@@ -17,6 +17,7 @@ mod identify;
 mod identify_gear;
 mod identify_machine;
 mod json;
+mod motor_current;
 mod new_joint;
 mod own_file;
 #[cfg(feature = "shared-law")]

@@ -2,11 +2,12 @@
 
 use super::cell::Cell;
 use super::columns::of_a_run;
-use super::csv::{MOTOR_COUNTS, cell, has_motor, moments, signals_of};
+use super::csv::{CURRENT, MOTOR_COUNTS, cell, has_current, has_motor, moments, signals_of};
 use crate::run::RunResult;
 
 /// Returns the columns of a run with their names, then the motor's counts if it has two encoders,
-/// then the signals of its law. An empty cell is NaN; a flag is 0 or 1.
+/// then the motor's current if it has a sensor of it, then the signals of its law. An empty cell is
+/// NaN; a flag is 0 or 1.
 pub fn arrays(result: &RunResult) -> Vec<(&'static str, Vec<f64>)> {
     let (moments, is_ramp) = moments(result);
     let of_columns = of_a_run().into_iter().map(|column| {
@@ -21,7 +22,9 @@ pub fn arrays(result: &RunResult) -> Vec<(&'static str, Vec<f64>)> {
         let numbers = moments.iter().map(|moment| number(&moment.motor_counts.into()));
         (MOTOR_COUNTS, numbers.collect())
     });
-    of_columns.chain(of_the_motor).chain(of_the_law).collect()
+    let current = has_current(result)
+        .then(|| (CURRENT, moments.iter().map(|moment| moment.tick.current.into()).collect()));
+    of_columns.chain(of_the_motor).chain(current).chain(of_the_law).collect()
 }
 
 const fn number(cell: &Cell) -> f64 {

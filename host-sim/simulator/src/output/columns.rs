@@ -99,8 +99,8 @@ pub fn is_leading(name: &str) -> bool {
     LEADING.iter().any(|column| column.name() == name)
 }
 
-/// Returns the columns of a run: the leading ones, then every other signal of the core but the
-/// motor's current, which only a device measures.
+/// Returns the columns of every run: the leading ones, then every other signal of the core but the
+/// motor's current, which has a column only if it is measured.
 pub fn of_a_run() -> Vec<SeriesColumn> {
     const CURRENT: &str = signal::name("current");
     let is_other = |name| !is_leading(name) && name != CURRENT;

@@ -8,8 +8,8 @@ use crate::closed_loop::LoopSample;
 use crate::run::{RunResult, RunTrace};
 
 /// Returns the CSV: the header, then a line for each sample. With several runs, each line starts
-/// with the label of its run. The motor's counts follow, if a run has two encoders. The signals of
-/// the laws are in the last columns.
+/// with the label of its run. The motor's counts follow, if a run has two encoders, then the
+/// motor's current, if a run has a sensor of it. The signals of the laws are in the last columns.
 ///
 /// # Errors
 /// Returns an error if a number cannot be written.
@@ -26,7 +26,8 @@ pub fn render(results: &[RunResult]) -> Result<Vec<u8>, csv::Error> {
     let columns = of_a_run();
     let names = columns.iter().map(|column| column.name());
     let motor = results.iter().any(has_motor).then_some(MOTOR_COUNTS);
-    let names = names.chain(motor);
+    let current = results.iter().any(has_current).then_some(CURRENT);
+    let names = names.chain(motor).chain(current);
     writer.write_record(label.into_iter().chain(names).chain(of_laws.iter().copied()))?;
     for result in results {
         let own = signals_of(result);
@@ -41,7 +42,8 @@ pub fn render(results: &[RunResult]) -> Result<Vec<u8>, csv::Error> {
                     .map_or(Cell::None, |value| (*value).into())
             });
             let motor = motor.map(|_| moment.motor_counts.into());
-            let row = label.into_iter().chain(row).chain(motor).chain(of_laws);
+            let current = current.map(|_| moment.tick.current.into());
+            let row = label.into_iter().chain(row).chain(motor).chain(current).chain(of_laws);
             writer.serialize(row.collect::<Vec<Cell>>())?;
         }
     }
@@ -62,6 +64,14 @@ pub(super) const MOTOR_COUNTS: &str = "motor_counts";
 /// Returns whether a run has a second encoder.
 pub(super) fn has_motor(result: &RunResult) -> bool {
     moments(result).0.iter().any(|moment| moment.motor_counts.is_some())
+}
+
+/// Column of the motor's current.
+pub(super) const CURRENT: &str = signal::name("current");
+
+/// Returns whether a run has measured a current of its motor.
+pub(super) fn has_current(result: &RunResult) -> bool {
+    moments(result).0.iter().any(|moment| moment.tick.current != 0.0)
 }
 
 /// Returns the signals of the law of a run.

@@ -7,6 +7,7 @@ use serde_json::{Value, json};
 
 use crate::experiment::{Experiment, RunPlan, Task};
 use crate::run::{RunResult, ServoTrip};
+use crate::supply::SupplyCourse;
 use dynamics::solver::EventKind;
 use files::data_sheet::UnseenSlack;
 use files::goal::GoalInBothUnits;
@@ -33,6 +34,9 @@ pub struct RunRecord<'a, M> {
     pub label: &'a str,
     /// Parameters of the run.
     pub parameters: Cow<'a, Value>,
+    /// Supply of the bridge; left out if it is the nominal one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub supply: Option<SupplyCourse>,
     /// Events, in the order of time.
     pub events: Vec<EventRecord>,
     /// Goal by which success is judged; left out if there is none.
@@ -89,6 +93,7 @@ pub fn render(experiment: &Experiment, results: &[RunResult]) -> serde_json::Res
     let runs = results.iter().map(|result| RunRecord {
         label: &result.plan.label,
         parameters: Cow::Owned(parameters(&result.plan)),
+        supply: result.plan.supply,
         events: result
             .events
             .iter()

@@ -15,6 +15,7 @@ pub fn json(experiment: &str, source: &str, results: &[LabResult]) -> serde_json
     let runs = results.iter().map(|result| RunRecord {
         label: &result.plan.label,
         parameters: Cow::Borrowed(&result.plan.parameters),
+        supply: None,
         events: result
             .events
             .iter()
