@@ -27,7 +27,13 @@ async function shown(program, context, effort, tables, options, picture) {
     await page.locator('#deg').press('Enter');
     await moreSamples(page, 50);
     if (picture) await page.screenshot({ path: picture });
-    const found = { panels: await text(page, '#plots'), now: await text(page, '#now') };
+    const [panels, now] = [await text(page, '#plots'), await text(page, '#now')];
+    await page.locator('[data-view=session]').click();
+    const [csv] = await Promise.all([page.waitForEvent('download'), page.locator('#csv').click()]);
+    const columns = readFileSync(await csv.path(), 'utf8')
+      .split('\n')[0]
+      .split(',');
+    const found = { panels, now, columns };
     await page.close();
     return found;
   } finally {
@@ -39,9 +45,11 @@ export async function current(program, context, options, picture) {
   const looped = await shown(program, context, 'current', SENSOR, options, picture);
   assert.match(looped.panels, /Motor current, A\s*measured[\s\S]*target/);
   assert.match(looped.now, /Motor current\s*-?[\d.]+ A/);
+  assert.equal(looped.columns.at(-1), 'current_a');
   const sensed = await shown(program, context, 'voltage', SENSOR, options);
   assert.match(sensed.panels, /Motor current, A\s*measured/);
   assert.doesNotMatch(sensed.panels, /Motor current, A\s*measured[\s\S]*target/);
   const without = await shown(program, context, 'voltage', '', options);
   assert.doesNotMatch(without.panels + without.now, /Motor current/);
+  assert.ok(!without.columns.includes('current_a'));
 }
