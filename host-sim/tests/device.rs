@@ -360,8 +360,12 @@ mod edit {
 
 /// Writes the thesis's joint, with further answers, and returns its file.
 fn joint(directory: &tempfile::TempDir, name: &str, answers: &[&str]) -> String {
+    typical("thesis", directory, name, answers)
+}
+
+fn typical(of: &str, directory: &tempfile::TempDir, name: &str, answers: &[&str]) -> String {
     let file = directory.path().join(name).to_str().unwrap().to_owned();
-    let new = ["new", &file, "--typical", "thesis"];
+    let new = ["new", &file, "--typical", of];
     let mut command = Command::new(env!("CARGO_BIN_EXE_stiction"));
     let made = command.args([&new[..], answers].concat()).output().unwrap();
     assert!(made.status.success(), "{}", text(&made.stderr));
@@ -399,6 +403,41 @@ fn a_self_test_passes_on_the_joint_that_it_believes_and_fails_on_another_truth()
     }
     let said = text(&selftest(&["--truth", &cold]).stdout);
     assert!(said.contains("selftest   FAIL: sliding"), "{said}");
+}
+
+/// The joint starts at its zero, where the true chip shows 5310 counts of its turn of 16384.
+#[test]
+fn a_jog_at_a_stated_position_names_the_zero_that_an_absolute_encoder_has() {
+    let directory = tempfile::tempdir().unwrap();
+    let gear = ["--backlash", "0.3", "--stiffness", "1000", "--counts-per-turn", "16384"];
+    let incremental = typical("harmonic", &directory, "two.toml", &gear);
+    let text_of = std::fs::read_to_string(&incremental).unwrap();
+    let absolute = |zero: u32| {
+        let chip = format!("[load_encoder]\nkind = \"as5047p\"\nzero_counts = {zero}\n");
+        let file = directory.path().join(format!("{zero}.toml")).to_str().unwrap().to_owned();
+        std::fs::write(&file, text_of.replace("[load_encoder]\n", &chip)).unwrap();
+        file
+    };
+    let truth = absolute(5310);
+    let jog = |believed: &str| {
+        let joint = ["--simulated", "--machine", believed, "--truth", &truth];
+        let output = device(&[&joint[..], &["jog", "--at", "0", "--json"]].concat());
+        let found: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        (output.status.code(), found["offset"].clone(), text(&output.stderr))
+    };
+    let (code, offset, _) = jog(&truth);
+    assert_eq!((code, &offset["wrong"]), (Some(0), &false.into()));
+    // A hundred counts are 360 / 16384 deg each; the limit of a right offset is 1 deg.
+    let (code, offset, said) = jog(&absolute(5210));
+    assert_eq!((code, &offset["zero_counts"]), (Some(2), &5310.into()));
+    let error = offset["error_deg"].as_f64().unwrap();
+    assert!((error - 100.0 * 360.0 / 16384.0).abs() < 1e-6, "{offset}");
+    assert!(said.contains("set load_encoder.zero_counts = 5310"), "{said}");
+
+    let none = device(&["--simulated", "--machine", &incremental, "jog", "--at", "0"]);
+    let said = text(&none.stderr);
+    assert_eq!(none.status.code(), Some(2), "{said}");
+    assert!(said.contains("no absolute encoder") && said.contains("Nothing has moved"), "{said}");
 }
 
 /// The stops of a data sheet are those of the simulated joint, which starts at zero.
