@@ -5,21 +5,18 @@
 //! TIM8 as well, which the emulated board does not model.
 
 use emulator::board::GpioPort;
-use emulator::board_under_test::{BoardUnderTest, PlantInLockstep};
+use emulator::board_under_test::BoardUnderTest;
 use emulator::fault_injection::Injection;
-use emulator::setup::BoardSetup;
 use experiments::braking::{RESISTOR, braking};
 use simulator::device::parameters;
-use simulator::device::simulated::SimulatedDevice;
 use simulator::experiment::RunPlan;
 use stiction::motion::Motion;
-use stiction::parameters::ROOM;
-use stiction::servo::{Boot, State};
+use stiction::servo::State;
 use stiction::units::position::Position;
-use stiction::{Fault, Parameters, Tick};
+use stiction::{Fault, Parameters};
 
-use crate::common::firmware;
 use crate::fault_injection::MS;
+use crate::side_by_side::{self, is_armed};
 
 /// A move of 5 deg, 0.3 s after power-on, with a resistor of 2 J that is cold by then.
 const SET: [&str; 6] = [
@@ -30,9 +27,6 @@ const SET: [&str; 6] = [
     "brake_resistor.energy_j=2",
     "brake_resistor.duty_max=0.5",
 ];
-
-/// Status of an armed servo: bits 0 to 7.
-const ARMED: u32 = 2;
 
 /// Power of another drive on the same supply, W.
 const FEED_W: f64 = 40.0;
@@ -46,17 +40,6 @@ fn plan(set: &[&str]) -> (RunPlan, Parameters) {
     let counts = 5.0 / f64::from(parameters.controller.encoder.resolution);
     parameters.motion = Motion::Profiled(Position::from_counts(counts.round() as i32));
     (plan, parameters)
-}
-
-fn board(plan: &RunPlan, parameters: &Parameters) -> BoardUnderTest {
-    let mut room = [0; ROOM];
-    let record = parameters.encode(1, &mut room).unwrap().to_vec();
-    let setup = BoardSetup::new(&plan.label, &firmware(), record);
-    BoardUnderTest::power_on(setup, PlantInLockstep::of(plan).unwrap()).unwrap()
-}
-
-fn is_armed(tick: &Tick) -> bool {
-    tick.status & 0xFF == ARMED
 }
 
 /// Feeds the supply of a board, and returns its voltage.
@@ -73,8 +56,8 @@ fn feeds(board: &mut BoardUnderTest, feed_w: f64) -> f64 {
 #[test]
 fn an_image_with_a_brake_resistor_does_what_a_simulated_device_does_bit_for_bit() {
     let (plan, parameters) = plan(&[]);
-    let mut board = board(&plan, &parameters);
-    let mut device = SimulatedDevice::running(&plan, &parameters, Boot::at_zero()).unwrap();
+    let mut board = side_by_side::board(&plan, &parameters);
+    let mut device = side_by_side::device(&plan, &parameters);
     let mut next = |is_first: bool| loop {
         let sample = board.samples(1).unwrap();
         let tick = board.act(|halted| halted.last_tick()).unwrap().unwrap();
@@ -111,7 +94,7 @@ fn a_program_that_stands_still_commands_no_further_pulse() {
     let (plan, mut parameters) = plan(&[]);
     parameters.device.autostart = false;
     for stops in [Injection::TickStops, Injection::CoreStalls] {
-        let mut board = board(&plan, &parameters);
+        let mut board = side_by_side::board(&plan, &parameters);
         board.samples(150).unwrap();
         feeds(&mut board, 9.0);
         let steps = (0..150).map(|_| board.samples(1).unwrap().bridge.brake_steps).last().unwrap();
@@ -132,7 +115,7 @@ fn pulses_go_on_after_a_break_input_and_there_are_none_without_a_resistor() {
     let mut without = parameters.clone();
     without.brake_resistor.resistance = 0.0;
     for (parameters, is_on) in [(&without, false), (&parameters, true)] {
-        let mut board = board(&plan, parameters);
+        let mut board = side_by_side::board(&plan, parameters);
         board.samples(350).unwrap();
         feeds(&mut board, 9.0);
         board.act(|halted| halted.inject(Injection::Break)).unwrap();

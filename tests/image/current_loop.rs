@@ -4,22 +4,17 @@
 //! Blind to the noise of a switching bridge, and to the line from the timer to the converter, which
 //! the emulated board adds.
 
-use emulator::board_under_test::{BoardUnderTest, PlantInLockstep};
-use emulator::setup::BoardSetup;
-
 use emulator::wire::EmulatedWire;
 use experiments::current_sensor::current_sensor;
 use simulator::device::client::Client;
 use simulator::device::parameters;
-use simulator::device::simulated::SimulatedDevice;
 use simulator::experiment::RunPlan;
+use stiction::Parameters;
 use stiction::control::controller::EffortMode;
 use stiction::link::StateCode;
-use stiction::parameters::ROOM;
-use stiction::servo::Boot;
-use stiction::{Parameters, Tick};
 
 use crate::common::firmware;
+use crate::side_by_side::{self, armed, is_armed, ticks};
 
 /// A step by a current loop, 0.3 s after power-on.
 const SET: [&str; 9] = [
@@ -34,24 +29,10 @@ const SET: [&str; 9] = [
     "limits.link_timeout_s=off",
 ];
 
-/// Status of an armed servo: bits 0 to 7.
-const ARMED: u32 = 2;
-
 fn plan(law: &str, set: &[&str]) -> (RunPlan, Parameters) {
     let plan = current_sensor(&[law], &[&SET[..], set].concat()).remove(0);
     let parameters = parameters(&plan).unwrap();
     (plan, parameters)
-}
-
-fn board(plan: &RunPlan, parameters: &Parameters) -> BoardUnderTest {
-    let mut room = [0; ROOM];
-    let record = parameters.encode(1, &mut room).unwrap().to_vec();
-    let setup = BoardSetup::new(&plan.label, &firmware(), record);
-    BoardUnderTest::power_on(setup, PlantInLockstep::of(plan).unwrap()).unwrap()
-}
-
-fn is_armed(tick: &Tick) -> bool {
-    tick.status & 0xFF == ARMED
 }
 
 /// Position, effort and measured current depend on every duty of every period.
@@ -63,27 +44,16 @@ fn an_image_with_a_current_loop_does_what_a_simulated_device_does_bit_for_bit() 
         ("srnf", &["motor.inductance_h=0.001255", "current_sensor.peak_a=1.5"]),
     ] {
         let (plan, parameters) = plan(law, set);
-        let mut board = board(&plan, &parameters);
-        let mut device = SimulatedDevice::running(&plan, &parameters, Boot::at_zero()).unwrap();
-        let mut next = |is_first: bool| loop {
-            board.samples(1).unwrap();
-            let tick = board.act(|halted| halted.last_tick()).unwrap().unwrap();
-            if !is_first || is_armed(&tick) {
-                return tick;
-            }
-        };
-        let mut there = next(true);
-        let mut here = device.tick().tick;
-        while !is_armed(&here) {
-            here = device.tick().tick;
-        }
+        let mut board = side_by_side::board(&plan, &parameters);
+        let mut device = side_by_side::device(&plan, &parameters);
+        let (mut there, mut here) = armed(&mut board, &mut device);
         let (mut farthest, mut most) = (0, 0.0f32);
         for tick in 0..400 {
             assert_eq!(there, here, "{law} {set:?}, tick {tick}");
             assert!(is_armed(&here), "{law} {set:?}, tick {tick}: {here:?}");
             farthest = farthest.max(here.counts);
             most = most.max(here.current.abs());
-            (there, here) = (next(false), device.tick().tick);
+            (there, here) = ticks(&mut board, &mut device);
         }
         assert!(farthest > 500 && most > 1.0, "{law}: {farthest} counts, {most} A");
     }

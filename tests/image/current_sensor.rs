@@ -4,20 +4,17 @@
 //! Blind to the noise of a switching bridge, to the time constant of an amplifier, and to the line
 //! from the timer to the converter, which the emulated board adds.
 
-use emulator::board_under_test::{BoardUnderTest, PlantInLockstep};
+use emulator::board_under_test::BoardUnderTest;
 use emulator::bridge::BridgeInputs;
-use emulator::setup::BoardSetup;
 
 use experiments::current_sensor::current_sensor;
 use simulator::device::parameters;
-use simulator::device::simulated::{MotorWires, ShuntState, SimulatedDevice};
+use simulator::device::simulated::{MotorWires, ShuntState};
 use simulator::experiment::RunPlan;
 use simulator::shunt::Shunt;
-use stiction::parameters::ROOM;
-use stiction::servo::Boot;
 use stiction::{Fault, Parameters, Tick};
 
-use crate::common::firmware;
+use crate::side_by_side::{self, ARMED, armed, is_armed, ticks};
 
 /// A step under a limit of the current that acts, 0.3 s after power-on.
 const SET: [&str; 8] = [
@@ -34,28 +31,10 @@ const SET: [&str; 8] = [
 /// Period of the PWM, ns.
 const PERIOD_NS: u64 = 1_000_000_000 / 22_000;
 
-/// Status of an armed servo: bits 0 to 7.
-const ARMED: u32 = 2;
-
 fn plan(law: &str, set: &[&str]) -> (RunPlan, Parameters) {
     let plan = current_sensor(&[law], &[&SET[..], set].concat()).remove(0);
     let parameters = parameters(&plan).unwrap();
     (plan, parameters)
-}
-
-fn board(plan: &RunPlan, parameters: &Parameters) -> BoardUnderTest {
-    let mut room = [0; ROOM];
-    let record = parameters.encode(1, &mut room).unwrap().to_vec();
-    let setup = BoardSetup::new(&plan.label, &firmware(), record);
-    BoardUnderTest::power_on(setup, PlantInLockstep::of(plan).unwrap()).unwrap()
-}
-
-fn host(plan: &RunPlan, parameters: &Parameters) -> SimulatedDevice {
-    SimulatedDevice::running(plan, parameters, Boot::at_zero()).unwrap()
-}
-
-fn is_armed(tick: &Tick) -> bool {
-    tick.status & 0xFF == ARMED
 }
 
 /// The effort depends on the measured current, from the first tick that the limit cuts.
@@ -68,27 +47,16 @@ fn a_current_is_measured_and_limited_as_on_a_simulated_device_bit_for_bit() {
         ("srnf", &["current_sensor.resistance_ohm=3.5"]),
     ] {
         let (plan, parameters) = plan(law, set);
-        let mut board = board(&plan, &parameters);
-        let mut device = host(&plan, &parameters);
-        let mut next = |is_first: bool| loop {
-            board.samples(1).unwrap();
-            let tick = board.act(|halted| halted.last_tick()).unwrap().unwrap();
-            if !is_first || is_armed(&tick) {
-                return tick;
-            }
-        };
-        let mut there = next(true);
-        let mut here = device.tick().tick;
-        while !is_armed(&here) {
-            here = device.tick().tick;
-        }
+        let mut board = side_by_side::board(&plan, &parameters);
+        let mut device = side_by_side::device(&plan, &parameters);
+        let (mut there, mut here) = armed(&mut board, &mut device);
         let (mut cut, mut farthest) = (0, 0);
         for tick in 0..400 {
             assert_eq!(there, here, "{law} {set:?}, tick {tick}");
             assert!(is_armed(&here), "{law} {set:?}, tick {tick}: {here:?}");
             cut += u32::from(here.saturated);
             farthest = farthest.max(here.counts);
-            (there, here) = (next(false), device.tick().tick);
+            (there, here) = ticks(&mut board, &mut device);
         }
         assert!(cut > 20 && farthest > 500, "{law}: {cut} ticks, {farthest} counts");
     }
@@ -97,7 +65,7 @@ fn a_current_is_measured_and_limited_as_on_a_simulated_device_bit_for_bit() {
 #[test]
 fn a_shorted_wire_turns_the_bridge_off_within_a_period_of_the_pwm() {
     let (plan, parameters) = plan("robust", &[]);
-    let mut board = board(&plan, &parameters);
+    let mut board = side_by_side::board(&plan, &parameters);
     while !board.samples(1).unwrap().bridge.is_on() {}
     board.samples(30).unwrap();
     board.act(|halted| halted.plant().motor_wires = MotorWires::Shorted).unwrap();
@@ -128,12 +96,12 @@ fn failures_of_wires_and_sensor_are_the_same_faults_as_on_a_simulated_device() {
     ] {
         let set = ["device.dead_time_s=1e-7", "current_sensor.peak_a=13"];
         let (plan, parameters) = plan("robust", &set);
-        let mut device = host(&plan, &parameters);
+        let mut device = side_by_side::device(&plan, &parameters);
         while !device.tick().enable {}
         device.ticks(30);
         device.motor_wires = wires;
         device.shunt.as_mut().unwrap().state = sensor;
-        let mut board = board(&plan, &parameters);
+        let mut board = side_by_side::board(&plan, &parameters);
         while !board.samples(1).unwrap().bridge.is_on() {}
         board.samples(30).unwrap();
         let fail = board.act(move |halted| {
@@ -142,7 +110,7 @@ fn failures_of_wires_and_sensor_are_the_same_faults_as_on_a_simulated_device() {
         });
         fail.unwrap();
         // The sample of the emulated board that has just begun has the old current on its pin.
-        let ends = |tick: &Tick| tick.status & 0xFF != ARMED;
+        let ends = |tick: &Tick| !is_armed(tick);
         let here = (0..200i32).find_map(|tick| {
             let output = device.tick().tick;
             ends(&output).then_some((tick, output.status >> 8 & 0xFF))
@@ -163,9 +131,9 @@ fn failures_of_wires_and_sensor_are_the_same_faults_as_on_a_simulated_device() {
 fn a_noisy_sensor_is_a_fault_of_the_automatic_start_as_on_a_simulated_device() {
     for (mv, expected) in [(30, ARMED), (75, 3 | (Fault::CurrentSensor as u32) << 8)] {
         let (plan, parameters) = plan("robust", &[]);
-        let mut device = host(&plan, &parameters);
+        let mut device = side_by_side::device(&plan, &parameters);
         device.shunt.as_mut().unwrap().state = ShuntState::Noisy(mv);
-        let mut board = board(&plan, &parameters);
+        let mut board = side_by_side::board(&plan, &parameters);
         let set = move |shunt: &mut Shunt| shunt.state = ShuntState::Noisy(mv);
         board.act(move |halted| halted.harness.coupling.plant.shunt.as_mut().map(set)).unwrap();
         let here = device.ticks(400).tick.status;
@@ -187,26 +155,15 @@ fn a_winding_with_a_third_of_its_resistance_is_too_much_current_as_on_a_simulate
         "current_sensor.peak_a=2.5",
     ];
     let (plan, parameters) = plan("robust", &set);
-    let mut board = board(&plan, &parameters);
-    let mut device = host(&plan, &parameters);
-    let mut next = || {
-        board.samples(1).unwrap();
-        board.act(|halted| halted.last_tick()).unwrap().unwrap()
-    };
-    let mut there = next();
-    while !is_armed(&there) {
-        there = next();
-    }
-    let mut here = device.tick().tick;
-    while !is_armed(&here) {
-        here = device.tick().tick;
-    }
-    let mut ticks = 0;
-    while is_armed(&here) && ticks < 100 {
-        assert_eq!(there, here, "tick {ticks}");
-        (there, here) = (next(), device.tick().tick);
-        ticks += 1;
+    let mut board = side_by_side::board(&plan, &parameters);
+    let mut device = side_by_side::device(&plan, &parameters);
+    let (mut there, mut here) = armed(&mut board, &mut device);
+    let mut passed = 0;
+    while is_armed(&here) && passed < 100 {
+        assert_eq!(there, here, "tick {passed}");
+        (there, here) = ticks(&mut board, &mut device);
+        passed += 1;
     }
     assert_eq!((there, here.status >> 8 & 0xFF), (here, Fault::MotorShorted as u32));
-    assert!((20..=60).contains(&ticks), "{ticks} ticks");
+    assert!((20..=60).contains(&passed), "{passed} ticks");
 }

@@ -66,6 +66,7 @@ mod parameters;
 mod ramps;
 #[cfg(feature = "emulator")]
 mod short_brake;
+mod side_by_side;
 #[cfg(feature = "emulator")]
 mod stuck;
 #[cfg(feature = "emulator")]

@@ -2,20 +2,16 @@
 //!
 //! tests/device/short_brake.rs has its faults, its end and the travel. Ticks are 1 ms.
 
-use emulator::board_under_test::{BoardUnderTest, HaltedBoard, PlantInLockstep};
+use emulator::board_under_test::{BoardUnderTest, HaltedBoard};
 use emulator::bridge::BridgeInputs;
 use emulator::fault_injection::Injection;
-use emulator::setup::BoardSetup;
 use experiments::current_sensor::current_sensor;
 use simulator::device::parameters;
-use simulator::device::simulated::SimulatedDevice;
 use simulator::experiment::RunPlan;
 use stiction::control::drive::Drive;
-use stiction::parameters::ROOM;
-use stiction::servo::Boot;
 use stiction::{Fault, Parameters, Tick};
 
-use crate::common::firmware;
+use crate::side_by_side;
 
 /// A step that trips the overspeed monitor on its way, and 20 ticks of brake.
 const SET: [&str; 10] = [
@@ -45,13 +41,6 @@ fn plan(set: &[&str]) -> (RunPlan, Parameters) {
     let plan = current_sensor(&["pd"], &[&SET[..], set].concat()).remove(0);
     let parameters = parameters(&plan).unwrap();
     (plan, parameters)
-}
-
-fn board(plan: &RunPlan, parameters: &Parameters) -> BoardUnderTest {
-    let mut room = [0; ROOM];
-    let record = parameters.encode(1, &mut room).unwrap().to_vec();
-    let setup = BoardSetup::new(&plan.label, &firmware(), record);
-    BoardUnderTest::power_on(setup, PlantInLockstep::of(plan).unwrap()).unwrap()
 }
 
 /// What a board does after a sample: its tick, its bridge, and the interrupts of its converter.
@@ -88,8 +77,8 @@ fn an_image_brakes_short_as_a_simulated_device_does_bit_for_bit() {
     ] {
         let (plan, parameters) = plan(set);
         let drive = Drive::new(&parameters.controller.drive, &files::hardware::STM32F405).unwrap();
-        let mut board = board(&plan, &parameters);
-        let mut device = SimulatedDevice::running(&plan, &parameters, Boot::at_zero()).unwrap();
+        let mut board = side_by_side::board(&plan, &parameters);
+        let mut device = side_by_side::device(&plan, &parameters);
         let mut seen = next(&mut board);
         while state(&seen.tick) != ARMED {
             seen = next(&mut board);
@@ -124,7 +113,7 @@ fn an_image_brakes_short_as_a_simulated_device_does_bit_for_bit() {
 #[test]
 fn the_hardware_ends_a_short_brake_for_good() {
     let (plan, parameters) = plan(&["drive.mode=sign-magnitude"]);
-    let mut board = board(&plan, &parameters);
+    let mut board = side_by_side::board(&plan, &parameters);
     while state(&next(&mut board).tick) != FAULTED {}
     assert!(next(&mut board).bridge.is_on());
     board.act(|halted| halted.inject(Injection::Break)).unwrap();
