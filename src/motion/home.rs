@@ -64,9 +64,23 @@
 //! the contact or its wire has failed. A joint that is blocked on the way does not go on. The
 //! monitor of an abrupt stop stays on.
 //!
+//! A hysteresis of the switch does not matter: both edges are on ways towards it.
+//!
 //! Does badly: the edge is known to the travel of a tick at a quarter of the speed, and as well as
-//! the switch repeats. A switch that bounces for longer than its filter has more than one edge. A
-//! normally open contact with a cut wire never comes.
+//! the switch repeats. A switch that bounces for longer than its filter can shift it by the travel
+//! of the bounces. A normally open contact with a cut wire never comes.
+//!
+//! # To the index
+//!
+//! The place is that of the first pass in the sense of the homing, or of the first one on the way
+//! back from the edge of a switch. The joint has moved from its start, or back from the edge, by
+//! more than 2 counts then.
+//!
+//! With two encoders, the index is that of the motor, and the place the position of the load at its
+//! pass: the load's count of the last tick, and the travel of the motor since then. The load has
+//! moved by more than 8 counts, so that the gear is pressed to one side. Does badly: the place
+//! repeats to the change of the gear's wind-up, friction and load over stiffness. An answer of an
+//! absolute encoder that is missing at the pass shifts it by the travel of a tick.
 
 mod switch;
 
@@ -74,14 +88,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::control::controller::ControllerConfig;
 use crate::control::device_config::{DeviceConfig, HomeSwitch};
-#[cfg(feature = "two-encoders")]
-use crate::control::encoder::RESOLUTION;
 use crate::control::profile::{MoveLimits, Profile, ProfileLimits};
 use crate::control::signal::Tick;
-use crate::motion::jog::JogBounds;
+use crate::motion::jog::{JogBounds, TELLING};
 use crate::safety::monitor::Limits;
-#[cfg(feature = "two-encoders")]
-use crate::units::error::Allowed;
 use crate::units::error::{HUGE, InvalidValue, above, between};
 use crate::units::position::Position;
 use crate::units::value::{Key, Scalar as _, Table as _, key};
@@ -299,17 +309,28 @@ pub(crate) struct HomeWatch {
     /// Largest distance of two places that agree, counts.
     agreement: i32,
     to: HomeTarget,
-    /// Pass of the index since the last tick, counts.
-    pass: Option<i32>,
-    /// First pass of the index behind the last edge of the switch, counts.
-    behind: Option<i32>,
-    /// Whether the index has been found.
-    has_index: bool,
+    /// Pass of the index since the last tick.
+    pass: Option<IndexPass>,
+    /// First pass of the index behind the last edge of the switch.
+    behind: Option<IndexPass>,
+    /// Place of the index once it has been found, counts of its encoder since power-on.
+    index: Option<i32>,
+    /// Distance from start or edge beyond which a pass counts, counts.
+    shows: i32,
     /// The switch that the homing looks for; none: a stop or an index.
     switch: Option<SwitchFilter>,
     /// Limits of the set point on the second way to a switch.
     slow: MoveLimits,
     found: HomeFindings,
+}
+
+/// A pass of the index.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct IndexPass {
+    /// Position of the joint, counts.
+    pub position: i32,
+    /// Place of the index, counts of its encoder since power-on.
+    pub place: i32,
 }
 
 impl Home {
@@ -381,8 +402,9 @@ impl Home {
             (None, speed)
         };
         let to_index = if asked.to.has_index() {
-            check_index(device, controller)?;
-            device.index_counts as f32
+            above(INDEX, device.index_counts as f32, 0.0, HUGE)?;
+            let of_index = controller.motor.count().unwrap_or(count);
+            device.index_counts as f32 * of_index / count
         } else {
             0.0
         };
@@ -401,6 +423,9 @@ impl Home {
         // An edge is known to the travel of a tick.
         let blurred = if switch.is_some() { counts(speed * tick) } else { 0 };
         let agreement = (retreat / AGREES).max(AGREES_COUNTS).saturating_add(blurred);
+        // A load at rest may show less beside a motor that takes up the slack.
+        let has_two = controller.motor.count().is_some();
+        let shows = if has_two { TELLING as i32 } else { FLICKER };
         let watch = HomeWatch {
             sense: asked.sense,
             at: asked.at,
@@ -425,7 +450,8 @@ impl Home {
             to: asked.to,
             pass: None,
             behind: None,
-            has_index: false,
+            index: None,
+            shows,
             switch,
             slow: Profile::limits(&of_speed(slowest), tick, count)?,
             found: HomeFindings::default(),
@@ -450,14 +476,15 @@ impl HomeWatch {
         matches!(self.to, HomeTarget::Stop)
     }
 
-    /// Takes the position of a pass of the index, counts, for the next tick.
-    pub(crate) const fn pass_index(&mut self, pass: i32) {
+    /// Takes a pass of the index for the next tick.
+    pub(crate) const fn pass_index(&mut self, pass: IndexPass) {
         self.pass = Some(pass);
     }
 
-    /// Returns whether the place that was found is one of the index.
-    pub(crate) const fn has_found_index(&self) -> bool {
-        self.has_index
+    /// Returns the place of the index if the homing has found it, counts of its encoder since
+    /// power-on.
+    pub(crate) const fn index(&self) -> Option<i32> {
+        self.index
     }
 
     /// Returns the position of the joint at the place, counts.
@@ -475,7 +502,7 @@ impl HomeWatch {
         (self.wait, self.elapsed) = (wait, 0);
         (self.is_back, self.farthest, self.held, self.before) = (false, 0, 0, None);
         (self.waits, self.at_bound, self.agrees) = (false, false, false);
-        (self.pass, self.behind, self.has_index) = (None, None, false);
+        (self.pass, self.behind, self.index) = (None, None, None);
         self.found = HomeFindings::default();
         if let Some(switch) = &mut self.switch {
             switch.restart();
@@ -491,12 +518,12 @@ impl HomeWatch {
         self.wait_for(tick, driven > 0, profile);
         let edge = self.switch.as_mut().and_then(|switch| switch.update(is_high, tick.counts));
         let pass = self.pass.take().filter(|_| self.to.has_index());
-        let ahead = |pass: &i32| self.sense.sign() * pass > FLICKER;
+        let ahead = |pass: &IndexPass| self.sense.sign() * pass.position > self.shows;
         if self.is_back {
             self.go_back(tick.counts, pass, profile);
         } else if let (HomeTarget::Index, Some(pass)) = (self.to, pass.filter(ahead)) {
-            (self.found.moved, self.found.effort) = (pass, tick.v_applied);
-            (self.agrees, self.has_index) = (true, true);
+            (self.found.moved, self.found.effort) = (pass.position, tick.v_applied);
+            (self.agrees, self.index) = (true, Some(pass.place));
             self.turn(profile);
         } else if let Some(edge) = edge {
             (self.found.moved, self.found.effort) = (edge, tick.v_applied);
@@ -580,16 +607,17 @@ impl HomeWatch {
 
     /// Evaluates a tick on the way back from a place. After half of the way, the place is compared
     /// with the previous one. If both agree, the joint goes on until it is within the range.
-    fn go_back(&mut self, counts: i32, pass: Option<i32>, profile: &mut Profile) {
+    fn go_back(&mut self, counts: i32, pass: Option<IndexPass>, profile: &mut Profile) {
         let sign = self.sense.sign();
         // The first pass behind the edge, whether the edges are known to agree by then or not:
         // which turn of the encoder it is must not depend on how far the joint has gone back.
-        if let Some(pass) = pass.filter(|pass| sign * (self.found.moved - pass) > FLICKER) {
+        let behind = |pass: &IndexPass| sign * (self.found.moved - pass.position) > self.shows;
+        if let Some(pass) = pass.filter(behind) {
             self.behind.get_or_insert(pass);
         }
         if let (true, true, Some(pass)) = (self.agrees, self.seeks_index(), self.behind) {
-            (self.found.from_switch, self.found.moved) = (pass - self.found.moved, pass);
-            self.has_index = true;
+            self.found.from_switch = pass.position - self.found.moved;
+            (self.found.moved, self.index) = (pass.position, Some(pass.place));
             profile.aim(self.target());
         }
         let place = self.found.moved;
@@ -625,7 +653,7 @@ impl HomeWatch {
 
     /// Returns whether the index is still to be found.
     const fn seeks_index(&self) -> bool {
-        self.to.has_index() && !self.has_index
+        self.to.has_index() && self.index.is_none()
     }
 
     /// Returns whether the homing has ended at its place or a bound.
@@ -637,18 +665,4 @@ impl HomeWatch {
     pub(crate) const fn found(&self) -> &HomeFindings {
         &self.found
     }
-}
-
-/// Rejects a homing to the index of a joint without one, and of one whose position another encoder
-/// measures.
-fn check_index(device: &DeviceConfig, controller: &ControllerConfig) -> Result<(), InvalidValue> {
-    let found = device.index_counts as f32;
-    #[cfg(feature = "two-encoders")]
-    if controller.motor.count().is_some() {
-        let allowed = Allowed::SetBy(0.0, RESOLUTION);
-        return Err(InvalidValue { key: INDEX, found, allowed });
-    }
-    #[cfg(not(feature = "two-encoders"))]
-    let _ = controller;
-    above(INDEX, found, 0.0, HUGE)
 }

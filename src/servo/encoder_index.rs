@@ -7,7 +7,8 @@
 //! the reference, and is a fault at the next pass after that one is cleared.
 
 use super::referenced::Referenced;
-use super::{ControlLoop, Servo, State};
+use super::{Servo, State};
+use crate::motion::home::IndexPass;
 use crate::safety::encoder_index::IndexState;
 use crate::safety::fault::{Fault, LatchedFault};
 
@@ -32,8 +33,10 @@ impl Servo {
             return;
         };
         let pass = captured.map(|_| pass);
-        if let (Some(home), Some(pass)) = (&mut control_loop.home, pass) {
-            home.pass_index(pass.wrapping_sub(control_loop.zero));
+        if let (Some(home), Some(place)) = (&mut control_loop.home, pass) {
+            let way = place.wrapping_sub(position);
+            let at = self.follower.joint_after(&control_loop.controller, way);
+            home.pass_index(IndexPass { position: at.wrapping_sub(control_loop.zero), place });
         }
         if let Some(deviation) = check.update(&mut self.index, position, pass) {
             // The position is known to be wrong, also where a reset sets it.
@@ -55,13 +58,5 @@ impl Servo {
     /// the last one, counts.
     pub const fn index_passes(&self) -> (u32, i32) {
         self.index.passes()
-    }
-}
-
-impl ControlLoop {
-    /// Returns the place of the index that a homing has found, counts since power-on.
-    pub(super) fn found_index(&self) -> Option<i32> {
-        let home = self.home.as_ref()?;
-        home.has_found_index().then(|| self.zero.wrapping_add(home.found().moved))
     }
 }

@@ -71,7 +71,7 @@ impl Servo {
         if found.ended.is_found() {
             self.origin = zero.wrapping_add(found.moved).wrapping_sub(home.at());
             self.referenced = Referenced::Set;
-            let index = control_loop.found_index();
+            let index = home.index();
             self.restart_index(index);
         }
     }

@@ -283,7 +283,9 @@ fn a_homing_that_finds_no_stop_leaves_the_reference_to_the_angle() {
         [(true, "referenced by its encoder's angle"), (false, "the joint is not referenced")]
     {
         let (to, resolution) = (HomeTarget::Stop, 0.02);
-        let result = HomeResult { found, to, resolution, position_deg: 0.0, is_referenced };
+        let twist_deg = None;
+        let result =
+            HomeResult { found, to, resolution, position_deg: 0.0, is_referenced, twist_deg };
         assert!(result.words().contains(words), "{}", result.words());
         assert!(!result.is_found());
     }

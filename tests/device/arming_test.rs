@@ -243,6 +243,13 @@ fn the_first_way_leads_away_from_a_limit_of_the_range() {
 #[test]
 fn the_test_accepts_only_a_stop_and_a_silent_link_ends_it() {
     let mut device = device("robust", &[]);
+    // After a stop, the motion of the parameters waits for the next test.
+    for _ in 0..2 {
+        device.device.servo().arm().unwrap();
+        assert!(device.device.servo().is_testing());
+        device.device.servo().stop();
+        device.ticks(200);
+    }
     let servo = device.device.servo();
     servo.arm_for_link(None).unwrap();
     assert_eq!(servo.hold(), Err(Refusal::Testing));

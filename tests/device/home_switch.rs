@@ -7,7 +7,7 @@ use stiction::Fault;
 use stiction::motion::home::{HomeEnd, HomeFindings, HomeRequest, HomeTarget};
 use stiction::servo::State;
 
-use crate::homing::{self, EFFORT_V, begin, counts, joint, until_off};
+use crate::homing::{self, EFFORT_V, begin, counts, end_at_any_moment, joint, pass, until_off};
 
 const UP: HomeRequest = HomeRequest { to: HomeTarget::Switch, ..homing::UP };
 const DOWN: HomeRequest = HomeRequest { to: HomeTarget::Switch, ..homing::DOWN };
@@ -101,6 +101,45 @@ fn two_edges_that_do_not_agree_set_no_reference_and_the_next_two_do() {
     }
 }
 
+/// The switch lets go 0.5 deg behind its edge, or 1.5 deg, which is farther than the degree of the
+/// way back. Both edges of a homing are those at which the joint comes to the switch.
+#[test]
+fn a_hysteresis_does_not_shift_the_edge() {
+    for (hysteresis_deg, contact) in [(0.5, CLOSED), (1.5, CLOSED), (1.5, OPEN)] {
+        for (asked, edge_deg, at_deg) in [(UP, 12.0, 40.0), (DOWN, -7.0, -10.0)] {
+            let name = format!("{hysteresis_deg}, {contact}, {edge_deg} deg");
+            let mut device = with_switch("srnf", contact, Some(edge_deg));
+            device.home_switch.hysteresis_deg = hysteresis_deg;
+            begin(&mut device, HomeRequest { at: counts(at_deg), ..asked }).unwrap();
+            let found = until_off(&mut device).0.unwrap();
+            assert_eq!((found.ended, found.touches), (HomeEnd::Switch, 2), "{name}");
+            assert_referenced(&mut device, &name, [edge_deg, at_deg]);
+        }
+    }
+}
+
+/// The contact alternates from tick to tick. With a filter of a tick, the first change counts. With
+/// one of three, the level counts from the last tick of the bounces on. The slow way is that of a
+/// degree a second, and up to twice as fast. The edge of the fast one is 4 deg/s late: after 0.3 s,
+/// both do not agree, and the next slow way is the second edge.
+#[test]
+fn a_bounce_beyond_the_filter_shifts_the_edge_by_its_time_at_the_slow_speed() {
+    for (filter, bounce_s, touches, late_s) in
+        [("0.02", 0.1, 2, 0.0), ("0.06", 0.1, 2, 0.1), ("0.06", 0.3, 3, 0.3)]
+    {
+        let name = format!("device.home_switch_filter_s={filter}");
+        let mut device = joint("srnf", [-1e3, 1e3], &[CLOSED, &name]);
+        device.home_switch.edge_deg = Some(12.0);
+        device.home_switch.bounce_s = bounce_s;
+        begin(&mut device, HomeRequest { at: counts(40.0), ..UP }).unwrap();
+        let found = until_off(&mut device).0.unwrap();
+        assert_eq!((found.ended, found.touches), (HomeEnd::Switch, touches), "{name}, {bounce_s}");
+        let late_deg = f64::from(found.moved) * COUNT_DEG - 12.0;
+        let bounds = late_s - 0.02 - COUNT_DEG..2.0 * late_s + TICK_DEG;
+        assert!(bounds.contains(&late_deg), "{name}, {bounce_s}: {late_deg} deg");
+    }
+}
+
 /// What ends a homing: its contact, what happens after 80 ticks, and what it reports.
 type Failure = (&'static str, &'static str, fn(&mut SimulatedDevice), Option<HomeEnd>);
 
@@ -123,10 +162,7 @@ fn a_switch_or_an_encoder_that_fails_leaves_no_reference() {
         let mut device = with_switch("srnf", contact, Some(30.0));
         device.device.servo().set_reference(0).unwrap();
         begin(&mut device, HomeRequest { travel: Some(35.0), ..UP }).unwrap();
-        for _ in 0..80 {
-            device.device.servo().heard();
-            device.tick();
-        }
+        pass(&mut device, 80);
         fail(&mut device);
         let found: Option<HomeFindings> = until_off(&mut device).0;
         assert_eq!(found.map(|found| found.ended), expected, "{name}");
@@ -152,25 +188,11 @@ fn a_joint_that_is_blocked_from_the_start_ends_as_blocked_and_a_stuck_switch_as_
 }
 
 #[test]
-fn no_moment_at_which_a_homing_to_a_switch_is_stopped_leaves_a_reference() {
-    let mut stopped = 0;
-    for at in (0..400).step_by(7) {
-        let mut device = with_switch("srnf", CLOSED, Some(3.0));
-        begin(&mut device, HomeRequest { at: counts(40.0), ..UP }).unwrap();
-        for _ in 0..at {
-            device.device.servo().heard();
-            device.tick();
-        }
-        if device.device.servo().state() != State::Armed {
-            break;
-        }
-        device.device.servo().come_to_rest();
-        device.ticks(100);
-        assert!(device.device.servo().state() != State::Armed, "{at}");
-        assert!(!device.device.servo().is_referenced(), "{at}");
-        stopped += 1;
-    }
-    assert!(stopped > 20, "{stopped}");
+fn no_moment_at_which_a_homing_to_a_switch_is_ended_leaves_a_reference() {
+    let asked = HomeRequest { at: counts(40.0), ..UP };
+    let joint = || with_switch("srnf", CLOSED, Some(3.0));
+    let ended = end_at_any_moment(joint, asked, HomeEnd::Switch);
+    assert!(ended > 60, "{ended}");
 }
 
 #[test]

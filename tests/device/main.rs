@@ -45,6 +45,7 @@ mod heat;
 mod held_effort;
 mod holding_brake;
 mod home_switch;
+mod home_two_encoders;
 mod homing;
 mod hostile;
 mod jog;

@@ -88,8 +88,9 @@ fn a_hot_motor_cannot_be_armed_until_it_is_cool() {
 fn an_open_and_a_shorted_sensor_are_faults_and_a_disturbance_is_none() {
     for state in [NtcState::Open, NtcState::Shorted] {
         let mut device = at_rest(&[]);
-        for _ in 0..2 {
-            // Two means of it, the first of which may begin with other readings.
+        // Three means in a row are a fault. Each disturbance has one or two of them: the first may
+        // begin with other readings.
+        for _ in 0..3 {
             pass(&mut device, state, 2 * MEAN);
             assert_eq!(pass(&mut device, NtcState::Sound, 2 * MEAN), State::Stopped, "{state:?}");
         }

@@ -1,6 +1,8 @@
 //! The image for two encoders: bit for bit what the host does with joints that have one on the
 //! motor and one on the load; failed wires; a jog; and images that do not fit.
 
+use std::time::Duration;
+
 use emulator::as5047p::As5047p;
 use emulator::wire::EmulatedWire;
 use experiments::both_encoders::{STIFF, both_encoders};
@@ -12,6 +14,7 @@ use simulator::device::wire::{SimulatedWire, Wire};
 use simulator::experiment::RunPlan;
 use stiction::Fault;
 use stiction::link::StateCode;
+use stiction::motion::home::{HomeEnd, HomeFindings, HomeRequest, HomeTarget, Sense};
 use stiction::motion::jog::Verdict;
 use stiction::servo::Boot;
 
@@ -347,4 +350,32 @@ fn tested<W: Wire>(client: &mut Client<W>) -> (u8, u32, i32) {
     assert!(!status.is_testing);
     let place = if status.fault.code == 0 { status.position } else { 0 };
     (status.fault.code, status.fault.value.to_bits(), place)
+}
+
+/// TIM2 captures the motor's counter, and the load is a chip or a second counter.
+#[test]
+fn a_homing_to_the_index_of_the_motor_finds_what_a_simulated_device_finds() {
+    let home = HomeRequest { sense: Sense::Plus, to: HomeTarget::Index, ..HomeRequest::default() };
+    for kind in [&[][..], &["load_encoder.kind=as5047p", "load_encoder.zero_counts=16000"]] {
+        let plan = &step(&["robust"], &[&["device.index_counts=2000"], kind].concat())[0];
+        let mut simulated = SimulatedDevice::new(plan).unwrap();
+        simulated.ticks(200);
+        let mut here = Client::connect(SimulatedWire::new(simulated)).unwrap();
+        let wire = EmulatedWire::with(&firmware_for_two(), plan).unwrap();
+        let mut there = Client::connect(wire).unwrap();
+        there.pass(Duration::from_millis(300)).unwrap();
+        let [expected, found] = [homed(&mut here, home), homed(&mut there, home)];
+        assert_eq!(found, expected, "{kind:?}");
+        // The index is 1.8 deg from the start, 82 counts of the load, which is behind the motor.
+        let found = found.unwrap();
+        assert_eq!(found.ended, HomeEnd::Index, "{kind:?}");
+        assert!((50..75).contains(&found.moved), "{kind:?}: {found:?}");
+        assert!(there.status().unwrap().is_referenced, "{kind:?}");
+    }
+}
+
+fn homed<W: Wire>(client: &mut Client<W>, home: HomeRequest) -> Option<HomeFindings> {
+    client.home(home).unwrap();
+    client.pass_armed(Duration::from_secs(30)).unwrap();
+    client.homed().unwrap()
 }

@@ -8,6 +8,7 @@
 //! commanded, and that arming again takes a cleared fault and a joint at rest.
 
 mod bench;
+mod encoder_index;
 mod motor_current;
 mod rows;
 
@@ -17,6 +18,7 @@ use stiction::link::StateCode;
 use stiction::motion::home::{HomeRequest, Sense};
 
 pub use bench::{Bench, BenchSample, SITUATIONS, Situation, bring, harder, pass, plan, start_over};
+pub use encoder_index::{INDEX, index_rows};
 pub use motor_current::{SENSOR, current_rows};
 pub use rows::{Row, Within, all, rows};
 
@@ -192,9 +194,9 @@ pub fn assert_reversed_in_the_first_move<B: Bench>(bench: &mut B) -> (f64, u32) 
 
 /// Asserts that each fault is in a row, or elsewhere for a reason, and not both.
 pub fn assert_none_is_forgotten<B: Bench>(reported: &[Fault], elsewhere: &[(Fault, &str)]) {
-    let (rows, of_current) = (rows::<B>(), current_rows::<B>());
+    let (rows, of_current, of_index) = (rows::<B>(), current_rows::<B>(), index_rows::<B>());
     for fault in Fault::ALL {
-        let mut all_rows = rows.iter().chain(&of_current);
+        let mut all_rows = rows.iter().chain(&of_current).chain(&of_index);
         let is_in_a_row = all_rows.any(|row| row.fault == *fault) || reported.contains(fault);
         let is_elsewhere = elsewhere.iter().any(|(other, _)| other == fault);
         assert!(is_in_a_row != is_elsewhere, "{fault:?}");

@@ -128,7 +128,7 @@ impl<P: PlantInterface> Lockstep<P> {
                 board.current(pin_mv);
             }
             self.plant.hold_half(&bridge);
-            board.drive_switch(at, self.plant.is_switch_open());
+            board.drive_switch(at, self.plant.is_switch_open(at.0 as f64 * 1e-9));
             self.encoders.show(board, at);
             let period_ns = next.0.saturating_sub(at.0);
             self.replan_until(at, at.0 + period_ns / 10 * 4);
@@ -187,7 +187,7 @@ impl<P: PlantInterface> PlantCoupling for Lockstep<P> {
                 board.current(pin_mv);
                 self.convert_at = board.next_trigger(at).unwrap_or(NO_DEADLINE);
             }
-            board.drive_switch(at, self.plant.is_switch_open());
+            board.drive_switch(at, self.plant.is_switch_open(at.0 as f64 * 1e-9));
             self.encoders.show(board, at);
             self.replan(at);
         } else if self.edge_at <= at {
@@ -201,7 +201,7 @@ impl<P: PlantInterface> PlantCoupling for Lockstep<P> {
     }
 
     fn reset(&mut self, board: &mut EmulatedBoard, at: VirtualNanos) {
-        board.drive_switch(at, self.plant.is_switch_open());
+        board.drive_switch(at, self.plant.is_switch_open(at.0 as f64 * 1e-9));
         self.encoders.show(board, at);
         self.sampling.reset();
     }

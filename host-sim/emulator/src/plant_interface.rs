@@ -35,8 +35,8 @@ pub trait PlantInterface: Send + std::fmt::Debug + 'static {
         None
     }
 
-    /// Returns whether the contact of the homing switch, or its wire, is open.
-    fn is_switch_open(&self) -> bool {
+    /// Returns whether the contact of the homing switch, or its wire, is open at a time, s.
+    fn is_switch_open(&mut self, _at_s: f64) -> bool {
         true
     }
 
@@ -166,8 +166,8 @@ impl PlantInterface for DrivenPlant {
         Some(self.shunt.as_mut()?.pin_mv(self.plant.current_a()))
     }
 
-    fn is_switch_open(&self) -> bool {
-        self.home_switch.is_high(self.plant.position_deg())
+    fn is_switch_open(&mut self, at_s: f64) -> bool {
+        self.home_switch.is_high(self.plant.position_deg(), at_s)
     }
 
     fn index(&self) -> Option<IndexModel> {

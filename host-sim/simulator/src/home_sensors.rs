@@ -1,8 +1,17 @@
 //! Homing switch and encoder index of a simulated joint.
 //!
+//! ```text
+//! edge_deg > 0, hysteresis h, bounce b:
+//! position  ------------------------> edge_deg ----   at the switch from edge_deg on
+//!           <--- edge_deg - h --------------------    away from it from edge_deg - h on
+//! level     ________|~|_|~|_|~~~~~~~~~~~~~~~~~~~~~    after a change, it alternates from sample to
+//!                   |<-- b -->|                       sample for the time b
+//! ```
+//!
 //! The switch is at an angle of the joint: the joint is at it from there on, away from where it is
 //! at power-on. Its contact is as `device.home_switch` of the file says, with the pull-up of the
-//! board's input. Limits: it neither bounces nor has a hysteresis, and its edge is exact.
+//! board's input. Limits: its edges are exact but for the hysteresis, and its level is that of the
+//! last sample.
 //!
 //! The index is on the disc of the encoder whose counter the board captures: of two, that of the
 //! motor. It is high for `index_width_counts` counts in every turn of the disc, from a quarter of a
@@ -17,33 +26,70 @@ use stiction::servo::Input;
 pub struct SwitchModel {
     /// Position of its edge, deg; `None`: the joint never comes to the switch.
     pub edge_deg: Option<f64>,
+    /// Angle by which the joint has to go back from the edge to leave the switch, deg.
+    pub hysteresis_deg: f64,
+    /// Time for which the contact bounces after a change, s.
+    pub bounce_s: f64,
     /// Its contact.
     pub contact: HomeSwitch,
     /// Whether its wire is cut.
     pub is_cut: bool,
+    /// Whether the joint is at the switch; `None` before the first sample.
+    is_at: Option<bool>,
+    /// Time of the last change, s.
+    changed_s: f64,
+    /// Whether the contact shows the other level in this sample.
+    is_off: bool,
 }
 
 impl SwitchModel {
+    /// Returns a switch without hysteresis and bounces.
+    pub const fn new(contact: HomeSwitch, edge_deg: Option<f64>) -> Self {
+        Self {
+            edge_deg,
+            hysteresis_deg: 0.0,
+            bounce_s: 0.0,
+            contact,
+            is_cut: false,
+            is_at: None,
+            changed_s: f64::NEG_INFINITY,
+            is_off: false,
+        }
+    }
+
     /// Returns whether a joint in this position is at the switch.
     fn is_at(&self, position_deg: f64) -> bool {
+        let width_deg = if self.is_at == Some(true) { self.hysteresis_deg } else { 0.0 };
         self.edge_deg.is_some_and(|edge_deg| {
-            if edge_deg < 0.0 { position_deg <= edge_deg } else { position_deg >= edge_deg }
+            if edge_deg < 0.0 {
+                position_deg <= edge_deg + width_deg
+            } else {
+                position_deg >= edge_deg - width_deg
+            }
         })
     }
 
-    /// Returns whether the input is high while the joint is in this position.
-    pub fn is_high(&self, position_deg: f64) -> bool {
+    /// Samples the switch at a time, s, with the joint in this position. Returns whether the input
+    /// is high.
+    pub fn is_high(&mut self, position_deg: f64, at_s: f64) -> bool {
+        let is_at = self.is_at(position_deg);
+        if self.is_at.replace(is_at).is_some_and(|before| before != is_at) {
+            // The first sample has the new level.
+            (self.changed_s, self.is_off) = (at_s, true);
+        }
+        let bounces = (0.0..self.bounce_s).contains(&(at_s - self.changed_s));
+        self.is_off = bounces && !self.is_off;
         let is_closed = match self.contact {
             HomeSwitch::None => false,
-            HomeSwitch::NormallyClosed => !self.is_at(position_deg),
-            HomeSwitch::NormallyOpen => self.is_at(position_deg),
+            HomeSwitch::NormallyClosed => is_at == self.is_off,
+            HomeSwitch::NormallyOpen => is_at != self.is_off,
         };
         self.is_cut || !is_closed
     }
 
-    /// Returns the bit of the input in [`Input::lines`].
-    pub fn line(&self, position_deg: f64) -> u8 {
-        if self.is_high(position_deg) { Input::SWITCH } else { 0 }
+    /// Samples the switch, and returns the bit of the input in [`Input::lines`].
+    pub fn line(&mut self, position_deg: f64, at_s: f64) -> u8 {
+        if self.is_high(position_deg, at_s) { Input::SWITCH } else { 0 }
     }
 }
 

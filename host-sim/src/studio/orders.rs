@@ -307,7 +307,9 @@ impl<W: Wire> Worker<'_, W> {
             },
             RunningMotion::Homing(to) => match self.client.homed()? {
                 Some(found) => {
-                    let result = HomeResult::new(found, to, &self.client.status()?);
+                    let status = self.client.status()?;
+                    let parameters = self.client.parameters()?;
+                    let result = HomeResult::new(found, to, &status, &parameters);
                     let said = result.words();
                     if result.is_found() {
                         MotionReport { said, grade: Grade::Good }

@@ -5,8 +5,9 @@ use experiments::matrix::{
     Bench as _, assert_faults_in_a_homing, assert_reversed_in_the_first_move,
 };
 use experiments::matrix::{
-    Count, SENSOR, SITUATIONS, Situation, assert_armed_again_only_at_rest, assert_latched,
-    assert_none_is_forgotten, assert_row, bring, current_rows, harder, pass, rows, start_over,
+    Count, INDEX, SENSOR, SITUATIONS, Situation, assert_armed_again_only_at_rest, assert_latched,
+    assert_none_is_forgotten, assert_row, bring, current_rows, harder, index_rows, pass, rows,
+    start_over,
 };
 use stiction::Fault;
 use stiction::servo::{Servo, State};
@@ -20,10 +21,9 @@ const FROM_THE_BOARD: [Fault; 5] =
     [Fault::Overrun, Fault::BreakInput, Fault::ClockLost, Fault::Panic, Fault::Watchdog];
 
 /// The other faults, and why they are in no row.
-const ELSEWHERE: [(Fault, &str); 17] = [
+const ELSEWHERE: [(Fault, &str); 16] = [
     (Fault::MotorHot, "it takes a sensor of its own: tests/device/motor_temperature.rs"),
     (Fault::MotorSensor, "the same"),
-    (Fault::IndexDeviation, "it takes an index: tests/device/encoder_index.rs"),
     (Fault::EmergencyStop, "it takes a contact: tests/device/emergency_stop.rs"),
     (Fault::EncodersDisagree, "it takes two encoders: both_encoders.rs beside this folder"),
     (Fault::EncoderSilent, "it takes an absolute encoder: tests/device/absolute_encoder.rs"),
@@ -51,6 +51,9 @@ fn every_fault_is_seen_in_time_and_turns_the_bridge_off_under_every_law() {
     }
     for row in current_rows() {
         count += assert_row(&mut DeviceBench::with(SENSOR), &row);
+    }
+    for row in index_rows() {
+        count += assert_row(&mut DeviceBench::with(INDEX), &row);
     }
     for fault in FROM_THE_BOARD {
         for (situation, law) in

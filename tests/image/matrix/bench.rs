@@ -205,8 +205,10 @@ impl Bench for ImageBench {
         let words = self.act(move |halted| halted.words(address, 4)).unwrap();
         let kept = (words[1], words[2], f32::from_bits(words[3]));
         assert_eq!(kept, (report.code.into(), report.tick, report.value), "{name}");
-        // The converter's watchdog reports between two ticks, with the number of the earlier one.
-        let early = u32::from(report.code == Fault::OverCurrent as u8);
+        // The converter's watchdog and the index report between two ticks, with the number of the
+        // earlier one.
+        let between = [Fault::OverCurrent, Fault::IndexDeviation];
+        let early = u32::from(between.iter().any(|fault| report.code == *fault as u8));
         assert_eq!(Some(report.tick + early), self.detection.unwrap().clock, "{name}");
     }
 

@@ -7,9 +7,10 @@ mod reported;
 
 use experiments::controllers;
 use experiments::matrix::{
-    Bench as _, Row, SENSOR, Situation, all, assert_armed_again_only_at_rest,
+    Bench as _, INDEX, Row, SENSOR, Situation, all, assert_armed_again_only_at_rest,
     assert_faults_in_a_homing, assert_latched, assert_none_is_forgotten,
-    assert_reversed_in_the_first_move, assert_row, current_rows, detect, pass, rows, start_over,
+    assert_reversed_in_the_first_move, assert_row, current_rows, detect, index_rows, pass, rows,
+    start_over,
 };
 use files::encoder::Wires;
 use stiction::Fault;
@@ -17,10 +18,9 @@ use stiction::Fault;
 use bench::{ImageBench, print_row};
 
 /// Why the other faults are in no row.
-const ELSEWHERE: [(Fault, &str); 12] = [
+const ELSEWHERE: [(Fault, &str); 11] = [
     (Fault::MotorHot, "it takes a sensor of its own: tests/image/motor_temperature.rs"),
     (Fault::MotorSensor, "the same"),
-    (Fault::IndexDeviation, "it takes an index: tests/image/homing.rs"),
     (Fault::EncodersDisagree, "it takes two encoders: both_encoders.rs beside this folder"),
     (Fault::EncoderSilent, "it takes an absolute encoder: tests/image/both_encoders.rs"),
     (Fault::EncoderOpen, "at rest only: tests/image/open_line.rs"),
@@ -95,6 +95,14 @@ fn supply_and_heat() {
 fn current_of_the_motor() {
     let mut bench = ImageBench::of(SENSOR);
     for row in current_rows() {
+        assert_row(&mut bench, &row);
+    }
+}
+
+#[test]
+fn counts_between_two_indices() {
+    let mut bench = ImageBench::of(INDEX);
+    for row in index_rows() {
         assert_row(&mut bench, &row);
     }
 }

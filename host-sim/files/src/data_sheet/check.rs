@@ -92,6 +92,8 @@ impl DataSheet {
             ("load.stop_min_deg", load.stop_min_deg, Negative),
             ("load.stop_max_deg", load.stop_max_deg, Positive),
             ("load.home_switch_deg", load.home_switch_deg, Finite),
+            ("load.home_switch_hysteresis_deg", load.home_switch_hysteresis_deg, NotNegative),
+            ("load.home_switch_bounce_s", load.home_switch_bounce_s, NotNegative),
             ("friction.slip_nm", Some(friction.slip_nm), NotNegative),
             ("friction.slip_reverse_nm", friction.slip_reverse_nm, NotNegative),
             ("friction.stribeck_deg_per_s", friction.stribeck_deg_per_s, NotNegative),

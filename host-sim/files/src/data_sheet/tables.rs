@@ -160,6 +160,16 @@ pub struct LoadTable {
              never comes to one."]
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub home_switch_deg: Option<f64>,
+    // One line of the schema.
+    #[doc = "Hysteresis of the homing switch, deg: the joint leaves it so far behind its edge. \
+             Left out: 0."]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub home_switch_hysteresis_deg: Option<f64>,
+    // One line of the schema.
+    #[doc = "Time for which the contact of the homing switch bounces after a change, s. Left out: \
+             0."]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub home_switch_bounce_s: Option<f64>,
 }
 
 /// `[friction]` of a data sheet, at the joint.

@@ -1,6 +1,7 @@
 //! Result of a homing, as text and as JSON.
 
 use serde_json::{Value, json};
+use stiction::Parameters;
 use stiction::link::Status;
 use stiction::motion::home::{HomeEnd, HomeFindings, HomeTarget};
 
@@ -19,15 +20,27 @@ pub struct HomeResult {
     pub position_deg: f64,
     /// Whether the device counts the joint as referenced now.
     pub is_referenced: bool,
+    /// Largest twist of a healthy gear at rest, deg, if the index is that of a motor with its own
+    /// encoder; 0: the file has none.
+    pub twist_deg: Option<f32>,
 }
 
 impl HomeResult {
     /// Returns the result of a homing to a place with these findings, after which the device has
-    /// this status.
-    pub fn new(found: HomeFindings, to: HomeTarget, status: &Status) -> Self {
+    /// this status and these parameters.
+    pub fn new(
+        found: HomeFindings,
+        to: HomeTarget,
+        status: &Status,
+        parameters: &Parameters,
+    ) -> Self {
         let resolution = status.resolution;
         let position_deg = f64::from(status.position) * f64::from(resolution);
-        Self { found, to, resolution, position_deg, is_referenced: status.is_referenced }
+        let motor = &parameters.controller.motor;
+        let is_of_motor = found.ended == HomeEnd::Index && motor.count().is_some();
+        let twist_deg = is_of_motor.then_some(motor.twist);
+        let is_referenced = status.is_referenced;
+        Self { found, to, resolution, position_deg, is_referenced, twist_deg }
     }
 
     /// Returns whether the place was found and the joint is referenced.
@@ -129,6 +142,19 @@ impl HomeResult {
         ];
         if from_switch != 0 {
             lines.push(format!("index      {from_switch:+} counts from the edge of the switch"));
+        }
+        if let Some(twist_deg) = self.twist_deg {
+            let most = if twist_deg > 0.0 {
+                format!(" of {twist_deg:.2} deg at most")
+            } else {
+                String::new()
+            };
+            lines.push(
+                "gear       the index is the motor's: the load's position there repeats to".into(),
+            );
+            lines.push(format!(
+                "           the change of the gear's twist{most}. Home in one sense"
+            ));
         }
         lines.extend(advice(ended, self.to).iter().map(|line| format!("           {line}")));
         lines.join("\n") + "\n"

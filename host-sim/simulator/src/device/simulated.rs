@@ -208,7 +208,8 @@ impl SimulatedDevice {
         let EncoderReading { counter, lines, .. } =
             self.encoder.read(sound.counter, self.wires, servo.pulls_down());
         let lines = if self.is_contact_open { lines } else { lines | Input::CONTACT };
-        let lines = lines | self.home_switch.line(self.plant.position_deg());
+        let at_s = f64::from(servo.clock()) * self.plant.sample_time_s();
+        let lines = lines | self.home_switch.line(self.plant.position_deg(), at_s);
         let pulls_down = servo.pulls_load_down();
         let load = match &mut self.load_encoder {
             // A chip on a bus gives no answer, or one that is rejected.

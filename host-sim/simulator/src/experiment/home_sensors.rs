@@ -37,11 +37,14 @@ impl RunPlan {
     /// Returns an error that names the invalid value.
     pub fn home_switch(&self) -> Result<SwitchModel, Error> {
         let plant = self.truth.as_deref().unwrap_or(self);
-        let of_sheet = plant.sheet()?.and_then(|(sheet, _)| sheet.load.home_switch_deg);
-        Ok(SwitchModel {
-            edge_deg: plant.home_switch_deg.or(of_sheet),
-            contact: self.machine.device.core(DeviceConfig::EXAMPLE).home_switch,
-            is_cut: false,
-        })
+        let load = plant.sheet()?.map(|(sheet, _)| sheet.load);
+        let of_sheet = load.as_ref().and_then(|load| load.home_switch_deg);
+        let contact = self.machine.device.core(DeviceConfig::EXAMPLE).home_switch;
+        let mut switch = SwitchModel::new(contact, plant.home_switch_deg.or(of_sheet));
+        if let Some(load) = load {
+            switch.hysteresis_deg = load.home_switch_hysteresis_deg.unwrap_or(0.0);
+            switch.bounce_s = load.home_switch_bounce_s.unwrap_or(0.0);
+        }
+        Ok(switch)
     }
 }

@@ -100,7 +100,7 @@ impl HomeArguments {
                 "home: the device did not end the homing in time; the joint is not referenced"
                     .into(),
             )),
-            (_, Some(found)) => Ok(HomeResult::new(found, to, &status)),
+            (_, Some(found)) => Ok(HomeResult::new(found, to, &status, &client.parameters()?)),
             _ => {
                 let place = match to {
                     HomeTarget::Stop => "a hard stop",
