@@ -37,6 +37,7 @@ fn held(name: &str, cases: u64) -> ([usize; 4], usize) {
             map: found.map,
             parameters: parameters.clone(),
             units: None,
+            gear: None,
         };
         if found_by_device.verdict() != "doubtful" {
             continue;

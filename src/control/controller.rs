@@ -164,7 +164,7 @@ impl ControllerState {
         compensator.forget();
         #[cfg(feature = "two-encoders")]
         {
-            self.has_seen_motor = false;
+            (self.motor_counts, self.has_seen_motor) = (0, false);
         }
     }
 
@@ -438,6 +438,10 @@ fn record(
         non_finite,
         status: 0,
         current: 0.0,
+        #[cfg(feature = "two-encoders")]
+        motor_counts: state.motor_counts,
+        #[cfg(not(feature = "two-encoders"))]
+        motor_counts: 0,
         law: [0.0; MAX_LAW_SIGNALS],
     }
 }

@@ -255,6 +255,10 @@ signals! {
         status: u32 = "status", "";
         /// Current of the motor, measured, A; zero without a sensor.
         current: f32 = "current_a", "A";
+        /// Position of the motor, counts of its own encoder, for a joint with an encoder on either
+        /// side; zero with one encoder. Arming does not shift it, other than `counts`: only its
+        /// changes have a meaning.
+        motor_counts: i32 = "motor_counts", "counts";
     }
 }
 

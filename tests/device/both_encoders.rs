@@ -288,3 +288,28 @@ fn an_open_line_of_either_encoder_is_found_at_rest() {
         assert_eq!((latched.fault, latched.value), (Fault::EncoderOpen, open), "{wires:?}");
     }
 }
+
+/// The set point rests at 5 deg, so the load does, within two counts, and the motor within the
+/// slack of 0.15 deg to either side and the wind-up by the stick friction, 4.9 N m behind 1000
+/// N m/rad.
+#[test]
+fn a_tick_has_the_position_of_the_motor_and_zero_with_one_encoder() {
+    let moved = |set: &[&str]| {
+        let mut client = Client::connect(SimulatedWire::new(device(set))).unwrap();
+        client.arm().unwrap();
+        client.move_to(5.0).unwrap();
+        client.pass(std::time::Duration::from_secs(4)).unwrap();
+        let wire = client.wire();
+        let tick = wire.simulated.tick().tick;
+        (tick.counts, tick.motor_counts)
+    };
+    let (load, motor) = moved(&[]);
+    let [load_deg, motor_deg] = [f64::from(load) * 360.0 / 16384.0, f64::from(motor) * 0.0036];
+    assert!((load_deg - 5.0).abs() < 0.05, "{load_deg}");
+    let twist_deg = (motor_deg - load_deg).abs();
+    assert!(twist_deg < 0.15 + (4.9f64 / 1000.0).to_degrees() + 0.03, "{twist_deg} deg");
+    // The motor alone: its counts are those of the joint.
+    let (joint, motor) = moved(&["loop.position=motor"]);
+    assert!((f64::from(joint) * 0.0036 - 5.0).abs() < 0.05, "{joint}");
+    assert_eq!(motor, 0);
+}

@@ -13,6 +13,7 @@ use simulator::device::simulated::SimulatedDevice;
 use simulator::device::wire::{SimulatedWire, Wire};
 use simulator::experiment::RunPlan;
 use stiction::Fault;
+use stiction::control::signal::index;
 use stiction::link::StateCode;
 use stiction::motion::home::{HomeEnd, HomeFindings, HomeRequest, HomeTarget, Sense};
 use stiction::motion::jog::Verdict;
@@ -378,4 +379,43 @@ fn homed<W: Wire>(client: &mut Client<W>, home: HomeRequest) -> Option<HomeFindi
     client.home(home).unwrap();
     client.pass_armed(Duration::from_secs(30)).unwrap();
     client.homed().unwrap()
+}
+
+/// Returns position of the load, effort and position of the motor in each tick of a move, from the
+/// first effort on.
+fn sampled<W: Wire>(client: &mut Client<W>) -> Vec<[u32; 3]> {
+    if !client.status().unwrap().at_rest {
+        client.pass(Duration::from_millis(100)).unwrap();
+    }
+    client.arm().unwrap();
+    let signals = ["counts", "v_applied", "motor_counts"].map(index);
+    client.subscribe(signals.iter().fold(0, |mask, place| mask | 1 << place), 1).unwrap();
+    client.pass(Duration::from_millis(600)).unwrap();
+    client.move_to(2.0).unwrap();
+    client.pass(Duration::from_millis(700)).unwrap();
+    let samples = std::iter::from_fn(|| client.kept());
+    let values = samples.map(|sample| signals.map(|place| sample.value(place).unwrap()));
+    let values = values.skip_while(|[_, effort, _]| f32::from_bits(*effort) == 0.0).take(600);
+    let values: Vec<_> = values.collect();
+    assert_eq!((client.lost(), values.len()), (0, 600));
+    values
+}
+
+/// These are the samples from which `device identify` measures the gear.
+#[test]
+fn samples_of_both_encoders_are_those_of_a_simulated_device() {
+    let plan = &step(&["robust"], &[])[0];
+    let mut simulated = SimulatedDevice::new(plan).unwrap();
+    simulated.ticks(200);
+    let here = sampled(&mut Client::connect(SimulatedWire::new(simulated)).unwrap());
+    let wire = EmulatedWire::with(&firmware_for_two(), plan).unwrap();
+    let there = sampled(&mut Client::connect(wire).unwrap());
+    assert_eq!(there, here);
+    // The motor has gone ahead by slack and wind-up: 0.15 deg to either side of the middle, and no
+    // more than the twist that the device tolerates.
+    let twist_deg = |[load, _, motor]: &[u32; 3]| {
+        f64::from(*motor as i32) * 0.0036 - f64::from(*load as i32) * 360.0 / 16384.0
+    };
+    let largest = there.iter().map(twist_deg).fold(0.0, f64::max);
+    assert!((0.15..1.8).contains(&largest), "{largest} deg");
 }

@@ -108,7 +108,8 @@ mod tests {
             non_finite: true,
             status: 14,
             current: float(15),
-            law: [16, 17, 18, 19, 20, 21, 22, 23].map(float),
+            motor_counts: 16,
+            law: [17, 18, 19, 20, 21, 22, 23, 24].map(float),
         };
         assert!(same_bits(&found, &expected), "{found:?}");
     }

@@ -102,6 +102,7 @@ fn loop_figures(results: &[&RunResult], group: &Group, kind: &str, stem: &str) -
     });
     let end_s = shown_until(results);
     let mut panels = vec![displacements(results, end_s), errors(results, end_s)];
+    panels.extend(twists(results, end_s));
     let mut others = Vec::new();
     for (n, (_, result)) in shown.enumerate() {
         let curve = curve_name(result, results);
@@ -200,6 +201,22 @@ fn errors(results: &[&RunResult], end_s: f64) -> Panel {
     let inset =
         around(results.iter().filter_map(|one| rest(one, end_s, LoopSample::error_deg, 0.02)));
     Panel { height: 0.85, inset, ..Panel::new("error (deg)", curves.collect()) }
+}
+
+/// Returns the panel of the twist of the gear, the position at the motor's encoder less that of the
+/// load, for runs with an encoder on either side.
+fn twists(results: &[&RunResult], end_s: f64) -> Option<Panel> {
+    let curves = results.iter().zip(COMPARED).filter_map(|(result, style)| {
+        let motor = result.plan.motor_encoder().ok()??;
+        let twist_deg = |m: &LoopSample| {
+            let motor_deg = f64::from(m.motor_counts.unwrap_or_default()) * motor.resolution;
+            motor_deg - m.at_load_deg
+        };
+        Some(PlotCurve::new(curve_name(result, results), style, points(result, end_s, twist_deg)))
+    });
+    let curves: Vec<PlotCurve> = curves.collect();
+    (!curves.is_empty())
+        .then(|| Panel { height: 0.62, ..Panel::new("motor less load (deg)", curves) })
 }
 
 /// Returns the curves of a run: one, or one for each side of its gear if the sides differ. `of`

@@ -240,7 +240,8 @@ impl<W: Wire> Worker<'_, W> {
             Ok(known) => (known, String::new()),
             Err(error) => ((None, None), format!("\nnot in SI units: {error}")),
         };
-        let found = IdentifiedJoint { summary, map, parameters: self.client.parameters()?, units };
+        let parameters = self.client.parameters()?;
+        let found = IdentifiedJoint { summary, map, parameters, units, gear: None };
         let said = found.words() + &without;
         // Without a file there are no other motions to copy.
         let nothing = || Document::parse("no file", "");

@@ -52,7 +52,7 @@ fn identified(sheet: &Document, truth: &Document, law: &str) -> Option<Document>
     client.identify_joint(IdentificationRequest::default()).unwrap();
     while client.pass(Duration::from_secs(1)).unwrap().state == StateCode::Armed {}
     let (summary, map) = client.identified().unwrap()?;
-    let found = IdentifiedJoint { summary, map, parameters: configured, units: None };
+    let found = IdentifiedJoint { summary, map, parameters: configured, units: None, gear: None };
     let text = into::text(&found, sheet).map_err(|why| println!("{law}: {why}")).ok()?;
     Some(Document::parse("found.toml", &text).unwrap())
 }

@@ -215,6 +215,7 @@ fn a_load_without_a_key_is_in_a_comment_and_reported() {
             map: found.map,
             parameters: parameters.clone(),
             units: None,
+            gear: None,
         };
         let device::into::IdentifiedFile { text, left_out, .. } =
             device::into::written(&found, &document).unwrap();
@@ -259,6 +260,7 @@ fn the_file_of_a_joint_that_was_found_does_not_count_the_dead_time_twice() {
         map: of_a_joint.map,
         parameters: parameters.clone(),
         units: document.mapping().unwrap().map(|(_, mapping)| mapping.units),
+        gear: None,
     };
     let device::into::IdentifiedFile { text, left_out, .. } =
         device::into::written(&found, &document).unwrap();

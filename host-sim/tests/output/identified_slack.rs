@@ -104,6 +104,7 @@ fn what_the_identification_contradicts_is_named_with_both_numbers() {
         map: of_a_joint.map,
         parameters: device::parameters(&plan).unwrap(),
         units: Some(units),
+        gear: None,
     };
     let new = device::into::written(&found, &document).unwrap();
     assert_eq!(new.left_out, None);
@@ -147,6 +148,7 @@ fn a_range_of_the_file_that_holds_the_measured_value_narrows_the_measured_range(
             map: of_a_joint.map,
             parameters: device::parameters(&plan).unwrap(),
             units: Some(units),
+            gear: None,
         };
         let new = device::into::written(&found, &document).unwrap();
         Document::parse("found.toml", &new.text).unwrap()

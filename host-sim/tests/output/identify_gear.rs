@@ -177,3 +177,82 @@ fn a_gear_that_does_not_show_is_refused_and_the_joint_is_still_identified() {
     assert!(why.contains("stiffer than they can show"), "{why}");
     assert!(number(&rigid["parameters"]["inertia"]["value"]) > 0.0);
 }
+
+/// Runs `device identify` on a simulated device with two encoders behind a gear. Returns the
+/// result, and the path of the machine's file.
+fn on_a_device(directory: &Path, gear: [f64; 2], options: &[&str]) -> (Value, String) {
+    let file = path(directory, "device.toml");
+    let [stiffness, backlash] = gear.map(|value| value.to_string());
+    let new = ["new", &file, "--typical", "harmonic", "--counts-per-turn", "16384", "--force"];
+    stiction(&[&new[..], &["--stiffness", &stiffness, "--backlash", &backlash]].concat());
+    let device = ["device", "--simulated", "--machine", &file];
+    let arguments = [&device[..], options, &["identify", "--json"]].concat();
+    let done = Command::new(env!("CARGO_BIN_EXE_stiction")).args(arguments).output().unwrap();
+    (serde_json::from_slice(&done.stdout).unwrap(), file)
+}
+
+/// Behind the softer gears, the sequence of the device ends at its speed limit: the gear is measured
+/// all the same.
+#[test]
+fn a_device_with_two_encoders_measures_the_gear_between_them() {
+    let directory = tempfile::tempdir().unwrap();
+    for (truth, widest, outcome) in [
+        ([1000.0, 0.3], [0.05, 0.05], "speed"),
+        ([5000.0, 0.1], [0.20, 0.05], "done"),
+        ([2000.0, 0.6], [0.05, 0.05], "speed"),
+    ] {
+        let (found, _) = on_a_device(directory.path(), truth, &[]);
+        assert_eq!((&found["outcome"], &found["gear_refused"]), (&outcome.into(), &Value::Null));
+        let gear = &found["gear"];
+        println!("{truth:?}: {gear}");
+        let values = [
+            ("stiffness", &gear["si"]["stiffness"], truth[0], widest[0]),
+            ("slack", &gear["slack_deg"], truth[1], widest[1]),
+            ("ratio", &gear["ratio"], OF_MOTOR, 1e-3),
+        ];
+        for (name, value, truth, widest) in values {
+            let [value, sd] = ["value", "sd"].map(|key| number(&value[key]));
+            assert!((value - truth).abs() < 3.0 * sd, "{name}: {value} +- {sd}, not {truth}");
+            assert!(sd < widest * truth, "{name}: {value} +- {sd}, not {truth}");
+        }
+        assert_eq!(gear["doubts"], Value::Array(vec![]), "{gear:#}");
+        assert_eq!(number(&gear["lost_samples"]), 0.0);
+        // 4.1 N m are 2.264 V, so 1 V is 1.811 N m.
+        let [volts, torque] = [&gear, &gear["si"]].map(|of| number(&of["stiffness"]["value"]));
+        assert!((torque / volts / 1f64.to_degrees() / 1.811 - 1.0).abs() < 1e-3, "{gear:#}");
+    }
+}
+
+/// The new file has the measured gear, and the same parameters of the device but for its twists.
+#[test]
+fn the_file_of_an_identified_device_has_its_measured_gear() {
+    let directory = tempfile::tempdir().unwrap();
+    let into = path(directory.path(), "into.toml");
+    let truth = path(directory.path(), "truth.toml");
+    let of = |file: &str, stiffness: &str, backlash: &str| {
+        let new = ["new", file, "--typical", "harmonic", "--counts-per-turn", "16384", "--force"];
+        stiction(&[&new[..], &["--stiffness", stiffness, "--backlash", backlash]].concat());
+    };
+    // The file has another gear than the joint.
+    let file = path(directory.path(), "file.toml");
+    of(&file, "9000", "0.05");
+    of(&truth, "4000", "0.15");
+    let device = ["device", "--simulated", "--machine", &file, "--truth", &truth];
+    let arguments = [&device[..], &["identify", "--into", &into]].concat();
+    let done = Command::new(env!("CARGO_BIN_EXE_stiction")).args(arguments).output().unwrap();
+    let text = String::from_utf8_lossy(&done.stdout);
+    assert!(text.contains("contradicted: gear.stiffness_nm_per_rad"), "{text}");
+    assert!(text.contains("contradicted: gear.backlash_deg"), "{text}");
+    let new: toml::Table = fs::read_to_string(&into).unwrap().parse().unwrap();
+    for (key, truth, part) in [("stiffness_nm_per_rad", 4000.0, 0.1), ("backlash_deg", 0.15, 0.05)]
+    {
+        let value = new["gear"][key].as_float().unwrap();
+        assert!((value / truth - 1.0).abs() < part, "{key}: {value}");
+        let range = new["spread"][&format!("gear.{key}")].as_array().unwrap();
+        let [low, high] = [0, 1].map(|end| range[end].as_float().unwrap());
+        assert!(low < truth && truth < high, "{key}: {low} to {high}");
+    }
+    assert!(new.get("motor_encoder").is_none() && new.get("joint").is_none(), "{new}");
+    let run = Command::new(env!("CARGO_BIN_EXE_stiction")).args(["run", &into]).output().unwrap();
+    assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+}

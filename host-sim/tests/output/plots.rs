@@ -162,3 +162,24 @@ fn the_planes_of_a_tuning_have_a_point_for_each_set_of_gains_that_was_tried() {
         assert!(is_whole_png(&drawn.join(format!("{stem}.png"))), "{stem}");
     }
 }
+
+/// A run with an encoder on either side of a gear has a panel of the twist between them; one with
+/// the motor's encoder alone has none.
+#[test]
+fn the_twist_of_a_gear_is_drawn_where_both_encoders_are_read() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = |name: &str| directory.path().join(name).to_str().unwrap().to_owned();
+    let file = path("two.toml");
+    let new = ["new", &file, "--typical", "harmonic", "--counts-per-turn", "16384"];
+    stiction(&[&new[..], &["--stiffness", "1000", "--backlash", "0.3"]].concat());
+    for (side, is_drawn) in [("load", true), ("motor", false)] {
+        let (out, side) = (path(side), format!("loop.position={side}"));
+        let run = ["run", &file, "--controller", "pd", "--plot", &out, "--set", &side];
+        stiction(&[&run[..], &["--set", "reference.trajectories=[]"]].concat());
+        let svg = fs::read_to_string(Path::new(&out).join("two-pd-steps.svg")).unwrap();
+        let svg = Document::parse(&svg).unwrap();
+        let labels = texts(&svg);
+        let is_there = labels.iter().any(|text| text == "motor less load (deg)");
+        assert_eq!(is_there, is_drawn, "{side}: {labels:?}");
+    }
+}

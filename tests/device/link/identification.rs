@@ -281,7 +281,7 @@ fn course(
     let (summary, map) = client.identified().unwrap().unwrap();
     let parameters = client.parameters().unwrap();
     let count_deg = f64::from(parameters.controller.encoder.resolution);
-    let found = IdentifiedJoint { summary, map, parameters, units: None };
+    let found = IdentifiedJoint { summary, map, parameters, units: None, gear: None };
     Course { summary, path, fastest, found, tick_s, count_deg }
 }
 

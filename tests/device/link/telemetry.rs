@@ -24,6 +24,7 @@ fn a_device_announces_its_signals_with_names_and_units() {
         ("code", "code", "", Form::Whole),
         ("saturated", "saturated", "", Form::Bits),
         ("current", "current_a", "A", Form::Number),
+        ("motor_counts", "motor_counts", "counts", Form::Whole),
     ] {
         let found = &signals[index(place)];
         assert_eq!((&*found.name, &*found.unit, found.form), (name, unit, form), "{place}");

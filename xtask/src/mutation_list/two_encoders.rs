@@ -65,4 +65,9 @@ pub const MUTATIONS: &[Mutation] = &[
          "if missing == 99 * most {"],
         "a chip that does not answer is no fault",
         Suite::Device, &["a_chip_that_does_not_answer"]),
+    fault("src/control/controller.rs",
+        ["motor_counts: state.motor_counts,",
+         "motor_counts: 0 * state.motor_counts,"],
+        "the samples of a gear lack the position of its motor",
+        Suite::Device, &["a_tick_has_the_position_of_the_motor"]),
 ];

@@ -7,6 +7,7 @@ use stiction::identification::{
 };
 
 use super::client::Map;
+use super::merged_sheet::MeasuredGear;
 use dynamics::joint::CoreUnits;
 use files::error::Error;
 use files::machine::{JointFrictionLevels, JointTable};
@@ -23,6 +24,8 @@ pub struct IdentifiedJoint {
     pub parameters: Parameters,
     /// Conversion from volts to N m; `None` without a data sheet.
     pub units: Option<CoreUnits>,
+    /// Gear between two encoders, in the unit of `units`; `None` if it was not identified.
+    pub gear: Option<MeasuredGear>,
 }
 
 /// Returns half a sentence: how the identification has ended, and what to do.

@@ -43,15 +43,19 @@ pub(super) fn merged(
         "its joint is in degrees and volts; a data sheet in --machine has keys for it";
     // The twists of the device are those of the gear before: those of the measured joint differ.
     const TWO: &str = "its two encoders are as the device has them, with the twists it tolerates";
-    if parameters.controller.motor.count().is_some() {
+    let has_two = parameters.controller.motor.count().is_some();
+    if has_two && found.gear.is_none() {
         return Err(TWO.into());
     }
     let (sheet, mapping) = of.mapping().ok().flatten().ok_or(NO_SHEET)?;
     let measured = measured(found, joint, off, &mapping.units).ok_or("there is no [spread]")?;
-    let new = MergedSheet::of(of, (&sheet, &mapping), &measured)?;
-    let text = text(&new, of, body).ok_or("its tables cannot be written")?;
+    let mut new = MergedSheet::of(of, (&sheet, &mapping), &measured)?;
+    if let Some(gear) = &found.gear {
+        new.set_gear(&sheet, gear)?;
+    }
+    let text = text(&new, of, (body, has_two)).ok_or("its tables cannot be written")?;
     match machine_file::read("", &text) {
-        Ok(again) if again == *parameters => {
+        Ok(again) if again == *parameters || has_two && is_same(&again, parameters) => {
             let MergedSheet { ranges, kept, contradicted, .. } = new;
             Ok(MergedFile { text, ranges, kept, contradicted })
         }
@@ -61,6 +65,16 @@ pub(super) fn merged(
         )),
         Err(error) => Err(error.to_string().trim_start_matches([':', ' ']).to_owned()),
     }
+}
+
+/// Returns whether two devices with two encoders have the same parameters, except for two: the
+/// twists that they tolerate, which the measured gear changes, and the motion, which the counts of
+/// the data sheet round otherwise.
+fn is_same(one: &Parameters, other: &Parameters) -> bool {
+    let mut one = Parameters { motion: other.motion.clone(), ..one.clone() };
+    let motor = &mut one.controller.motor;
+    (motor.twist, motor.swing) = (other.controller.motor.twist, other.controller.motor.swing);
+    one == *other
 }
 
 /// Returns the measured joint of a device in SI units.
@@ -112,8 +126,9 @@ pub(super) fn lost(of: &Document) -> Option<String> {
     (!lost.is_empty()).then(|| lost.join(", "))
 }
 
-/// Returns the file with the tables of a data sheet in place of `[joint]`.
-fn text(new: &MergedSheet, of: &Document, body: &str) -> Option<String> {
+/// Returns the file with the tables of a data sheet in place of `[joint]`. Two encoders are those
+/// of the machine's file, since only they state the gear between them.
+fn text(new: &MergedSheet, of: &Document, (body, has_two): (&str, bool)) -> Option<String> {
     let file = &of.origin.name;
     let encoder = of.get("encoder").and_then(Value::as_table).cloned();
     // The count of the device is written as it is: computed from the lines, it would differ.
@@ -124,9 +139,18 @@ fn text(new: &MergedSheet, of: &Document, body: &str) -> Option<String> {
         .collect();
     let mut whole: DocumentMut = body.parse().ok()?;
     whole.remove("joint");
-    let counts = whole.get_mut("encoder").and_then(Item::as_table_mut)?;
-    let more: DocumentMut = toml::to_string(&encoder).ok()?.parse().ok()?;
-    more.iter().for_each(|(key, item)| drop(counts.insert(key, item.clone())));
+    if has_two {
+        whole.remove("motor_encoder");
+        for name in ["encoder", "load_encoder"] {
+            let both: Table = [(name.to_owned(), of.get(name)?.clone())].into_iter().collect();
+            let both: DocumentMut = toml::to_string(&both).ok()?.parse().ok()?;
+            whole.insert(name, both.get(name)?.clone());
+        }
+    } else {
+        let counts = whole.get_mut("encoder").and_then(Item::as_table_mut)?;
+        let more: DocumentMut = toml::to_string(&encoder).ok()?.parse().ok()?;
+        more.iter().for_each(|(key, item)| drop(counts.insert(key, item.clone())));
+    }
     let text = whole.to_string().replacen("[joint] is that", "[load] and [friction] are those", 1);
     let table = |name: &str| {
         let table = new.tables.get(name)?;

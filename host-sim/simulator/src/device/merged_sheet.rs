@@ -26,7 +26,7 @@ use toml::{Table, Value};
 use super::contradiction::Contradiction;
 use super::found_load::{FoundLoad, MeasuredLoad, load};
 use super::spread::Ranges;
-use crate::draft::spread::{LEAST, rounded};
+use crate::draft::spread::{LEAST, around, rounded};
 use files::data_sheet::{DataSheet, Mapping};
 use files::document::Document;
 use files::error::shown;
@@ -38,6 +38,9 @@ const BRAKES: f64 = 1.25;
 
 /// Least share of the load in the inertia, if the gear is elastic.
 const LIGHTEST: f64 = 0.05;
+
+/// Least error bar of a gear's value, as a share of it.
+const LEAST_OF_GEAR: f64 = 0.02;
 
 /// Viscous friction per degree and per radian: two keys of the same quantity.
 const PER_DEGREE: [&str; 2] = ["friction.viscous_nm_s_per_deg", "friction.viscous_nm_s_per_rad"];
@@ -62,6 +65,15 @@ pub struct MeasuredJoint {
     /// Whether the measured effort is the output of the controller, V: then the viscous friction
     /// includes the back-EMF, and the friction includes the loss by a dead time.
     pub is_in_volts: bool,
+}
+
+/// Measured gear, each value with its error bar; `None` for a value that was not identified.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct MeasuredGear {
+    /// Stiffness, N m/rad.
+    pub stiffness: Option<[f64; 2]>,
+    /// Slack, deg.
+    pub slack_deg: Option<[f64; 2]>,
 }
 
 /// Data sheet of a machine's file, merged with the measured joint.
@@ -100,6 +112,55 @@ impl MergedSheet {
         let kept = new.kept();
         let Sheet { tables, written: ranges, contradicted, .. } = new;
         Ok(Self { tables, ranges, kept, contradicted })
+    }
+
+    /// Sets the measured stiffness and slack of the gear; `of` is the data sheet of the file.
+    ///
+    /// # Errors
+    /// Returns half a sentence with the reason if the data sheet cannot have an elastic gear.
+    pub fn set_gear(&mut self, of: &DataSheet, gear: &MeasuredGear) -> Result<(), &'static str> {
+        let above = |name: &str, key: &str| {
+            self.tables.get(name).and_then(|table| number(table.get(key)?)).unwrap_or(0.0) > 0.0
+        };
+        let two_bodies = above("motor", "rotor_inertia_kg_m2") && above("load", "inertia_kg_m2");
+        let becomes_elastic = two_bodies && gear.stiffness.is_some();
+        if of.stiffness().is_none() && !becomes_elastic {
+            return Err("an elastic gear needs a stiffness, and an inertia of rotor and load");
+        }
+        if let Some(measured) = gear.stiffness {
+            let keys = ["gear.stiffness_nm_per_rad", "gear.stiffness_nm_per_deg"];
+            self.replace(keys, of.stiffness(), measured);
+        }
+        if let Some([value, off]) = gear.slack_deg {
+            let keys = ["gear.backlash_deg", "gear.backlash_rad"];
+            let in_file = of.backlash().unwrap_or(0.0).to_degrees();
+            self.replace(keys, Some(in_file), [if value > off { value } else { 0.0 }, off]);
+        }
+        Ok(())
+    }
+
+    /// Replaces a value of the gear, and its range. The value has two keys: `key` is in the unit of
+    /// the numbers; `other` is in another unit, and is removed.
+    fn replace(
+        &mut self,
+        [key, other]: [&'static str; 2],
+        in_file: Option<f64>,
+        [value, off]: [f64; 2],
+    ) {
+        let range = self.ranges.remove(key);
+        let found = in_file.and_then(|in_file| {
+            Contradiction::between(key, (in_file, range), (value, [value - off, value + off]))
+        });
+        self.contradicted.extend(found);
+        self.ranges.remove(other);
+        if value > 0.0 {
+            let measured = around(value, off, LEAST_OF_GEAR);
+            self.ranges.insert(key.to_owned(), measured.map(rounded));
+        }
+        self.kept.retain(|kept| kept != key && kept != other);
+        let table = self.tables.entry("gear").or_default();
+        table.remove(other.trim_start_matches("gear."));
+        table.insert(key.trim_start_matches("gear.").into(), rounded(value).into());
     }
 }
 

@@ -99,11 +99,12 @@ pub fn is_leading(name: &str) -> bool {
     LEADING.iter().any(|column| column.name() == name)
 }
 
-/// Returns the columns of every run: the leading ones, then every other signal of the core but the
-/// motor's current, which has a column only if it is measured.
+/// Returns the columns of every run: the leading ones, then every other signal of the core. Left
+/// out are the motor's current, which has a column only if it is measured, and the motor's
+/// position, which is a column of a run with two encoders only.
 pub fn of_a_run() -> Vec<SeriesColumn> {
-    const CURRENT: &str = signal::name("current");
-    let is_other = |name| !is_leading(name) && name != CURRENT;
+    const LEFT_OUT: [&str; 2] = [signal::name("current"), signal::name("motor_counts")];
+    let is_other = |name| !is_leading(name) && !LEFT_OUT.contains(&name);
     let others = SIGNALS.iter().enumerate().filter(|(_, signal)| is_other(signal.name));
     LEADING.into_iter().chain(others.map(|(place, _)| SeriesColumn::Signal(place))).collect()
 }

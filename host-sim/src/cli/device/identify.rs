@@ -17,10 +17,14 @@ use simulator::device::wire::Wire;
 use simulator::device::{into, words};
 use simulator::experiment::Document;
 use simulator::output::{OutputFile, OverwriteGuard};
+use studies::device_gear::{self, DeviceGear};
 
 /// Default rate of a ramp, V/s, and default time between its rise and its fall, s.
 const RAMP_RATE: f32 = 0.02;
 const RAMP_HOLD: f32 = 10.0;
+
+/// Default travel, deg.
+const TRAVEL_DEG: f32 = 45.0;
 
 #[derive(Debug, clap::Args)]
 pub struct DeviceIdentifyArguments {
@@ -131,11 +135,25 @@ impl DeviceIdentifyArguments {
         let Self { effort, travel, speed, time, .. } = *self;
         let asked = IdentificationRequest { effort, travel, speed, time };
         let asked = client.check_identification(&asked)?;
+        let begin = client.status()?.position;
         client.identify_joint(asked)?;
         let status = until_off(client)?;
         let (summary, map) =
             client.identified()?.ok_or_else(|| ended_early("identify", &status, NOTHING))?;
-        let found = IdentifiedJoint { summary, map, parameters, units };
+        let has_two = parameters.controller.motor.count().is_some();
+        let gear = has_two.then(|| match shows_gear(summary.outcome) {
+            true => {
+                let travel_deg = asked.travel.unwrap_or(TRAVEL_DEG);
+                let off = client.status()?.position.wrapping_sub(begin).unsigned_abs();
+                let off_deg = off as f32 * parameters.controller.encoder.resolution;
+                let room_deg = f64::from(travel_deg - off_deg);
+                device_gear::measure(client, &parameters, units, room_deg)
+            }
+            false => Ok(Err("the sequence of motions ended before".into())),
+        });
+        let gear = gear.transpose()?;
+        let measured = gear.as_ref().and_then(|gear| gear.as_ref().ok()?.measured());
+        let found = IdentifiedJoint { summary, map, parameters, units, gear: measured };
         let warning = client.warning();
         let outcome = found.summary.outcome;
         let mut ended = if outcome == Outcome::Done {
@@ -153,6 +171,8 @@ impl DeviceIdentifyArguments {
         }
         if self.json {
             let mut object = found.json(warning);
+            object["gear"] = gear.iter().flatten().next().map(DeviceGear::json).into();
+            object["gear_refused"] = gear.and_then(Result::err).into();
             object["written"] = file.map(ToString::to_string).into();
             object["left_out"] = new.left_out.into();
             object["kept"] = new.kept.into();
@@ -161,12 +181,31 @@ impl DeviceIdentifyArguments {
         }
         let mut text = warning.map_or(String::new(), |warning| format!("{warning}\n"));
         text += &found.words();
+        text += &match &gear {
+            Some(Ok(gear)) => gear.words(),
+            Some(Err(why)) => format!("gear: not identified: {why}\n"),
+            None => String::new(),
+        };
         text += OFF;
         if let Some(file) = file {
             text += &format!("{file}: written, with the identified joint\n");
         }
         new.words.iter().chain(&new.left_out).for_each(|line| text += &format!("{line}\n"));
         Ok(IdentifyReport { text, ended })
+    }
+}
+
+/// Returns whether the moves that show the gear between two encoders follow a sequence with this
+/// outcome: the direction of the effort is right, the joint moves, and no load moves it.
+const fn shows_gear(outcome: Outcome) -> bool {
+    match outcome {
+        Outcome::Done | Outcome::Travel | Outcome::Speed | Outcome::Time | Outcome::Capped => true,
+        Outcome::Running
+        | Outcome::Reversed
+        | Outcome::Pulled
+        | Outcome::Still
+        | Outcome::RunsOn
+        | Outcome::NoProgress => false,
     }
 }
 

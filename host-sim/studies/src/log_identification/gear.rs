@@ -45,6 +45,7 @@ use super::regression;
 use super::time_grid::{Stretch, TimeGrid};
 use super::units::LogUnits;
 use files::error::rounded;
+use simulator::device::merged_sheet::MeasuredGear;
 
 /// Creeping speed as a share of the fast speed. A motor is slow while it crosses the slack.
 const CREEPING: f64 = gate::CREEPING_WITH_STRIBECK;
@@ -190,9 +191,23 @@ impl IdentifiedGear {
     }
 
     /// Returns whether the log identifies the slack: its standard deviation is small in comparison
-    /// with the slack or with the twist.
+    /// with the slack or with the twist, and the stiffness is identified. Otherwise the slack can
+    /// include the twist by which the gear is wound up.
     pub fn is_slack_sure(&self) -> bool {
-        self.slack.sd <= (UNSURE * self.slack.value).max(0.05 * self.twist)
+        self.is_stiffness_sure()
+            && self.slack.sd <= (UNSURE * self.slack.value).max(0.05 * self.twist)
+    }
+
+    /// Returns the identified values with two standard deviations, for a machine's file. `effort`
+    /// is the torque of a unit of the effort, N m.
+    pub fn measured(&self, effort: f64) -> MeasuredGear {
+        let both = |value: &FittedParameter, factor: f64| {
+            [value.value, 2.0 * value.sd].map(|one| one * factor)
+        };
+        MeasuredGear {
+            stiffness: self.is_stiffness_sure().then(|| both(&self.stiffness, effort)),
+            slack_deg: self.is_slack_sure().then(|| both(&self.slack, 1f64.to_degrees())),
+        }
     }
 }
 
@@ -278,12 +293,12 @@ fn doubts(gear: &IdentifiedGear) -> Vec<String> {
     }
     if !gear.is_stiffness_sure() {
         doubts.push(
-            "the log winds up the gear too little for its stiffness: log faster reversals, or \
-             push the load"
+            "the log winds up the gear too little for its stiffness, so the slack is uncertain, \
+             too: log faster reversals, or push the load"
                 .into(),
         );
     }
-    if !gear.is_slack_sure() {
+    if gear.is_stiffness_sure() && !gear.is_slack_sure() {
         doubts.push(
             "the log cannot separate the slack from friction: log slow reversals, one after the \
              other"

@@ -18,7 +18,7 @@ use toml_edit::{DocumentMut, Item};
 use super::IdentifiedMachine;
 use super::effort_unit::EffortUnit;
 use super::gear::IdentifiedGear;
-use super::model::{FittedModel, FittedParameter, MachineModel};
+use super::model::{FittedModel, MachineModel};
 use super::units::LogUnits;
 use files::data_sheet::tables::EncoderPlace;
 use files::data_sheet::{DataSheet, Mapping, resting_torque};
@@ -52,9 +52,6 @@ const RATIO: f64 = 1e-3;
 
 /// Least difference at which a gear's ratio counts as wrong, standard deviations.
 const OFF: f64 = 4.0;
-
-/// Least error bar of a gear's value, as a share of it.
-const LEAST_OF_GEAR: f64 = 0.02;
 
 /// A machine's file with the joint of a log.
 #[derive(Clone, Debug, PartialEq)]
@@ -202,41 +199,6 @@ impl MachineOfLog {
         words
     }
 
-    /// Writes the identified stiffness and slack of the gear into the file. Returns a sentence with
-    /// the reason if the gear cannot be written.
-    fn merge_gear(
-        &self,
-        gear: &IdentifiedGear,
-        whole: &mut DocumentMut,
-        new: &mut MergedSheet,
-    ) -> Option<String> {
-        let above = |name: &str, key: &str| {
-            new.tables.get(name).and_then(|table| number(table.get(key)?)).unwrap_or(0.0) > 0.0
-        };
-        let two_bodies = above("motor", "rotor_inertia_kg_m2") && above("load", "inertia_kg_m2");
-        let becomes_elastic = two_bodies && gear.is_stiffness_sure();
-        if self.sheet.stiffness().is_none() && !becomes_elastic {
-            return Some(
-                "the gear is not written: an elastic gear needs a stiffness, and an inertia of \
-                 rotor and load"
-                    .into(),
-            );
-        }
-        if gear.is_stiffness_sure() {
-            let keys = ["gear.stiffness_nm_per_rad", "gear.stiffness_nm_per_deg"];
-            let FittedParameter { value, sd } = gear.stiffness;
-            replace(whole, new, keys, self.sheet.stiffness(), [value, 2.0 * sd]);
-        }
-        if gear.is_slack_sure() {
-            let keys = ["gear.backlash_deg", "gear.backlash_rad"];
-            let [value, off] = [gear.slack.value, 2.0 * gear.slack.sd].map(f64::to_degrees);
-            let value = if value > off { value } else { 0.0 };
-            let in_file = self.sheet.backlash().unwrap_or(0.0).to_degrees();
-            replace(whole, new, keys, Some(in_file), [value, off]);
-        }
-        None
-    }
-
     /// Merges the joint identified from `log` into the file.
     ///
     /// # Errors
@@ -249,16 +211,16 @@ impl MachineOfLog {
             refuse("the identified friction is negative, which is impossible".into())
         })?;
         let mut new = MergedSheet::of(document, (sheet, mapping), &measured).map_err(refuse)?;
+        let unwritten = match &found.gear {
+            Some(Ok(gear)) => new.set_gear(sheet, &gear.measured(1.0)).err(),
+            _ => None,
+        };
         let mut whole: DocumentMut =
             self.text.parse().map_err(|_| refuse("its text cannot be edited".into()))?;
         for name in TABLES {
             let Some(table) = new.tables.get(name) else { continue };
             edit(&mut whole, name, document.get(name).and_then(Value::as_table), table);
         }
-        let unwritten = match &found.gear {
-            Some(Ok(gear)) => self.merge_gear(gear, &mut whole, &mut new),
-            _ => None,
-        };
         let MergedSheet { mut ranges, kept, mut contradicted, .. } = new;
         let dead_time_s = sheet.motor.dead_time_s;
         if measured.is_in_volts && dead_time_s > 0.0 {
@@ -290,7 +252,7 @@ impl MachineOfLog {
         let written = Document::parse(file, &text)?;
         written.machine()?;
         let mut words: Vec<String> = kept_words(&kept, file, &written).into_iter().collect();
-        words.extend(unwritten);
+        words.extend(unwritten.map(|why| format!("the gear is not written: {why}")));
         words.extend(contradicted.iter().map(|one| format!("contradicted: {}", one.words(file))));
         Ok(IntoMachine { text, kept, contradicted, words })
     }
@@ -368,32 +330,6 @@ fn measured(
 fn offset(fitted: &FittedModel) -> f64 {
     let [forward, backward] = fitted.levels();
     0.5 * (forward - backward)
-}
-
-/// Replaces a value of the gear, and its range. The value has two keys: `key` is in the unit of the
-/// numbers; `other` is in another unit, and is removed.
-fn replace(
-    whole: &mut DocumentMut,
-    new: &mut MergedSheet,
-    [key, other]: [&str; 2],
-    in_file: Option<f64>,
-    [value, off]: [f64; 2],
-) {
-    let measured = around(value, off, LEAST_OF_GEAR);
-    let range = new.ranges.remove(key);
-    let found = in_file.and_then(|in_file| {
-        Contradiction::between(key, (in_file, range), (value, [value - off, value + off]))
-    });
-    new.contradicted.extend(found);
-    new.ranges.remove(other);
-    if value > 0.0 {
-        new.ranges.insert(key.to_owned(), measured.map(rounded));
-    }
-    new.kept.retain(|kept| kept != key && kept != other);
-    if let Some(table) = whole.get_mut("gear").and_then(Item::as_table_like_mut) {
-        table.remove(other.trim_start_matches("gear."));
-    }
-    put_number(whole, &["gear"], key.trim_start_matches("gear."), rounded(value));
 }
 
 /// Edits a table of a file: sets keys that differ, and removes keys that are not in `after`.

@@ -165,10 +165,21 @@ pub fn of_series([time, position, effort]: [&[f64]; 3]) -> Result<MotionLog, Str
              same number of each"
         ));
     }
+    let rows = time.iter().zip(position).zip(effort);
+    of_rows(rows.map(|((time, position), effort)| [*time, *position, *effort]))
+}
+
+/// Creates a log from rows: time, position, effort, and the motor's position if there is one. As
+/// [`of_series`].
+///
+/// # Errors
+/// Returns a sentence with the row and the value found.
+pub fn of_rows<const N: usize>(rows: impl Iterator<Item = [f64; N]>) -> Result<MotionLog, String> {
     let mut samples = Samples::new(b',');
-    for (place, ((time, position), effort)) in time.iter().zip(position).zip(effort).enumerate() {
-        let numbers = [*time, *position, *effort].map(|one| one.is_finite().then_some(one));
-        samples.push(&numbers, place as u64 + 1, || last_digit(time.to_string().as_bytes()))?;
+    for (place, row) in rows.enumerate() {
+        let numbers = row.map(|one| one.is_finite().then_some(one));
+        let digit = || row.first().map_or(0.0, |time| last_digit(time.to_string().as_bytes()));
+        samples.push(&numbers, place as u64 + 1, digit)?;
     }
     samples.finish()
 }
