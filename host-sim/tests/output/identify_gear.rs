@@ -218,7 +218,7 @@ fn a_device_with_two_encoders_measures_the_gear_between_them() {
         assert_eq!(gear["doubts"], Value::Array(vec![]), "{gear:#}");
         assert_eq!(number(&gear["lost_samples"]), 0.0);
         // 4.1 N m are 2.264 V, so 1 V is 1.811 N m.
-        let [volts, torque] = [&gear, &gear["si"]].map(|of| number(&of["stiffness"]["value"]));
+        let [volts, torque] = [gear, &gear["si"]].map(|of| number(&of["stiffness"]["value"]));
         assert!((torque / volts / 1f64.to_degrees() / 1.811 - 1.0).abs() < 1e-3, "{gear:#}");
     }
 }
