@@ -77,10 +77,10 @@
 //! more than 2 counts then.
 //!
 //! With two encoders, the index is that of the motor, and the place the position of the load at its
-//! pass: the load's count of the last tick, and the travel of the motor since then. The load has
-//! moved by more than 8 counts, so that the gear is pressed to one side. Does badly: the place
-//! repeats to the change of the gear's wind-up, friction and load over stiffness. An answer of an
-//! absolute encoder that is missing at the pass shifts it by the travel of a tick.
+//! pass: the load's count of the last tick, and the travel of the motor since then. The load itself
+//! has moved by more than 8 counts, so that the gear is pressed to one side. A pass after a missing
+//! answer of an absolute encoder does not count. Does badly: the place repeats to the change of the
+//! gear's wind-up, friction and load over stiffness.
 
 mod switch;
 
@@ -329,6 +329,9 @@ pub(crate) struct HomeWatch {
 pub(crate) struct IndexPass {
     /// Position of the joint, counts.
     pub position: i32,
+    /// Way of the joint that is known without the motor, counts: of two encoders, that of the load
+    /// in the last tick.
+    pub way: i32,
     /// Place of the index, counts of its encoder since power-on.
     pub place: i32,
 }
@@ -518,7 +521,7 @@ impl HomeWatch {
         self.wait_for(tick, driven > 0, profile);
         let edge = self.switch.as_mut().and_then(|switch| switch.update(is_high, tick.counts));
         let pass = self.pass.take().filter(|_| self.to.has_index());
-        let ahead = |pass: &IndexPass| self.sense.sign() * pass.position > self.shows;
+        let ahead = |pass: &IndexPass| self.sense.sign() * pass.way > self.shows;
         if self.is_back {
             self.go_back(tick.counts, pass, profile);
         } else if let (HomeTarget::Index, Some(pass)) = (self.to, pass.filter(ahead)) {
@@ -611,7 +614,7 @@ impl HomeWatch {
         let sign = self.sense.sign();
         // The first pass behind the edge, whether the edges are known to agree by then or not:
         // which turn of the encoder it is must not depend on how far the joint has gone back.
-        let behind = |pass: &IndexPass| sign * (self.found.moved - pass.position) > self.shows;
+        let behind = |pass: &IndexPass| sign * (self.found.moved - pass.way) > self.shows;
         if let Some(pass) = pass.filter(behind) {
             self.behind.get_or_insert(pass);
         }

@@ -33,10 +33,12 @@ impl Servo {
             return;
         };
         let pass = captured.map(|_| pass);
-        if let (Some(home), Some(place)) = (&mut control_loop.home, pass) {
-            let way = place.wrapping_sub(position);
-            let at = self.follower.joint_after(&control_loop.controller, way);
-            home.pass_index(IndexPass { position: at.wrapping_sub(control_loop.zero), place });
+        if let (Some(home), Some(place)) = (&mut control_loop.home, pass)
+            && let Some(of_joint) =
+                self.follower.joint_after(&control_loop.controller, place.wrapping_sub(position))
+        {
+            let [way, position] = of_joint.map(|at| at.wrapping_sub(control_loop.zero));
+            home.pass_index(IndexPass { position, way, place });
         }
         if let Some(deviation) = check.update(&mut self.index, position, pass) {
             // The position is known to be wrong, also where a reset sets it.

@@ -114,19 +114,21 @@ impl Follower {
         Some([before.counts(), after.counts()])
     }
 
-    /// Returns the position of the joint after a travel of the encoder with an index since the last
-    /// tick, counts. Of two encoders, the load's has its count of the last tick and goes on with
-    /// the motor: its twist changes little in a tick.
-    pub fn joint_after(&self, controller: &Controller, way: i32) -> i32 {
+    /// Returns the position of the joint that its own encoder shows, and the one after a travel of
+    /// the encoder with an index since the last tick, counts. Of two encoders, the load's has its
+    /// count of the last tick and goes on with the motor: its twist changes little in a tick. `None`
+    /// if the load's encoder has not answered in the last tick.
+    pub fn joint_after(&self, controller: &Controller, way: i32) -> Option<[i32; 2]> {
         #[cfg(feature = "two-encoders")]
         if let Some(motor) = controller.motor_encoder() {
             let way_deg = way as f32 * motor.resolution;
             let way = libm::roundf(way_deg / controller.encoder().resolution);
-            return self.seen.position.wrapping_add(way as i32);
+            let position = self.seen.position;
+            return (self.missing == 0).then_some([position, position.wrapping_add(way as i32)]);
         }
         #[cfg(not(feature = "two-encoders"))]
         let _ = controller;
-        self.seen.position.wrapping_add(way)
+        Some([self.seen.position.wrapping_add(way); 2])
     }
 
     /// Restarts the count of ticks at standstill.

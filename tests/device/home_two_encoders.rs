@@ -1,7 +1,7 @@
 //! Homing to the index of a motor with its own encoder: the position of the load that it sets.
 
 use experiments::both_encoders::both_encoders;
-use simulator::device::simulated::SimulatedDevice;
+use simulator::device::simulated::{SimulatedDevice, Wires};
 use stiction::Fault;
 use stiction::control::reference::{Reference, Step};
 use stiction::motion::home::{HomeEnd, HomeRequest, HomeTarget, Sense};
@@ -88,15 +88,58 @@ fn index_of_the_motor_sets_the_position_that_the_load_has_there() {
 }
 
 /// The motor takes up the slack: its index is 0.07 deg from the start, and the load rests there.
-/// The next one is at 7.27 deg, with the load behind.
+/// The next one is at 7.27 deg, with the load behind. In a tick of 20 deg/s, the motor turns by 15
+/// counts of the finer encoder: more than the load has to move.
 #[test]
 fn a_pass_before_the_load_moves_is_not_the_place() {
-    for (asked, sense, first) in [(UP, 1.0, 20), (DOWN, -1.0, -23)] {
-        let mut device = at_rest(0.0, &[]);
-        device.index.as_mut().unwrap().first = first;
-        let place_deg = sense * homed(&mut device, asked);
-        assert!((6.8..7.27 - SLACK_DEG).contains(&place_deg), "{sense}: {place_deg} deg");
+    for counts in [16384.0, 262_144.0] {
+        let set = format!("load_encoder.counts_per_turn={counts}");
+        for (asked, sense, first) in [(UP, 1.0, 20), (DOWN, -1.0, -23)] {
+            let mut device = at_rest(0.0, &[&set]);
+            device.index.as_mut().unwrap().first = first;
+            // The place is in counts of 16384 a turn.
+            let place_deg = sense * homed(&mut device, asked) * 16384.0 / counts;
+            let name = format!("{counts}, {sense}");
+            assert!((6.8..7.27 - SLACK_DEG).contains(&place_deg), "{name}: {place_deg} deg");
+        }
     }
+}
+
+/// Three answers are missing, from each of 40 ticks around the pass on. A pass that they precede
+/// does not count: the next one is a turn of the motor further, with the load behind as ever. With
+/// the old count of the load, the place would be off by 1 to 3 ticks of 20 deg/s, 0.02 deg each.
+#[test]
+fn a_pass_after_a_missing_answer_is_not_the_place() {
+    let chip = ["load_encoder.kind=as5047p", "load_encoder.zero_counts=8000"];
+    // Returns the place, deg, and the first tick in which the load is near the index.
+    let found = |missing: std::ops::Range<u32>| {
+        let mut device = at_rest(0.0, &chip);
+        begin(&mut device, UP).unwrap();
+        let mut near = None;
+        for tick in 0..20_000 {
+            device.device.servo().heard();
+            let is_missing = missing.contains(&tick);
+            device.load_wires = if is_missing { Wires::Cut } else { Wires::Sound };
+            if near.is_none() && device.position_deg() > 500.0 * MOTOR_DEG - 0.4 {
+                near = Some(tick);
+            }
+            if device.tick().state != State::Armed {
+                break;
+            }
+        }
+        let found = device.device.servo().homed().unwrap();
+        assert_eq!(found.ended, HomeEnd::Index, "{missing:?}: {found:?}");
+        (f64::from(found.moved) * COUNT_DEG, near.unwrap())
+    };
+    let (place_deg, near) = found(0..0);
+    let mut further = 0;
+    for begin in near..near + 40 {
+        let way_deg = found(begin..begin + 3).0 - place_deg;
+        let turns = (way_deg / EVERY_DEG).round();
+        assert!((way_deg - turns * EVERY_DEG).abs() < 2.5 * COUNT_DEG, "{begin}: {way_deg} deg");
+        further += turns as u32;
+    }
+    assert_eq!(further, 3);
 }
 
 /// The check of the counts starts at the index, in counts of the motor: three turns on, each pass

@@ -13,6 +13,7 @@ mod bit_for_bit;
 mod both_encoders;
 #[cfg(feature = "emulator")]
 mod brake_resistor;
+#[cfg(feature = "emulator")]
 mod bridge_modes;
 #[cfg(feature = "emulator")]
 mod common;
@@ -22,6 +23,7 @@ mod cost;
 mod crashes;
 #[cfg(feature = "emulator")]
 mod current_loop;
+#[cfg(feature = "emulator")]
 mod current_sensor;
 #[cfg(feature = "emulator")]
 mod device_link;
@@ -66,6 +68,7 @@ mod parameters;
 mod ramps;
 #[cfg(feature = "emulator")]
 mod short_brake;
+#[cfg(feature = "emulator")]
 mod side_by_side;
 #[cfg(feature = "emulator")]
 mod stuck;

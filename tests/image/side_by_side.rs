@@ -13,6 +13,9 @@ use crate::common::firmware;
 /// Status of an armed servo: bits 0 to 7.
 pub const ARMED: u32 = 2;
 
+/// Largest number of ticks until the servo is armed.
+const LONGEST: u32 = 2000;
+
 pub const fn is_armed(tick: &Tick) -> bool {
     tick.status & 0xFF == ARMED
 }
@@ -38,17 +41,11 @@ pub fn ticks(board: &mut BoardUnderTest, device: &mut SimulatedDevice) -> (Tick,
 
 /// Returns the first armed tick of both, which boot for different times.
 pub fn armed(board: &mut BoardUnderTest, device: &mut SimulatedDevice) -> (Tick, Tick) {
-    let there = loop {
+    let there = (0..LONGEST).map(|_| {
         board.samples(1).unwrap();
-        let tick = board.act(|halted| halted.last_tick()).unwrap().unwrap();
-        if is_armed(&tick) {
-            break tick;
-        }
-    };
-    loop {
-        let here = device.tick().tick;
-        if is_armed(&here) {
-            return (there, here);
-        }
-    }
+        board.act(|halted| halted.last_tick()).unwrap().unwrap()
+    });
+    let there = { there }.find(is_armed).unwrap();
+    let here = (0..LONGEST).map(|_| device.tick().tick).find(is_armed).unwrap();
+    (there, here)
 }

@@ -43,9 +43,14 @@ pub(super) fn merged(
         "its joint is in degrees and volts; a data sheet in --machine has keys for it";
     // The twists of the device are those of the gear before: those of the measured joint differ.
     const TWO: &str = "its two encoders are as the device has them, with the twists it tolerates";
+    const NO_LOAD: &str = "the data sheet in --machine has no [load_encoder], and the device has \
+                           two encoders: add that table, with its counts_per_turn";
     let has_two = parameters.controller.motor.count().is_some();
     if has_two && found.gear.is_none() {
         return Err(TWO.into());
+    }
+    if has_two && of.get("load_encoder").is_none() {
+        return Err(NO_LOAD.into());
     }
     let (sheet, mapping) = of.mapping().ok().flatten().ok_or(NO_SHEET)?;
     let measured = measured(found, joint, off, &mapping.units).ok_or("there is no [spread]")?;

@@ -32,6 +32,7 @@ pub fn render(results: &[RunResult]) -> Result<Vec<u8>, csv::Error> {
     for result in results {
         let own = signals_of(result);
         let (moments, is_ramp) = moments(result);
+        let is_measured = has_current(result);
         for moment in moments {
             let label = labelled.then(|| Cell::from(result.plan.label.as_str()));
             let row = columns.iter().map(|column| cell(*column, moment, is_ramp));
@@ -42,7 +43,10 @@ pub fn render(results: &[RunResult]) -> Result<Vec<u8>, csv::Error> {
                     .map_or(Cell::None, |value| (*value).into())
             });
             let motor = motor.map(|_| moment.motor_counts.into());
-            let current = current.map(|_| moment.tick.current.into());
+            let current = current.map(|_| match is_measured {
+                true => Cell::from(moment.tick.current),
+                false => Cell::None,
+            });
             let row = label.into_iter().chain(row).chain(motor).chain(current).chain(of_laws);
             writer.serialize(row.collect::<Vec<Cell>>())?;
         }

@@ -17,7 +17,7 @@ use simulator::device::wire::Wire;
 use simulator::device::{into, words};
 use simulator::experiment::Document;
 use simulator::output::{OutputFile, OverwriteGuard};
-use studies::device_gear::{self, DeviceGear};
+use studies::device_gear::{self, DeviceGear, GearBounds};
 
 /// Default rate of a ramp, V/s, and default time between its rise and its fall, s.
 const RAMP_RATE: f32 = 0.02;
@@ -141,17 +141,25 @@ impl DeviceIdentifyArguments {
         let (summary, map) =
             client.identified()?.ok_or_else(|| ended_early("identify", &status, NOTHING))?;
         let has_two = parameters.controller.motor.count().is_some();
-        let gear = has_two.then(|| match shows_gear(summary.outcome) {
-            true => {
-                let travel_deg = asked.travel.unwrap_or(TRAVEL_DEG);
-                let off = client.status()?.position.wrapping_sub(begin).unsigned_abs();
-                let off_deg = off as f32 * parameters.controller.encoder.resolution;
-                let room_deg = f64::from(travel_deg - off_deg);
-                device_gear::measure(client, &parameters, units, room_deg)
+        let gear = has_two.then(|| {
+            if !shows_gear(summary.outcome) {
+                return Ok(Err("the sequence of motions ended before".into()));
             }
-            false => Ok(Err("the sequence of motions ended before".into())),
+            if self.effort.is_some() || self.time.is_some() {
+                return Ok(Err(NO_BOUND.into()));
+            }
+            let travel_deg = asked.travel.unwrap_or(TRAVEL_DEG);
+            let off = client.status()?.position.wrapping_sub(begin).unsigned_abs();
+            let off_deg = off as f32 * parameters.controller.encoder.resolution;
+            let speed = self.speed.unwrap_or(f32::INFINITY);
+            let bounds = GearBounds { room_deg: f64::from(travel_deg - off_deg), speed };
+            device_gear::measure(client, &parameters, units, bounds)
         });
-        let gear = gear.transpose()?;
+        // The joint is known by now: what goes wrong with the gear does not lose it.
+        let (gear, failed) = match gear.transpose() {
+            Ok(gear) => (gear, client.status()?.fault.code != 0),
+            Err(error) => (Some(Err(error.to_string())), true),
+        };
         let measured = gear.as_ref().and_then(|gear| gear.as_ref().ok()?.measured());
         let found = IdentifiedJoint { summary, map, parameters, units, gear: measured };
         let warning = client.warning();
@@ -161,6 +169,10 @@ impl DeviceIdentifyArguments {
         } else {
             Err(Error::Device(format!("identify: {}", ended(outcome))))
         };
+        if failed && ended.is_ok() {
+            let what = "identify: the moves for the gear did not end as they should";
+            ended = Err(Error::Device(format!("{what}; the motor is off")));
+        }
         // A run takes minutes, so its result is printed even if the file cannot be written.
         let (mut file, mut new) = (None, into::IdentifiedFile::default());
         if let Some(wanted) = into {
@@ -196,11 +208,13 @@ impl DeviceIdentifyArguments {
 }
 
 /// Returns whether the moves that show the gear between two encoders follow a sequence with this
-/// outcome: the direction of the effort is right, the joint moves, and no load moves it.
+/// outcome: the direction of the effort is right, the joint moves, no load moves it, and there is
+/// room left.
 const fn shows_gear(outcome: Outcome) -> bool {
     match outcome {
-        Outcome::Done | Outcome::Travel | Outcome::Speed | Outcome::Time | Outcome::Capped => true,
+        Outcome::Done | Outcome::Speed | Outcome::Time | Outcome::Capped => true,
         Outcome::Running
+        | Outcome::Travel
         | Outcome::Reversed
         | Outcome::Pulled
         | Outcome::Still
@@ -208,6 +222,11 @@ const fn shows_gear(outcome: Outcome) -> bool {
         | Outcome::NoProgress => false,
     }
 }
+
+/// Why the gear is not measured within some bounds.
+const NO_BOUND: &str = "its moves are made with the loop closed, and --effort and --time bound the \
+                        sequence of motions alone; identify again without them (--travel and \
+                        --speed bound both)";
 
 /// Options that set the bounds of an identification. An error names them if a bound ended it.
 const OPTIONS: &str = " (--effort, --travel, --speed, --time)";

@@ -20,7 +20,7 @@ mod recording;
 use serde_json::{Map, Value, json};
 use stiction::Parameters;
 
-pub use moves::{GearMove, moves};
+pub use moves::{GearBounds, GearMove, moves};
 pub use recording::{GearRecording, record};
 
 use crate::log_identification::FitSettings;
@@ -64,8 +64,7 @@ pub struct DeviceGear {
 }
 
 /// Arms a device with these parameters, measures its gear by moves, and turns the output off.
-/// `room_deg` is the distance that the joint may go to either side of its place. Returns half a
-/// sentence with the reason if the gear was not identified.
+/// Returns half a sentence with the reason if the gear was not identified.
 ///
 /// # Errors
 /// Returns an error if Ctrl-C ended the moves, or if the output may still be on.
@@ -73,9 +72,9 @@ pub fn measure<W: Wire>(
     client: &mut Client<W>,
     parameters: &Parameters,
     units: Option<CoreUnits>,
-    room_deg: f64,
+    bounds: GearBounds,
 ) -> Result<Result<DeviceGear, String>, Error> {
-    let moves = match moves(parameters, room_deg) {
+    let moves = match moves(parameters, bounds) {
         Ok(moves) => moves,
         Err(why) => return Ok(Err(why)),
     };
@@ -83,14 +82,15 @@ pub fn measure<W: Wire>(
         .wait_at_rest()
         .and_then(|_| client.arm_tested())
         .and_then(|()| record(client, &moves));
-    let fault = client.status()?.fault;
     client.stop()?;
+    let fault = client.status()?.fault;
     match recorded {
         Ok(recording) => Ok(identify(&recording, parameters, units)),
         Err(error @ Error::CtrlC(_)) => Err(error),
         Err(_) if fault.code != 0 => Ok(Err(format!(
-            "its moves were ended by {} (docs/reference/faults.md)",
-            words::fault(&fault, parameters.controller.sample_time)
+            "its moves were ended by {} (docs/reference/faults.md); {}",
+            words::fault(&fault, parameters.controller.sample_time),
+            words::remedy(fault.code, words::CLEAR)
         ))),
         Err(error) => Ok(Err(error.to_string())),
     }
@@ -155,11 +155,18 @@ pub fn identify(
     })
 }
 
+/// Returns whether the measured ratio differs from the configured one, counts of the motor per turn
+/// of the joint.
+fn is_ratio_wrong(gear: &IdentifiedGear, configured: f64) -> bool {
+    let FittedParameter { value, sd } = gear.ratio;
+    (value - configured).abs() > (OFF * sd).max(RATIO * configured)
+}
+
 /// Returns the doubts of the fit, and those about ratio and link.
 fn doubts(gear: &IdentifiedGear, configured: f64, lost: u64) -> Vec<String> {
-    let FittedParameter { value: ratio, sd } = gear.ratio;
+    let ratio = gear.ratio.value;
     let mut doubts = gear.doubts.clone();
-    if (ratio - configured).abs() > (OFF * sd).max(RATIO * configured) {
+    if is_ratio_wrong(gear, configured) {
         doubts.push(format!(
             "the ratio is wrong: the device has {} counts of the motor per turn of the joint, but \
              the moves show {}: check the lines of the encoder and gear.ratio",
@@ -178,9 +185,13 @@ fn doubts(gear: &IdentifiedGear, configured: f64, lost: u64) -> Vec<String> {
 type Line<'a> = (&'static str, &'a FittedParameter, &'static str, f64, &'static str, f64);
 
 impl DeviceGear {
-    /// Returns the values of which the gear is sure, for a machine's file; `None` without a data
-    /// sheet.
+    /// Returns the values of which the gear is sure, for a machine's file. `None` without a data
+    /// sheet, after a poor fit, and with a wrong ratio.
     pub fn measured(&self) -> Option<MeasuredGear> {
+        let is_wrong = is_ratio_wrong(&self.gear, self.configured_counts_per_turn);
+        if is_wrong || !self.gear.explains_effort() {
+            return None;
+        }
         self.units.map(|units| self.gear.measured(units.effort(1.0)))
     }
 

@@ -9,7 +9,7 @@
 //! half blend         v / A: the set point turns round with the acceleration A
 //! ```
 //!
-//! v and A are those of the device's `[profile]`. Several speeds separate viscous friction, slack
+//! v and A are those of the device's `[profile]`; v can be bounded. Several speeds separate viscous friction, slack
 //! and friction; the fast reversals wind up the gear by the inertia of its load. A single speed is
 //! not enough: behind 5000 N m/rad and 0.1 deg of slack, the fit then shows 0.19 deg.
 
@@ -46,14 +46,24 @@ pub struct GearMove {
     pub time_s: f64,
 }
 
-/// Returns the moves of a device with these parameters; `room_deg` is the distance that the joint
-/// may go to either side of its place.
+/// Bounds of the moves, beside those of the device.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GearBounds {
+    /// Distance that the joint may go to either side of its place, deg.
+    pub room_deg: f64,
+    /// Largest speed, deg/s.
+    pub speed: f32,
+}
+
+/// Returns the moves of a device with these parameters.
 ///
 /// # Errors
 /// Returns half a sentence with the reason if the room is too small.
-pub fn moves(parameters: &Parameters, room_deg: f64) -> Result<Vec<GearMove>, String> {
+pub fn moves(parameters: &Parameters, bounds: GearBounds) -> Result<Vec<GearMove>, String> {
     let resolution_deg = f64::from(parameters.controller.encoder.resolution);
-    let speed = f64::from(parameters.profile.velocity);
+    let room_deg = bounds.room_deg.max(0.0);
+    let velocity = parameters.profile.velocity.min(bounds.speed);
+    let speed = f64::from(velocity);
     let way_deg = MOST_DEG.min(HALF_WAY_S * speed).min(OF_ROOM * room_deg);
     let least_deg = FEWEST_COUNTS * resolution_deg;
     if way_deg < least_deg {
@@ -64,14 +74,25 @@ pub fn moves(parameters: &Parameters, room_deg: f64) -> Result<Vec<GearMove>, St
             files::error::rounded(least_deg)
         ));
     }
-    TRAJECTORIES.iter().map(|(of_way, shares)| one(parameters, of_way * way_deg, shares)).collect()
+    let device = &parameters.device;
+    // The first motion waits for the bridge's driver and the holding brake.
+    let mut wait_s = f64::from(device.reset_pulse + device.wake_up + device.brake_open);
+    let one = |(of_way, shares): &(f64, [f64; 4])| {
+        let mut one = one(parameters, [of_way * way_deg, speed], shares)?;
+        one.time_s += core::mem::take(&mut wait_s);
+        Ok(one)
+    };
+    TRAJECTORIES.iter().map(one).collect()
 }
 
-fn one(parameters: &Parameters, way_deg: f64, shares: &[f64]) -> Result<GearMove, String> {
+fn one(
+    parameters: &Parameters,
+    [way_deg, speed]: [f64; 2],
+    shares: &[f64],
+) -> Result<GearMove, String> {
     let resolution_deg = f64::from(parameters.controller.encoder.resolution);
     let tick_s = files::written::single(parameters.controller.sample_time);
-    let [speed, acceleration] =
-        [parameters.profile.velocity, parameters.profile.acceleration].map(f64::from);
+    let acceleration = f64::from(parameters.profile.acceleration);
     // A reversal changes the speed by 2 v in two half blends.
     let half_blend_s = (speed / acceleration).max(tick_s);
     let mut corners = Vec::new();

@@ -178,9 +178,14 @@ impl IdentifiedGear {
         Some(self.effort_delay_s)
     }
 
+    /// Returns whether the fit explains the effort; a poor fit identifies nothing.
+    pub fn explains_effort(&self) -> bool {
+        self.relative_residual_percent <= DOUBTED_PERCENT
+    }
+
     /// Returns whether the log identifies the motor's part of the effort.
     fn is_motor_sure(&self) -> bool {
-        self.relative_residual_percent <= DOUBTED_PERCENT
+        self.explains_effort()
             && self.motor_inertia.sd <= UNSURE * self.motor_inertia.value
             && self.motor_coulomb.value >= 0.0
     }
