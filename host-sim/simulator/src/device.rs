@@ -16,6 +16,7 @@ pub mod jogged;
 pub mod json;
 pub mod log;
 pub mod machine_file;
+pub mod measured_gear;
 mod merged;
 pub mod merged_sheet;
 pub mod moved;

@@ -7,7 +7,7 @@ use stiction::identification::{
 };
 
 use super::client::Map;
-use super::merged_sheet::MeasuredGear;
+use super::measured_gear::MeasuredGear;
 use dynamics::joint::CoreUnits;
 use files::error::Error;
 use files::machine::{JointFrictionLevels, JointTable};

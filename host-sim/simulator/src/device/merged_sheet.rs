@@ -25,6 +25,7 @@ use toml::{Table, Value};
 
 use super::contradiction::Contradiction;
 use super::found_load::{FoundLoad, MeasuredLoad, load};
+use super::measured_gear::MeasuredGear;
 use super::spread::Ranges;
 use crate::draft::spread::{LEAST, around, rounded};
 use files::data_sheet::{DataSheet, Mapping};
@@ -65,15 +66,6 @@ pub struct MeasuredJoint {
     /// Whether the measured effort is the output of the controller, V: then the viscous friction
     /// includes the back-EMF, and the friction includes the loss by a dead time.
     pub is_in_volts: bool,
-}
-
-/// Measured gear, each value with its error bar; `None` for a value that was not identified.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct MeasuredGear {
-    /// Stiffness, N m/rad.
-    pub stiffness: Option<[f64; 2]>,
-    /// Slack, deg.
-    pub slack_deg: Option<[f64; 2]>,
 }
 
 /// Data sheet of a machine's file, merged with the measured joint.

@@ -32,7 +32,7 @@ use crate::log_identification::units::LogUnits;
 use dynamics::joint::CoreUnits;
 use files::error::{Error, rounded};
 use simulator::device::client::Client;
-use simulator::device::merged_sheet::MeasuredGear;
+use simulator::device::measured_gear::MeasuredGear;
 use simulator::device::wire::Wire;
 use simulator::device::words;
 

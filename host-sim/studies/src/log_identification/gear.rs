@@ -45,7 +45,7 @@ use super::regression;
 use super::time_grid::{Stretch, TimeGrid};
 use super::units::LogUnits;
 use files::error::rounded;
-use simulator::device::merged_sheet::MeasuredGear;
+use simulator::device::measured_gear::MeasuredGear;
 
 /// Creeping speed as a share of the fast speed. A motor is slow while it crosses the slack.
 const CREEPING: f64 = gate::CREEPING_WITH_STRIBECK;
