@@ -174,9 +174,9 @@ const PINS_NS: u64 = 10_000;
 /// `push {r0-r7, lr}` without an end: 36 bytes of the stack each.
 const PUSH_FOR_EVER: [u8; 4] = [0xFF, 0xB5, 0xFD, 0xE7];
 
-/// The stack has 17 KiB (memory.x). A push of nine words and a branch take 13 cycles at most at 168
-/// MHz, so it is full after 38 us. The processor is in the handler 12 cycles later, and 9
-/// instructions turn the pins off. The control task is within its 1410 instructions before, 8 us,
+/// The stack has 18 KiB (memory.x). A push of nine words and a branch take 13 cycles at most at 168
+/// MHz, so it is full after 40 us. The processor is in the handler 12 cycles later, and 9
+/// instructions turn the pins off. The control task is within its 1415 instructions before, 8 us,
 /// and the link begins within 10 us after it.
 const OVERFLOW_NS: u64 = 50_000;
 
