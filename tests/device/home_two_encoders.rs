@@ -88,11 +88,11 @@ fn index_of_the_motor_sets_the_position_that_the_load_has_there() {
 }
 
 /// The motor takes up the slack: its index is 0.07 deg from the start, and the load rests there.
-/// The next one is at 7.27 deg, with the load behind. In a tick of 20 deg/s, the motor turns by 15
+/// The next one is at 7.27 deg, with the load behind. In a tick of 5 deg/s, the motor turns by 15
 /// counts of the finer encoder: more than the load has to move.
 #[test]
 fn a_pass_before_the_load_moves_is_not_the_place() {
-    for counts in [16384.0, 262_144.0] {
+    for counts in [16384.0, 1_048_576.0] {
         let set = format!("load_encoder.counts_per_turn={counts}");
         for (asked, sense, first) in [(UP, 1.0, 20), (DOWN, -1.0, -23)] {
             let mut device = at_rest(0.0, &[&set]);
