@@ -57,7 +57,7 @@ impl CheckedDevice {
     }
 
     /// Receives bytes from the wire, and asserts that only a clear request or new parameters end a
-    /// fault, and that no bytes latch one.
+    /// fault, and that no bytes latch one but an emergency stop behind it.
     pub fn receive(&mut self, bytes: &[u8]) {
         let before = self.state();
         let mut may_clear = false;
@@ -80,7 +80,12 @@ impl CheckedDevice {
                 "{before:?} -> {after:?} without a clear request"
             );
         }
-        assert!(after == before || !matches!(after, State::Faulted(_)), "{before:?} -> {after:?}");
+        // An emergency stop behind the fault is the fault after it.
+        let was_behind = may_clear && after == State::Faulted(Fault::EmergencyStop);
+        assert!(
+            after == before || was_behind || !matches!(after, State::Faulted(_)),
+            "{before:?} -> {after:?}"
+        );
     }
 
     /// Latches a fault from the board.
