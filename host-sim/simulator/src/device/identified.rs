@@ -41,7 +41,8 @@ pub const fn ended(outcome: Outcome) -> &'static str {
              or balance it, and identify again"
         }
         Outcome::Still => {
-            "nothing moved up to the largest effort: look at the wiring (`jog`), or raise the effort"
+            "nothing moved up to the largest effort: look at the wiring (`jog`), or raise the \
+             effort"
         }
         Outcome::RunsOn => {
             "the joint moves on without effort: a load moves it; take the load off, or balance it, \
@@ -78,8 +79,9 @@ pub fn doubts(doubts: &Doubts) -> Vec<&'static str> {
         ),
         (
             doubts.lost_motion,
-            "the joint moves before it breaks away, its breakaway differs after a reversal, or short \
-             pulses meet less inertia than long motions: backlash, bristles, or a shaft that winds up",
+            "the joint moves before it breaks away, its breakaway differs after a reversal, or \
+             short pulses meet less inertia than long motions: backlash, bristles, or a shaft that \
+             winds up",
         ),
         (
             doubts.unphysical,

@@ -11,8 +11,8 @@
 //! show the gear: behind a soft one it ends at its speed limit, and its slow legs do not wind up a
 //! stiff one.
 //!
-//! Limits: those of the fit. The effort is the controller's voltage, so the motor's viscous friction
-//! includes its back-EMF. **Nothing has run on a real joint.**
+//! Limits: those of the fit. The effort is the controller's voltage, so the motor's viscous
+//! friction includes its back-EMF. **Nothing has run on a real joint.**
 
 mod moves;
 mod recording;
@@ -110,8 +110,8 @@ pub fn identify(
     let due = rows.len() as f64 + *lost as f64;
     if *lost as f64 > MOST_LOST * due {
         return Err(format!(
-            "{lost} of {due} samples did not arrive: the link is too slow or disturbed; look at its \
-             cable, and identify again"
+            "{lost} of {due} samples did not arrive: the link is too slow or disturbed; look at \
+             its cable, and identify again"
         ));
     }
     for (column, side) in [(1, "load"), (3, "motor")] {
@@ -216,8 +216,8 @@ impl DeviceGear {
         let Self { samples, configured_counts_per_turn, .. } = self;
         let configured = rounded(*configured_counts_per_turn);
         let mut text = format!(
-            "gear       by moves with both encoders, {samples} samples; the device has {configured} \
-             counts per turn\n"
+            "gear       by moves with both encoders, {samples} samples; the device has \
+             {configured} counts per turn\n"
         );
         for (name, FittedParameter { value, sd }, unit, factor, in_si, torque) in self.lines() {
             let name = name.replace('_', " ");
@@ -243,7 +243,10 @@ impl DeviceGear {
 
     /// Returns the JSON object for scripts.
     pub fn json(&self) -> Value {
-        let valued = |value: &FittedParameter, factor: f64| json!({ "value": value.value * factor, "sd": value.sd * factor });
+        let valued = |value: &FittedParameter, factor: f64| {
+            let [value, sd] = [value.value, value.sd].map(|one| one * factor);
+            json!({ "value": value, "sd": sd })
+        };
         let mut object: Map<String, Value> = self
             .lines()
             .into_iter()

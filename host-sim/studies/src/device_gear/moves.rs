@@ -9,9 +9,10 @@
 //! half blend         v / A: the set point turns round with the acceleration A
 //! ```
 //!
-//! v and A are those of the device's `[profile]`; v can be bounded. Several speeds separate viscous friction, slack
-//! and friction; the fast reversals wind up the gear by the inertia of its load. A single speed is
-//! not enough: behind 5000 N m/rad and 0.1 deg of slack, the fit then shows 0.19 deg.
+//! v and A are those of the device's `[profile]`; v can be bounded. Several speeds separate viscous
+//! friction, slack and friction; the fast reversals wind up the gear by the inertia of its load. A
+//! single speed is not enough: behind 5000 N m/rad and 0.1 deg of slack, the fit then shows 0.19
+//! deg.
 
 use stiction::control::reference::Corner;
 use stiction::{Motion, Parameters};
