@@ -425,6 +425,10 @@ impl Monitors {
         {
             return trip(Fault::EncodersDisagree, deg);
         }
+        #[cfg(feature = "two-encoders")]
+        {
+            state.progress.twist = state.twist.twist;
+        }
         let (setpoint, speed) = (tick.reference_counts, tick.reference_velocity);
         if let Some(error) =
             self.following.check(&mut state.following, setpoint, speed, tick.counts)

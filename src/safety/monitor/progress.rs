@@ -26,7 +26,9 @@
 //! working encoder. An open line picks up noise, and its counts go to and fro. This monitor
 //! requires counts in the direction of the effort, and as many as the effort causes. With an
 //! encoder on either side of a gear, it uses that of the motor, which the gear holds within its
-//! twist of the load: `play_deg` is then that twist.
+//! twist of the load: `play_deg` is then that twist. A gear that is wound up further throws its
+//! motor back against any effort, so `path` is then judged beyond 32 counts and twice the larger of
+//! `play_deg` and the present twist.
 //!
 //! Guarantees: under an effort above F, an encoder whose error stays within n counts is detected
 //! before the weakest joint has moved the larger of 64 and 4 n counts, plus one tick, if it starts
@@ -78,6 +80,9 @@ pub(super) struct Progress {
     due: f32,
     /// Path that is judged, counts.
     path: i32,
+    /// Path that a twist of 1 deg explains, counts.
+    #[cfg(feature = "two-encoders")]
+    path_per_twist: f32,
 }
 
 /// Sums of the travel due and of the travel made.
@@ -94,6 +99,9 @@ pub(super) struct ProgressState {
     made: i32,
     /// Travel without its sign, counts.
     path: i32,
+    /// Present twist between two encoders, deg; zero with one.
+    #[cfg(feature = "two-encoders")]
+    pub twist: f32,
 }
 
 impl Progress {
@@ -108,6 +116,8 @@ impl Progress {
             per_speed,
             due: LEAST + limits.play / units.count,
             path: LEAST_PATH.saturating_add((2.0 * limits.play / units.count) as i32),
+            #[cfg(feature = "two-encoders")]
+            path_per_twist: 2.0 / units.count,
         }
     }
 
@@ -124,7 +134,10 @@ impl Progress {
         }
         let sign = code.signum();
         if sign != state.sign {
-            *state = ProgressState { sign, speed: f32::MIN, ..ProgressState::default() };
+            let begun = ProgressState { sign, speed: f32::MIN, ..ProgressState::default() };
+            #[cfg(feature = "two-encoders")]
+            let begun = ProgressState { twist: state.twist, ..begun };
+            *state = begun;
         }
         let made = if sign < 0 { travel.wrapping_neg() } else { travel };
         if state.speed < 0.0 {
@@ -147,6 +160,19 @@ impl Progress {
         is_due && state.ticks >= LEAST_TICKS && self.judge(state)
     }
 
+    /// Returns the path that is judged, counts.
+    #[cfg(feature = "two-encoders")]
+    fn path_of(&self, state: &ProgressState) -> i32 {
+        let of_twist = (self.path_per_twist * state.twist.abs()) as i32;
+        self.path.max(LEAST_PATH.saturating_add(of_twist))
+    }
+
+    /// Returns the path that is judged, counts.
+    #[cfg(not(feature = "two-encoders"))]
+    const fn path_of(&self, _: &ProgressState) -> i32 {
+        self.path
+    }
+
     /// Judges the travel made, and returns whether the monitor trips. The sums restart after a
     /// joint has passed, so that earlier travel is no credit for an encoder that breaks now.
     #[cold]
@@ -154,9 +180,10 @@ impl Progress {
     fn judge(&self, state: &mut ProgressState) -> bool {
         let is_due = state.due > self.due;
         let too_few = is_due && (state.made as f32) < SHARE * (state.due - self.due + LEAST);
-        let to_and_fro = state.path > self.path && state.made < state.path >> 1;
+        let path = self.path_of(state);
+        let to_and_fro = state.path > path && state.made < state.path >> 1;
         let trips = too_few || to_and_fro;
-        if !trips && (is_due || state.path >> 1 > self.path) {
+        if !trips && (is_due || state.path >> 1 > path) {
             (state.ticks, state.due, state.made, state.path) = (0, 0.0, 0, 0);
         }
         trips

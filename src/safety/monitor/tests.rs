@@ -329,6 +329,23 @@ fn heat_and_impulse_outlast_arming_and_a_motor_that_is_off_cools() {
     assert_eq!(at_rest, [false, true]);
 }
 
+/// A count is 1 deg, and only the path is judged: beyond 32 counts, and
+/// beyond twice the twist and 32 more.
+#[cfg(feature = "two-encoders")]
+#[test]
+fn motor_that_its_wound_up_gear_throws_back_is_no_stall() {
+    let limits = Limits { stall_effort: 4.0, progress_gain: 0.1, ..Limits::OFF };
+    let trips = |twist: f32| {
+        let monitor = Progress::new(&limits, &UNITS);
+        let mut state = ProgressState::default();
+        state.twist = twist;
+        (1..100).find(|_| monitor.check(&mut state, 14, -4, 0.0))
+    };
+    let [relaxed, wound_up] = [0.0, -20.0].map(|twist| trips(twist).unwrap());
+    // 40 counts are ten ticks of 4.
+    assert_eq!(wound_up - relaxed, 10);
+}
+
 /// The friction is 4 V and the weakest joint makes a deg/s for a volt beyond it: its time constant
 /// is within a tick of 1 s.
 #[test]

@@ -94,6 +94,13 @@ pub struct SwingState {
 /// The least gain in motion.
 pub(in super::super) const LEAST_IN_MOTION: f32 = 0.3;
 
+impl SwingState {
+    /// Discards that the present swing is wide.
+    pub const fn ignore_width(&mut self) {
+        self.widely = false;
+    }
+}
+
 impl OscillationGuard {
     /// Prepares the guard: the limit of the counter in motion (ticks), the least gain, the jitter
     /// of the encoder (counts), the sample time (s), the angle of a count (deg), and the

@@ -13,7 +13,8 @@
 //!                                                +---- judged, learned --------+   --> GIVE_UP  |
 //!                                                +----------------------------------------------+
 //!
-//!   MOVE   as `robust` on y, towards r + N, and once the load has left its rest, r + N + 0.4 s S
+//!   MOVE   as `robust` on y, towards r + N, and once the load has left its rest, r + t: t begins
+//!          with N + 0.4 s S, and while r moves it integrates the lag of the load
 //!   STUCK  u = u_b - Kd x2   (+ Kp e unless S > 9 q)
 //!   BUMP, COAST after it     motor_bump.rs
 //!   all else                 as `robust`, with `y` for what moves and `e` for what is wanted
@@ -25,6 +26,11 @@
 //! error, and the law learns from each bump ([`bump_memory`]). Where `robust` waits for the joint
 //! to rest, this law waits for motor and load. Observer, profile, guard, `R_i`, pulses and steps of
 //! the hold effort are those of [`robust`](super::robust). No property of the gear is required.
+//! [`load_integral`] is the part of MOVE that `robust` does not have.
+//!
+//! A joint that swings around its target ends in GIVE_UP as well. After twice `give_up_attempts`,
+//! the law stops at a rest within the smallest error so far, and with every further attempt within
+//! a tenth more. A motion of the set point clears the attempts, and so does a HOLD.
 //!
 //! Why this form: behind a soft gear, the motor's position shows little of the load, and a loop
 //! around the load swings. The load leaves its rest at some twist, and jumps as far as the gear was
@@ -46,6 +52,7 @@
 pub mod bump_memory;
 #[cfg(test)]
 mod golden_traces;
+pub mod load_integral;
 pub mod motor_bump;
 #[cfg(test)]
 mod origin_tests;

@@ -6,7 +6,6 @@
 mod attempt;
 
 use super::super::Loop;
-use super::super::robust::Rules;
 use super::super::robust::extended_state_observer::{ExtendedStateObserver, ObserverState};
 use super::super::robust::give_up::{Attempts, GiveUp};
 use super::super::robust::hold_effort::{Held, HoldEffort};
@@ -15,7 +14,9 @@ use super::super::robust::oscillation_guard::{LEAST_IN_MOTION, OscillationGuard,
 use super::super::robust::pulse_planner::{PulseMemory, PulsePlanner};
 use super::super::robust::rest_detector::{Rest, RestDetector};
 use super::super::robust::sliding_friction::SlidingFriction;
+use super::super::robust::{Rules, SLOW};
 use super::bump_memory::{BumpMemory, MemoryState};
+use super::load_integral::LoadIntegral;
 use super::motor_bump::{BumpState, MotorBump, MotorSeen};
 use super::parameters::{COAST_S, RobustDualGains};
 use super::push::{Push, PushState};
@@ -75,6 +76,8 @@ pub(super) struct SupervisorState {
     direction: f32,
     /// Distance from the profile to the set point of the motor, deg.
     pub to_go: f32,
+    /// Error within which a joint that swings around its target is left alone, deg.
+    accepted: f32,
     /// Ticks in which the motor moved after bumps.
     restless: u16,
     /// Ticks beyond the stop band in a HOLD.
@@ -138,6 +141,7 @@ pub(super) struct Supervisor {
     planner: PulsePlanner,
     hold_effort: HoldEffort,
     levels: TwistLevels,
+    integral: LoadIntegral,
     bump: MotorBump,
     memory: BumpMemory,
     load_rule: LoadRule,
@@ -153,6 +157,8 @@ pub(super) struct Supervisor {
     leave_ticks: u16,
     guard_ticks: u16,
     push: Push,
+    /// Attempts after which the error that is accepted grows.
+    patience: u16,
     /// Whether the law can give up.
     gives_up: bool,
 }
@@ -166,6 +172,9 @@ const LOWERED: f32 = 0.7;
 
 /// Part of S by which the motor goes ahead of a load that follows it.
 const TRAILS: f32 = 0.4;
+
+/// Factor from the attempts of `give_up_attempts` to those after which an error is accepted.
+const PATIENCE: u32 = 2;
 
 impl SupervisorState {
     /// Leaves GIVE_UP for MOVE, and clears the counts of attempts.
@@ -189,8 +198,8 @@ impl Supervisor {
         let most_disturbance = 1.5 * gains.breakaway_high + gains.load;
         let Rules { bandwidth, .. } = rules;
         let strong = most_disturbance.min(limit);
-        // The load swings the motor as it breaks away: no swing counts as wide.
-        let wide = f32::INFINITY;
+        // In a slow loop a swing has only a few ticks, and is weaker evidence.
+        let wide = if sample_time <= SLOW { 0.5 * rules.speed } else { f32::INFINITY };
         let rest_of_levels = ((COAST_S / sample_time + 0.5) as u16).max(rules.rest);
         Self {
             proportional: inertia * bandwidth * bandwidth,
@@ -234,6 +243,7 @@ impl Supervisor {
                 [rules.first_wait, rules.longest_wait],
             ),
             levels: TwistLevels::new(rest_of_levels, gains.first_level(count)),
+            integral: LoadIntegral::new(sample_time, count),
             bump: MotorBump::new(sample_time, limit, motor_count, gains.breakaway_high),
             memory: BumpMemory::new([inertia, gains.motor_inertia], range, [count, motor_count]),
             load_rule: LoadRule::new(gains.load, friction.first, most_held, sample_time),
@@ -245,6 +255,7 @@ impl Supervisor {
             hold_ticks: rules.hold,
             leave_ticks: rules.leave,
             guard_ticks: rules.guard,
+            patience: gains.attempts.saturating_mul(PATIENCE).min(u16::MAX.into()) as u16,
             gives_up: gains.attempts > 0,
             push: Push::new(strong, sample_time, count, gains.jitter),
         }
@@ -337,12 +348,15 @@ impl Supervisor {
             }
         }
         if runs {
-            s.attempts = Attempts::default();
             // The guard's count goes on where that at rest has ended.
             s.guarded.motion = s.guarded.motion.max(s.restless);
             s.restless = 0;
             let speeds = [s.profile.velocity, s.estimate.velocity];
             self.guard.in_motion(&mut s.guarded, motor, speeds, rests && velocity != 0.0);
+            if velocity == 0.0 {
+                // In a step the motor is so fast that a load that breaks away makes it swing.
+                s.guarded.ignore_width();
+            }
         } else {
             // The guard's count of the motion continues at rest.
             s.restless = s.restless.max(s.guarded.motion);
@@ -415,6 +429,7 @@ impl Supervisor {
     /// Begins a motion.
     fn set_out(&self, s: &mut SupervisorState) {
         s.mode = Mode::Move;
+        s.attempts = Attempts::default();
         self.hold_effort.begin_move(&mut s.held);
         s.has_left = false;
         s.set_out = s.rest[LOAD].mean;
@@ -438,6 +453,9 @@ impl Supervisor {
             s.held.effort = self.load_rule.held(-self.inertia * s.estimate.disturbance, sign);
         }
         s.held.springs = false;
+        if s.mode == Mode::GiveUp {
+            s.attempts = Attempts::default();
+        }
         s.mode = Mode::Move;
         s.twist = s.levels.neutral;
         self.guard.lost(&mut s.guarded, pushed);
@@ -468,6 +486,10 @@ impl Supervisor {
             // From now on the load trails the motor.
             s.has_left = true;
             s.twist = s.levels.neutral + sign * TRAILS * s.levels.half_width();
+        }
+        if s.has_left && seen.velocity != 0.0 {
+            let lag = position - s.twist - seen.load;
+            self.integral.update(&mut s.twist, lag, &s.levels);
         }
         let disturbance = -self.inertia * s.estimate.disturbance;
         let effort = gains.proportional * (position - seen.motor)

@@ -179,7 +179,7 @@ impl Supervisor {
         if s.attempt.wait > 0 {
             s.attempt.wait -= 1;
         } else if s.rest.iter().all(|rest| rest.ticks >= self.coast_ticks) {
-            let gives_up = self.judge(s, sign, wanted, moved);
+            let gives_up = self.judge(s, sign, wanted, moved) | self.accepts(s, error.abs());
             s.mode = if gives_up { Mode::GiveUp } else { Mode::Stuck };
             s.rest[MOTOR].ticks = s.rest[MOTOR].ticks.max(self.rest_ticks);
         }
@@ -195,6 +195,19 @@ impl Supervisor {
             s.attempt.wait = 3;
         }
         self.load_held(s) + effort
+    }
+
+    /// Returns whether a joint that swings around its target is left where it rests. After
+    /// `patience` attempts that is the case within the smallest error so far, and with every
+    /// further attempt within a tenth more.
+    fn accepts(&self, s: &mut SupervisorState, error: f32) -> bool {
+        if s.attempts.all <= 1 {
+            s.accepted = error;
+        }
+        let is_over = self.gives_up && s.attempts.all > self.patience;
+        let is_accepted = is_over && error <= s.accepted;
+        s.accepted = s.accepted.min(error) * if is_over { 1.1 } else { 1.0 };
+        is_accepted
     }
 
     /// Learns from an attempt after which both sides rest. Returns whether it is time to give up.
