@@ -209,8 +209,8 @@ fn on_a_device(directory: &Path, gear: [f64; 2], options: &[&str]) -> (Value, St
     (serde_json::from_slice(&done.stdout).unwrap(), file)
 }
 
-/// Behind the softer gears, the sequence of the device ends at its speed limit: the gear is measured
-/// all the same.
+/// Behind the softer gears, the sequence of the device ends at its speed limit: the gear is
+/// measured all the same.
 #[test]
 fn a_device_with_two_encoders_measures_the_gear_between_them() {
     let directory = tempfile::tempdir().unwrap();

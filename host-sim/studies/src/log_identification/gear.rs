@@ -18,8 +18,8 @@
 //! dead zone is that of the logged positions, and its column is filtered afterwards.
 //!
 //! Counts bias the dead zone: their noise in z makes K too small (errors in variables), so that
-//! more of the twist counts as wind-up, and less as slack. The bias is of second order in the count c,
-//! as its noise power c^2/12. Twice the count is read exactly from a position in counts, in two
+//! more of the twist counts as wind-up, and less as slack. The bias is of second order in the count
+//! c, as its noise power c^2/12. Twice the count is read exactly from a position in counts, in two
 //! phases, so the bias is extrapolated to c = 0 (L. F. Richardson, *Phil. Trans. A* 210 (1911),
 //! 307; with noise instead of a step, J. R. Cook and L. A. Stefanski, *JASA* 89 (1994), 1314):
 //!
