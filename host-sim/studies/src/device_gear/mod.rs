@@ -279,28 +279,3 @@ impl DeviceGear {
         object.into()
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use simulator::device::parameters;
-    use simulator::experiment::{Document, Experiment};
-
-    /// Returns why samples of a device with two encoders are refused; the encoders stand still.
-    fn refused(samples: usize, lost: u64) -> String {
-        let document = Document::open("step-response").unwrap();
-        let plan = Experiment::without_variants(&document, &["srnf".into()]).unwrap().remove(0);
-        let mut device = parameters(&plan).unwrap();
-        device.controller.motor.count = 0.0036;
-        let rows = (0..samples).map(|i| [1e-3 * i as f64, 0.0, 0.0, 0.0]).collect();
-        identify(&GearRecording { rows, lost }, &device, None).unwrap_err()
-    }
-
-    #[test]
-    fn more_than_a_hundredth_of_lost_samples_is_refused_and_a_hundredth_is_not() {
-        let why = refused(9_899, 101);
-        assert!(why.contains("101 of 10000 samples did not arrive"), "{why}");
-        let why = refused(9_900, 100);
-        assert!(why.contains("the load's encoder has not followed"), "{why}");
-    }
-}
