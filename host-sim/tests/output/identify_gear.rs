@@ -42,8 +42,13 @@ fn path(directory: &Path, name: &str) -> String {
 
 /// A joint with two encoders, and the log of its motion.
 fn joint(directory: &Path) -> (String, String) {
+    joint_with(directory, [STIFFNESS, SLACK_DEG])
+}
+
+/// The same behind a gear with this stiffness, N m/rad, and slack, deg.
+fn joint_with(directory: &Path, gear: [f64; 2]) -> (String, String) {
     let [file, log] = ["joint.toml", "log.csv"].map(|name| path(directory, name));
-    let gear = [STIFFNESS, SLACK_DEG].map(|value| value.to_string());
+    let gear = gear.map(|value| value.to_string());
     let gear = ["--at", "motor", "--stiffness", &gear[0], "--backlash", &gear[1]];
     let new = ["new", &file, "--typical", "harmonic", "--counts-per-turn", OF_LOAD];
     stiction(&[&new[..], &gear[..]].concat());
@@ -178,6 +183,19 @@ fn a_gear_that_does_not_show_is_refused_and_the_joint_is_still_identified() {
     assert!(number(&rigid["parameters"]["inertia"]["value"]) > 0.0);
 }
 
+/// The load swings farther than the motor, so the slope of the positions is not the ratio: a fit
+/// that takes it for the ratio finds 1.2 % less viscous friction.
+#[test]
+fn the_motors_viscous_friction_is_that_of_its_own_motion_behind_much_slack() {
+    let directory = tempfile::tempdir().unwrap();
+    let (_, log) = joint_with(directory.path(), [500.0, 0.6]);
+    let (found, _) = identify(&log, &[]);
+    // 0.7 of the viscous friction 1.3 and the back-EMF's (50 x 0.0909)^2 / 2.51, by 1.811 N m/V.
+    let truth = 9.1399 / 1.8108;
+    let [value, sd] = ["value", "sd"].map(|key| number(&found["gear"]["motor_viscous"][key]));
+    assert!((value - truth).abs() < 3.0 * sd && sd < 0.003 * truth, "{value} +- {sd}, not {truth}");
+}
+
 /// Runs `device identify` on a simulated device with two encoders behind a gear. Returns the
 /// result, and the path of the machine's file.
 fn on_a_device(directory: &Path, gear: [f64; 2], options: &[&str]) -> (Value, String) {
@@ -191,8 +209,8 @@ fn on_a_device(directory: &Path, gear: [f64; 2], options: &[&str]) -> (Value, St
     (serde_json::from_slice(&done.stdout).unwrap(), file)
 }
 
-/// Behind the softer gears, the sequence of the device ends at its speed limit: the gear is measured
-/// all the same.
+/// Behind the softer gears, the sequence of the device ends at its speed limit: the gear is
+/// measured all the same.
 #[test]
 fn a_device_with_two_encoders_measures_the_gear_between_them() {
     let directory = tempfile::tempdir().unwrap();
@@ -212,7 +230,9 @@ fn a_device_with_two_encoders_measures_the_gear_between_them() {
         ];
         for (name, value, truth, widest) in values {
             let [value, sd] = ["value", "sd"].map(|key| number(&value[key]));
-            assert!((value - truth).abs() < 3.0 * sd, "{name}: {value} +- {sd}, not {truth}");
+            // The counts of the load make a stiff gear soft, and so its slack small.
+            let most = if name == "slack" { 2.0 } else { 3.0 };
+            assert!((value - truth).abs() < most * sd, "{name}: {value} +- {sd}, not {truth}");
             assert!(sd < widest * truth, "{name}: {value} +- {sd}, not {truth}");
         }
         assert_eq!(gear["doubts"], Value::Array(vec![]), "{gear:#}");
@@ -255,4 +275,94 @@ fn the_file_of_an_identified_device_has_its_measured_gear() {
     assert!(new.get("motor_encoder").is_none() && new.get("joint").is_none(), "{new}");
     let run = Command::new(env!("CARGO_BIN_EXE_stiction")).args(["run", &into]).output().unwrap();
     assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+}
+
+/// Writes the file of a device with two encoders, with more tables or other values at its end.
+fn device_file(directory: &Path, gear: [&str; 2], more: &[&str]) -> String {
+    let file = path(directory, "device.toml");
+    let new = ["new", &file, "--typical", "harmonic", "--force"];
+    let gear = ["--stiffness", gear[0], "--backlash", gear[1]];
+    stiction(&[&new[..], &gear[..], more].concat());
+    file
+}
+
+/// Runs `device identify`. Returns its result, its exit code and its error.
+fn identify_device(file: &str, options: &[&str]) -> (Value, Option<i32>, String) {
+    let device = ["device", "--simulated", "--machine", file, "identify", "--json"];
+    let arguments = [&device[..], options].concat();
+    let done = Command::new(env!("CARGO_BIN_EXE_stiction")).args(arguments).output().unwrap();
+    let said = String::from_utf8_lossy(&done.stderr).into_owned();
+    (serde_json::from_slice(&done.stdout).unwrap(), done.status.code(), said)
+}
+
+/// The samples begin when the device is armed, and the set point moves after the wait.
+#[test]
+fn the_moves_for_the_gear_wait_for_the_driver_and_for_the_holding_brake() {
+    let directory = tempfile::tempdir().unwrap();
+    let file = device_file(directory.path(), ["1000", "0.3"], &["--counts-per-turn", "16384"]);
+    let text = fs::read_to_string(&file).unwrap();
+    let samples = |waits: &str| {
+        fs::write(&file, format!("{text}\n[device]\n{waits}")).unwrap();
+        let (found, ..) = identify_device(&file, &[]);
+        let [slack, sd] = ["value", "sd"].map(|key| number(&found["gear"]["slack_deg"][key]));
+        assert!((slack - 0.3).abs() < 3.0 * sd && sd < 0.01, "{waits}: {slack} +- {sd}");
+        number(&found["gear"]["samples"])
+    };
+    let at_once = samples("");
+    // Samples are taken in portions of 0.25 s, of 1 ms each.
+    for (waits, wait_s) in
+        [("wake_up_s = 1.0", 1.0), ("wake_up_s = 1.0\nbrake_open_s = 0.75", 1.75)]
+    {
+        let more_s = 1e-3 * (samples(waits) - at_once);
+        assert!((more_s - wait_s).abs() < 0.26, "{waits}: {more_s} s");
+    }
+}
+
+#[test]
+fn bounds_of_the_sequence_alone_leave_out_the_moves_and_the_result_says_so() {
+    let directory = tempfile::tempdir().unwrap();
+    let file = device_file(directory.path(), ["5000", "0.1"], &["--counts-per-turn", "16384"]);
+    for bound in [["--effort", "10"], ["--time", "280"]] {
+        let (found, ..) = identify_device(&file, &bound);
+        let why = found["gear_refused"].as_str().unwrap();
+        assert!(found["gear"].is_null() && why.contains("again without them"), "{bound:?}: {why}");
+    }
+    let (found, code, said) = identify_device(&file, &["--travel", "30"]);
+    assert_eq!((code, &found["gear_refused"]), (Some(0), &Value::Null), "{said}");
+}
+
+/// A load's encoder that is finer than the motor's makes `robust` work hard, until the modelled
+/// heat of the motor ends the moves.
+#[test]
+fn a_fault_that_ends_the_moves_keeps_the_joint_and_its_file_and_names_what_is_missing() {
+    let directory = tempfile::tempdir().unwrap();
+    let more = ["--counts-per-turn", "131072", "--at", "motor", "--inertia", "0.0929"];
+    let friction = ["--slip", "4.207", "--stick", "5.048"];
+    let more = [&more[..], &friction].concat();
+    let file = device_file(directory.path(), ["5000.4", "0.1975"], &more);
+    let into = path(directory.path(), "into.toml");
+    let (found, code, said) = identify_device(&file, &["--into", &into]);
+    let why = found["gear_refused"].as_str().unwrap();
+    assert!(why.contains("fault 21") && why.contains("faults --clear"), "{why}");
+    assert_eq!((&found["outcome"], code), (&"done".into(), Some(2)), "{said}");
+    assert!(said.contains("the joint is identified, its gear is not"), "{said}");
+    assert!(said.contains("the motor is off"), "{said}");
+    assert!(found["written"].as_str().unwrap().contains("into.toml"), "{found:#}");
+    let new: toml::Table = fs::read_to_string(&into).unwrap().parse().unwrap();
+    let spread = new.get("spread").and_then(|spread| spread.get("gear.backlash_deg"));
+    assert!(spread.is_none(), "{new}");
+}
+
+/// The gear is measured, and the user must copy it: a file without a joint is not written.
+#[test]
+fn no_file_is_written_with_a_gear_after_a_sequence_that_a_bound_has_ended() {
+    let directory = tempfile::tempdir().unwrap();
+    let file = device_file(directory.path(), ["1000", "0.3"], &["--counts-per-turn", "16384"]);
+    let into = path(directory.path(), "into.toml");
+    let (found, code, said) = identify_device(&file, &["--into", &into]);
+    assert_eq!((&found["outcome"], code), (&"speed".into(), Some(2)));
+    assert!(found["gear"].is_object() && found["written"].is_null(), "{found:#}");
+    assert!(said.contains("nothing is written") && said.contains("the motor is off"), "{said}");
+    assert!(said.contains("copy stiffness and slack of the gear by hand"), "{said}");
+    assert!(!Path::new(&into).exists());
 }

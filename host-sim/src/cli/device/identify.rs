@@ -170,15 +170,19 @@ impl DeviceIdentifyArguments {
             Err(Error::Device(format!("identify: {}", ended(outcome))))
         };
         if failed && ended.is_ok() {
-            let what = "identify: the moves for the gear did not end as they should";
-            ended = Err(Error::Device(format!("{what}; the motor is off")));
+            let what = "identify: the joint is identified, its gear is not: the moves for it were \
+                        ended, and the result has the reason; the motor is off";
+            ended = Err(Error::Device(what.into()));
         }
         // A run takes minutes, so its result is printed even if the file cannot be written.
         let (mut file, mut new) = (None, into::IdentifiedFile::default());
         if let Some(wanted) = into {
             match written(wanted, &found, &document, warning) {
                 Ok(written) => (file, new) = (Some(wanted), written),
-                Err(error) => ended = Err(Error::Device(format!("{error}; the motor is off"))),
+                Err(error) => {
+                    let by_hand = if found.gear.is_some() { BY_HAND } else { "" };
+                    ended = Err(Error::Device(format!("{error}{by_hand}; the motor is off")));
+                }
             }
         }
         if self.json {
@@ -227,6 +231,9 @@ const fn shows_gear(outcome: Outcome) -> bool {
 const NO_BOUND: &str = "its moves are made with the loop closed, and --effort and --time bound the \
                         sequence of motions alone; identify again without them (--travel and \
                         --speed bound both)";
+
+/// What to do with a gear that is measured, but not written.
+const BY_HAND: &str = "; the gear is measured: copy stiffness and slack of the gear by hand";
 
 /// Options that set the bounds of an identification. An error names them if a bound ended it.
 const OPTIONS: &str = " (--effort, --travel, --speed, --time)";

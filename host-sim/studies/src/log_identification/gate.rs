@@ -26,7 +26,7 @@ const MOST_OF_SPEED: f64 = 0.25;
 
 /// Reach of the low-pass, in periods of the cut-off; the next one is tried if too few samples are
 /// left.
-const MIXED: [f64; 4] = [0.5, 0.35, 0.2, 0.1];
+pub const MIXED: [f64; 4] = [0.5, 0.35, 0.2, 0.1];
 
 /// Least share of the moving samples that must be left.
 const LEFT: f64 = 0.3;
@@ -84,7 +84,13 @@ pub struct Gate {
 }
 
 /// Selects the samples that are neither creeping nor saturated, nor mixed with such samples.
-pub fn gate(grid: &TimeGrid, velocities: &[&[f64]], creeping: f64, cut_off_hz: f64) -> Gate {
+/// `reaches` are those of the low-pass, as in [`MIXED`].
+pub fn gate(
+    grid: &TimeGrid,
+    velocities: &[&[f64]],
+    [creeping, cut_off_hz]: [f64; 2],
+    reaches: &[f64],
+) -> Gate {
     let period = 1.0 / (cut_off_hz * grid.step_s);
     let ends = saturated(grid);
     let is_saturated = |effort: f64| ends.contains(&Some(effort));
@@ -95,7 +101,7 @@ pub fn gate(grid: &TimeGrid, velocities: &[&[f64]], creeping: f64, cut_off_hz: f
     let efforts = grid.stretches.iter().flat_map(|one| one.effort.iter());
     let cut = efforts.filter(|effort| is_saturated(**effort)).count();
     let mut used = Vec::new();
-    for mixed in MIXED {
+    for mixed in reaches {
         let reach = (mixed * period).ceil() as usize;
         used = grid
             .stretches

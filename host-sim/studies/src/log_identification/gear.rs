@@ -12,14 +12,25 @@
 //! body alone, so it needs no data of the load: J, B and F are the motor's part. Without slack, c
 //! is a shift of the dead zone, and is left out.
 //!
-//! J, B, F, c, K and D are linear. w-, w+ and the ratio are searched: the slope of the load over
-//! the motor and a coarse grid first, then Gauss and Newton's method, which regresses u on the
-//! columns' derivatives as well. All columns pass the same low-pass. The dead zone is that of the
-//! logged positions, and its column is filtered afterwards.
+//! J, B, F, c, K and D are linear. w-, w+, the ratio and the delay of the effort are searched: the
+//! slope of the load over the motor and a coarse grid first, then Gauss and Newton's method, which
+//! regresses u on the columns' derivatives and on du/dt as well. All columns pass one low-pass. The
+//! dead zone is that of the logged positions, and its column is filtered afterwards.
 //!
-//! The standard deviations are those of [`least_squares`](super::least_squares), widened by half of
-//! the change with a cut-off a third lower and three times the creeping speed. That of the
-//! stiffness includes the share of the encoders' counts in its column, by which it may be too low.
+//! Counts bias the dead zone: their noise in z makes K too small (errors in variables), so that
+//! more of the twist counts as wind-up, and less as slack. The bias is of second order in the count
+//! c, as its noise power c^2/12. Twice the count is read exactly from a position in counts, in two
+//! phases, so the bias is extrapolated to c = 0 (L. F. Richardson, *Phil. Trans. A* 210 (1911),
+//! 307; with noise instead of a step, J. R. Cook and L. A. Stefanski, *JASA* 89 (1994), 1314):
+//!
+//! ```text
+//! b(c) = b + q c^2      b = b(c) + (b(c) - b(2c))/3
+//! ```
+//!
+//! The standard deviations are those of [`least_squares`](super::least_squares), which include that
+//! of the delay. They are widened by the extrapolation, by half of the difference of its phases,
+//! and by half of the change with a cut-off a third lower and three times the creeping speed, and
+//! with samples twice as far from a slow one. The low-pass mixes the last ones with sticking.
 //!
 //! If the gear explains the effort, the rest of the identification treats the joint as one rigid
 //! body that moves like the load. The effort for the motion of the motor's body beyond that of the
@@ -82,6 +93,20 @@ const WIDER: f64 = 3.0;
 /// Largest residual of a fit that is not doubted, %.
 const DOUBTED_PERCENT: f64 = 10.0;
 
+/// Ratio of the bias that twice the count adds to that of one count: 2^2 - 1.
+const COARSER: f64 = 3.0;
+
+/// Reaches of the low-pass, in periods of the cut-off, of samples that are farther from slow ones.
+/// The next one is used if too few samples are left.
+const FARTHER: [f64; 3] = [1.0, 0.7, 0.5];
+
+/// Largest number of steps of the delay, and the step at which they end, samples.
+const DELAY_STEPS: usize = 6;
+const SMALL_DELAY: f64 = 0.003;
+
+/// Earliest and latest delay of the effort, samples.
+const DELAYS: [f64; 2] = [-2.0, 3.0];
+
 /// Columns of the linear terms: a, v, sgn v, z and dz/dt; c is behind all others.
 const LINEAR: usize = 5;
 const STIFFNESS: usize = 3;
@@ -89,6 +114,7 @@ const DAMPING: usize = 4;
 const MIDDLE: usize = 5;
 const WIDTH: usize = 6;
 const RATIO: usize = 7;
+const DELAY: usize = 8;
 
 /// A gear that was identified from a log.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
@@ -118,18 +144,46 @@ pub struct IdentifiedGear {
 }
 
 impl IdentifiedGear {
+    const fn parameters(&self) -> [FittedParameter; 7] {
+        [
+            self.ratio,
+            self.stiffness,
+            self.damping,
+            self.slack,
+            self.motor_inertia,
+            self.motor_viscous,
+            self.motor_coulomb,
+        ]
+    }
+
+    const fn parameters_mut(&mut self) -> [&mut FittedParameter; 7] {
+        [
+            &mut self.ratio,
+            &mut self.stiffness,
+            &mut self.damping,
+            &mut self.slack,
+            &mut self.motor_inertia,
+            &mut self.motor_viscous,
+            &mut self.motor_coulomb,
+        ]
+    }
+
     /// Adds half of the difference from another result to the standard deviations.
     fn widen(&mut self, other: &Self) {
-        for (one, other) in [
-            (&mut self.ratio, other.ratio),
-            (&mut self.stiffness, other.stiffness),
-            (&mut self.damping, other.damping),
-            (&mut self.slack, other.slack),
-            (&mut self.motor_inertia, other.motor_inertia),
-            (&mut self.motor_viscous, other.motor_viscous),
-            (&mut self.motor_coulomb, other.motor_coulomb),
-        ] {
+        for (one, other) in self.parameters_mut().into_iter().zip(other.parameters()) {
             one.sd = one.sd.hypot(0.5 * (one.value - other.value));
+        }
+    }
+
+    /// Extrapolates the values to encoders without counts. `coarse` are the results with twice the
+    /// count, in both phases.
+    fn extrapolate(&mut self, coarse: [&Self; 2]) {
+        let coarse = coarse.map(Self::parameters);
+        for (place, one) in self.parameters_mut().into_iter().enumerate() {
+            let [even, odd] = [0, 1].map(|phase: usize| coarse[phase][place].value);
+            let step = (one.value - 0.5 * (even + odd)) / COARSER;
+            one.value += step;
+            one.sd = one.sd.hypot(step).hypot(0.5 * (even - odd) / COARSER);
         }
     }
 
@@ -231,12 +285,18 @@ pub fn identify(
     let stretches = of_the_motor(stretches, slope);
     let motor = TimeGrid { stretches, ..grid.clone() };
     let cut_off = cut_off::choose(&motor, counts[0], request.cut_off_hz);
-    let filter =
-        |slow: f64, part: f64| FilteredLog::of(&motor, [slow, counts[0], cut_off.hz / part]);
-    let filtered = filter(CREEPING, 1.0);
+    let filter = |slow: f64, part: f64, reaches: &[f64]| {
+        FilteredLog::within(&motor, [slow, counts[0], cut_off.hz / part], reaches)
+    };
+    let filtered = filter(CREEPING, 1.0, &gate::MIXED);
     let delay_s = request.effort_delay_s.unwrap_or(0.0);
-    let mut problem =
-        Problem { grid: &motor, filtered: &filtered, rows: filtered.places(), delay_s };
+    let mut problem = Problem {
+        grid: &motor,
+        filtered: &filtered,
+        rows: filtered.places(),
+        delay_s,
+        is_delay_free: request.effort_delay_s.is_none(),
+    };
     if problem.rows.len() < FEWEST {
         return Err(format!(
             "the motor turns steadily in only {} samples, at least {FEWEST} are needed",
@@ -253,9 +313,10 @@ pub fn identify(
         ));
     }
     let mut solved = problem.search(&twists)?;
-    if request.effort_delay_s.is_none() {
+    if problem.is_delay_free {
         problem.delay_s = problem.delay(&solved.zone).unwrap_or(0.0);
         solved = problem.solve(solved.zone).unwrap_or(solved);
+        solved = problem.with_delay(solved);
     }
     if solved.fit.values[STIFFNESS] <= 0.0 {
         return Err(
@@ -266,14 +327,25 @@ pub fn identify(
     }
     let per_turn = request.scale.motor_of_a_turn() / slope;
     let mut gear = solved.gear(per_turn);
-    // A value that depends on cut-off and creeping speed is uncertain by that much.
-    let lower = filter(FASTER * CREEPING, super::LOWER);
-    let lower = Problem { filtered: &lower, rows: lower.places(), ..problem };
-    if let Ok(other) = lower.solve(solved.zone) {
-        gear.widen(&other.gear(per_turn));
+    // A value that depends on the selection of samples is uncertain by that much.
+    let lower = filter(FASTER * CREEPING, super::LOWER, &gate::MIXED);
+    let farther = filter(CREEPING, 1.0, &FARTHER);
+    for filtered in [&lower, &farther] {
+        let other = Problem { filtered, rows: filtered.places(), ..problem };
+        if let Ok(other) = other.solve(solved.zone) {
+            gear.widen(&other.gear(per_turn));
+        }
     }
-    let stiffness = &mut gear.stiffness;
-    stiffness.sd = stiffness.sd.hypot(stiffness.value * problem.noise(&solved.zone, counts));
+    let coarse = [0.0, 1.0].map(|phase| {
+        let grid = of_twice_the_count(&motor, counts, phase);
+        let other = Problem { grid: &grid, rows: problem.rows.clone(), ..problem };
+        other.solve(solved.zone).map(|one| one.gear(per_turn))
+    });
+    match &coarse {
+        [Ok(even), Ok(odd)] => gear.extrapolate([even, odd]),
+        // Twice the count hides the dead zone, so this one is doubtful as well.
+        _ => gear.stiffness.sd = gear.stiffness.sd.max(gear.stiffness.value),
+    }
     gear.effort_delay_s = problem.delay_s;
     gear.twist = range;
     gear.doubts = doubts(&gear);
@@ -336,6 +408,21 @@ fn of_one_zero(grid: &TimeGrid) -> Vec<Stretch> {
         one.beside.iter_mut().for_each(|motor| *motor -= zero[1]);
     }
     stretches
+}
+
+/// Returns a log as encoders with twice the count read it, `phase` counts later: 0 or 1. A position
+/// without counts stays.
+fn of_twice_the_count(grid: &TimeGrid, counts: [f64; 2], phase: f64) -> TimeGrid {
+    let side = |series: &[f64], count: f64| {
+        let coarse = |at: &f64| 2.0 * count * ((at / count).round() + phase).div_euclid(2.0);
+        if count > 0.0 { series.iter().map(coarse).collect() } else { series.to_vec() }
+    };
+    let stretches = grid.stretches.iter().map(|one| Stretch {
+        position: side(&one.position, counts[0]),
+        beside: side(&one.beside, counts[1]),
+        ..one.clone()
+    });
+    TimeGrid { stretches: stretches.collect(), ..grid.clone() }
 }
 
 /// Returns the slope of the load's position over the motor's; `None` if it is 0 or not finite.
@@ -407,13 +494,18 @@ impl Solved {
         };
         let value = per_turn / zone.scale;
         let sd = value.abs() * per(fit.covariance[RATIO][RATIO]) / zone.scale;
+        // The columns of the motor's motion are those of the slope of the positions.
+        let moved = |place: usize| {
+            let FittedParameter { value, sd } = of(place);
+            FittedParameter { value: value / zone.scale, sd: sd / zone.scale }
+        };
         IdentifiedGear {
             ratio: FittedParameter { value, sd },
             stiffness,
             damping: of(DAMPING),
             slack,
-            motor_inertia: of(0),
-            motor_viscous: of(1),
+            motor_inertia: moved(0),
+            motor_viscous: moved(1),
             motor_coulomb: of(2),
             effort_delay_s: 0.0,
             twist: 0.0,
@@ -431,6 +523,8 @@ struct Problem<'a> {
     rows: Vec<[usize; 2]>,
     /// Time after which the logged effort acts, s.
     delay_s: f64,
+    /// Whether the delay is searched; otherwise it is that of the user.
+    is_delay_free: bool,
 }
 
 impl Problem<'_> {
@@ -554,11 +648,27 @@ impl Problem<'_> {
         })
     }
 
+    /// Returns the best dead zone together with the best delay near a dead zone and this delay.
+    fn with_delay(&mut self, mut solved: Solved) -> Solved {
+        let step_s = self.grid.step_s;
+        for _ in 0..DELAY_STEPS {
+            let Ok(fit) = self.whole(&solved.zone) else { break };
+            let former_s = self.delay_s;
+            let next_s = former_s + fit.values[DELAY];
+            self.delay_s = next_s.clamp(DELAYS[0] * step_s, DELAYS[1] * step_s);
+            solved = self.solve(solved.zone).unwrap_or(solved);
+            if (self.delay_s - former_s).abs() < SMALL_DELAY * step_s {
+                break;
+            }
+        }
+        solved
+    }
+
     fn residual(&self, zone: &DeadZone) -> f64 {
         self.fit(&self.of_zone(zone)).map_or(f64::INFINITY, |fit| fit.residual)
     }
 
-    /// Fits all terms, including those for a step of the dead zone: middle, width and ratio.
+    /// Fits all terms, including those for a step of middle, width, ratio and delay.
     fn whole(&self, zone: &DeadZone) -> Result<Fit, usize> {
         let is = |is: bool| f64::from(u8::from(is));
         let mut columns = self.of_zone(zone);
@@ -572,16 +682,13 @@ impl Problem<'_> {
             0.5 * (lower - upper)
         }));
         columns.push(self.column(|y, l| y * sides(y, l).iter().sum::<f64>()));
+        if self.is_delay_free {
+            let h = self.grid.step_s;
+            let effort =
+                |place, samples: f64| self.filtered.effort(place, self.delay_s + samples * h);
+            let rate = |place: &[usize; 2]| (effort(*place, -0.5) - effort(*place, 0.5)) / h;
+            columns.push(self.rows.iter().map(rate).collect());
+        }
         self.fit(&columns)
-    }
-
-    /// Returns the share of the count noise in the power of the column z.
-    fn noise(&self, zone: &DeadZone, counts: [f64; 2]) -> f64 {
-        let Some(pressed) = self.of_zone(zone).into_iter().next() else { return 0.0 };
-        let mean = pressed.iter().sum::<f64>() / pressed.len() as f64;
-        let power = pressed.iter().map(|z| (z - mean).powi(2)).sum::<f64>() / pressed.len() as f64;
-        let passed = 2.0 * self.filtered.cut_off_hz * self.grid.step_s;
-        let counted = counts.iter().map(|count| count * count / 12.0).sum::<f64>();
-        if power > 0.0 { counted * passed / power } else { f64::INFINITY }
     }
 }

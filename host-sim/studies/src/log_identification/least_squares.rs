@@ -14,7 +14,7 @@
 //! the normal distribution's 1.96.
 
 /// Largest number of columns.
-pub const MOST: usize = 9;
+pub const MOST: usize = 10;
 
 /// Row of a regression; entries after its columns are 0.
 pub type RegressionRow = [f64; MOST];

@@ -45,7 +45,12 @@ pub struct FilteredLog {
 impl FilteredLog {
     /// Filters a log. `slow` is the creeping speed as a share of the fast speed, `count` the size
     /// of a count of the position.
-    pub fn of(grid: &TimeGrid, [slow, count, cut_off_hz]: [f64; 3]) -> Self {
+    pub fn of(grid: &TimeGrid, filter: [f64; 3]) -> Self {
+        Self::within(grid, filter, &gate::MIXED)
+    }
+
+    /// Filters a log as [`of`](Self::of) does, with these reaches of the low-pass for the gate.
+    pub fn within(grid: &TimeGrid, [slow, count, cut_off_hz]: [f64; 3], reaches: &[f64]) -> Self {
         let h = grid.step_s;
         let low_pass = LowPass::new(cut_off_hz * h);
         let mut stretches: Vec<FilteredStretch> = grid
@@ -60,7 +65,7 @@ impl FilteredLog {
             .collect();
         let velocities: Vec<&[f64]> = stretches.iter().map(|one| &one.velocity[..]).collect();
         let creeping = gate::creeping(&velocities, slow, count, cut_off_hz);
-        let gate = gate::gate(grid, &velocities, creeping, cut_off_hz);
+        let gate = gate::gate(grid, &velocities, [creeping, cut_off_hz], reaches);
         for smooth in &mut stretches {
             let signs: Vec<f64> = smooth.velocity.iter().map(|v| v.signum()).collect();
             smooth.direction = low_pass.apply(&signs);
