@@ -1,0 +1,219 @@
+//! The gear of a device with two encoders, measured by moves after an identification, as
+//! `stiction device identify` does.
+//!
+//! ```text
+//! sequence ends -> the moves are planned -> at rest, after a keep-alive: armed
+//!               -> one move after the other, each after a keep-alive -> off, fit, published
+//! ```
+//!
+//! Moves, samples and fit are those of [`studies::device_gear`]. As in a self-test, the device is
+//! armed and a move starts only while the page that started the identification commands and sends
+//! keep-alives, and nothing is sent between that check and the request. If the page is silent, the
+//! device's link timeout ends the moves. However the moves end, the joint of the sequence is
+//! published. Limit: the fit blocks the thread of the device; the motor is off by then.
+
+use std::time::Duration;
+
+use serde_json::{Value, json};
+use stiction::Parameters;
+use stiction::identification::Summary;
+use stiction::link::{Sample, Status};
+
+use super::orders::MotionReport;
+use super::worker::Worker;
+use files::error::Error;
+use simulator::device::client::Map;
+use simulator::device::wire::Wire;
+use studies::device_gear::{self, GearRecorder, GearStep, PrecedingSequence};
+
+/// Time after which the moves start though the joint is not at rest: the device may refuse that.
+const LONGEST_REST_S: f64 = 1.0;
+
+/// Time after the sequence in which the moves must start: a motor must not move for a button that
+/// was pressed long before.
+const LATEST: Duration = Duration::from_secs(3);
+
+/// Answer to a request while the gear is measured.
+pub(super) const MEASURING: &str = "moves measure the gear, and other requests are refused \
+                                    meanwhile; stop ends them";
+
+/// Why a stop leaves the gear unknown.
+pub(super) const STOPPED: &str = "its moves were ended by a stop";
+
+/// A sequence whose moves for the gear are not over.
+#[derive(Debug)]
+pub struct PendingGear {
+    summary: Summary,
+    map: Map,
+    parameters: Parameters,
+    /// Number of the page that started the identification.
+    page: u64,
+    recorder: GearRecorder,
+    is_armed: bool,
+    /// Clock at the end of the sequence, ticks.
+    since: u32,
+    /// Time until which the device must be armed.
+    until: Duration,
+    /// Number of samples that had been lost before.
+    lost: u64,
+}
+
+impl PendingGear {
+    /// Returns the signals of the moves as a mask, and the ticks from one sample to the next.
+    pub(super) fn subscription(&self) -> (u64, u16) {
+        self.recorder.subscription()
+    }
+
+    /// Returns the page that must command, if the moves have the motor driven.
+    pub(super) fn page(&self) -> Option<u64> {
+        self.is_armed.then_some(self.page)
+    }
+
+    /// Returns the number of moves that have started and of all moves, for the pages.
+    pub(super) fn progress(&self) -> Value {
+        let [made, moves] = self.recorder.progress();
+        json!({ "made": made, "moves": moves })
+    }
+
+    /// Stores a sample of the moves.
+    pub(super) fn see(&mut self, sample: &Sample) {
+        self.recorder.see(sample.clone());
+    }
+}
+
+impl<W: Wire> Worker<'_, W> {
+    /// Plans the moves for the gear after a sequence that a page has started. Returns the result if
+    /// there are no moves.
+    ///
+    /// # Errors
+    /// Returns an error if the device does not answer.
+    pub(super) fn sequence_ended(
+        &mut self,
+        summary: Summary,
+        map: Map,
+        sequence: &PrecedingSequence,
+        page: u64,
+    ) -> Result<Option<MotionReport>, Error> {
+        let parameters = self.client.parameters()?;
+        let status = self.client.status()?;
+        let moves = match sequence.moves(summary.outcome, status.position, &parameters) {
+            Some(Ok(moves)) => moves,
+            Some(Err(why)) => return self.identified(summary, map, Some(Err(why))).map(Some),
+            None => return self.identified(summary, map, None).map(Some),
+        };
+        let recorder = match GearRecorder::new(moves, self.signals.clone(), &status) {
+            Ok(recorder) => recorder,
+            Err(error) => {
+                return self.identified(summary, map, Some(Err(error.to_string()))).map(Some);
+            }
+        };
+        self.gear = Some(PendingGear {
+            summary,
+            map,
+            parameters,
+            page,
+            recorder,
+            is_armed: false,
+            since: status.clock,
+            until: self.shared.now() + LATEST,
+            lost: self.client.lost(),
+        });
+        self.fit_subscription()?;
+        Ok(None)
+    }
+
+    /// Arms the device for the moves, or starts the next one, if it is time, the page that started
+    /// the identification has just sent a keep-alive, and no stop is requested.
+    ///
+    /// # Errors
+    /// Returns an error if the device does not answer.
+    pub(super) fn go_on_with_gear(&mut self, status: &Status) -> Result<(), Error> {
+        let Some(gear) = &self.gear else { return Ok(()) };
+        let is_held = self.shared.control.is_held_by(gear.page);
+        if !gear.is_armed && (!is_held || self.shared.now() > gear.until) {
+            let why = "its moves were not started: the page that started the identification was \
+                       gone or silent";
+            return self.end_gear(Err(why.into()));
+        }
+        // Nothing is sent between this check and the request.
+        if self.shared.is_stop_wanted() || !is_held || !self.has_keep_alive() {
+            return Ok(());
+        }
+        let Some(gear) = &mut self.gear else { return Ok(()) };
+        if !gear.is_armed {
+            let waited = status.clock.wrapping_sub(gear.since);
+            let waited_s = f64::from(waited) * f64::from(status.sample_time);
+            if !status.at_rest && waited_s < LONGEST_REST_S {
+                return Ok(());
+            }
+            gear.is_armed = true;
+            // The motor may be driven even if the answer is lost.
+            (self.driven, self.armed_here) = (true, true);
+            let armed = self.client.arm();
+            return self.refused_to_go_on(armed);
+        }
+        match gear.recorder.next(status) {
+            Ok(GearStep::Wait) => Ok(()),
+            Ok(GearStep::Move(motion)) => {
+                let started = self.client.move_along(motion);
+                self.refused_to_go_on(started)
+            }
+            Ok(GearStep::Done) => {
+                self.client.stop()?;
+                self.end_gear(Ok(()))?;
+                self.ask_status().map(|_| ())
+            }
+            Err(error) => self.end_gear(Err(error.to_string())),
+        }
+    }
+
+    /// Turns the output off and ends the moves if the device has refused a request of them.
+    fn refused_to_go_on(&mut self, done: Result<(), Error>) -> Result<(), Error> {
+        match done {
+            Ok(()) => Ok(()),
+            Err(error @ (Error::Device(_) | Error::Emulator(_))) => Err(error),
+            Err(refused) => {
+                self.client.stop()?;
+                self.end_gear(Err(refused.to_string()))?;
+                self.ask_status().map(|_| ())
+            }
+        }
+    }
+
+    /// Ends the moves if the output has gone off, with the fault of the device.
+    ///
+    /// # Errors
+    /// Returns an error if the device does not answer.
+    pub(super) fn gear_is_off(&mut self, status: &Status) -> Result<(), Error> {
+        let Some(gear) = self.gear.as_mut().filter(|gear| gear.is_armed) else { return Ok(()) };
+        let Err(error) = gear.recorder.next(status) else { return Ok(()) };
+        let why = device_gear::why_ended(&error, &status.fault, &gear.parameters);
+        self.end_gear(Err(why))
+    }
+
+    /// Publishes the identified joint with the gear, if moves for one are not over. An error is why
+    /// they have ended early.
+    ///
+    /// # Errors
+    /// Returns an error if the device does not answer.
+    pub(super) fn end_gear(&mut self, ended: Result<(), String>) -> Result<(), Error> {
+        let Some(gear) = self.gear.take() else { return Ok(()) };
+        let PendingGear { summary, map, parameters, recorder, lost, .. } = gear;
+        let recording = recorder.ended(self.client.lost() - lost);
+        self.fit_subscription()?;
+        // Without units the values are in V; the joint's report names the reason.
+        let units = self.of_file().map_or(None, |(_, units)| units);
+        let gear = ended.and_then(|()| device_gear::identify(&recording, &parameters, units));
+        let found = self.identified(summary, map, Some(gear));
+        self.publish_found(found)
+    }
+
+    /// Changes the subscription if it does not suit: the moves need their signals, and the page its
+    /// own afterwards.
+    fn fit_subscription(&mut self) -> Result<(), Error> {
+        if self.client.is_guest() || self.subscribed == self.wanted_subscription() {
+            return Ok(());
+        }
+        self.publish_device()
+    }
+}
