@@ -87,8 +87,9 @@ impl<W: Wire> Worker<'_, W> {
         let current = parameters.as_ref().and_then(ShownCurrent::of);
         let named = named.chain(current.map(|_| const { name("current") }));
         // As are those of the moves for the gear.
-        let has_two = parameters.as_ref().is_some_and(|all| all.controller.motor.count().is_some());
-        let named = named.chain(device_gear::SIGNALS.into_iter().filter(|_| has_two));
+        let motor_count_deg = parameters.as_ref().and_then(|all| all.controller.motor.count());
+        let of_gear = device_gear::SIGNALS.into_iter().filter(|_| motor_count_deg.is_some());
+        let named = named.chain(of_gear);
         let mask = signals.mask(named.chain(law.iter().map(String::as_str)));
         let columns = mask.count_ones() as usize;
         let every = if self.about.every_tick {
@@ -140,6 +141,7 @@ impl<W: Wire> Worker<'_, W> {
                 "warning": warning,
                 "sample_time_s": files::written::single(status.sample_time),
                 "resolution_deg": files::written::single(status.resolution),
+                "motor_resolution_deg": motor_count_deg.map(files::written::single),
                 "every": every,
                 "signals": columns,
                 "law": law,

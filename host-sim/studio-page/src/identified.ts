@@ -19,8 +19,11 @@ type Valued = { value: number; sd: number };
 
 // Stiffness, slack and ratio of a gear with their standard deviations.
 function gearWords(gear: Event): string {
-  const bar = ({ value, sd }: Valued, unit: string, factor = 1) =>
-    `${shown(factor * value)} ± ${shown(factor * sd)} ${unit}`;
+  // The deviation has two digits, and the value as many places.
+  const bar = ({ value, sd }: Valued, unit: string, factor = 1) => {
+    const places = Math.min(9, Math.max(0, 1 - Math.floor(Math.log10(factor * sd || 1))));
+    return `${(factor * value).toFixed(places)} ± ${(factor * sd).toFixed(places)} ${unit}`;
+  };
   const stiffness = gear.si
     ? bar(gear.si.stiffness, 'N m/rad')
     : bar(gear.stiffness, 'V/deg', Math.PI / 180);

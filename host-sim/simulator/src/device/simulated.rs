@@ -294,6 +294,11 @@ impl SimulatedDevice {
         output
     }
 
+    /// Returns the true position of the load, deg.
+    pub fn load_deg(&self) -> f64 {
+        self.plant.solver.at_load()
+    }
+
     /// Stores the load's angle minus that of the encoder's side, with its tick.
     fn remember(&mut self, clock: u32, ahead_deg: f64) {
         if self.load_ahead.back().is_some_and(|(_, last)| (last - ahead_deg).abs() < SAME_DEG) {
