@@ -128,6 +128,18 @@ impl<W: Wire> Worker<'_, W> {
     /// # Errors
     /// Returns an error if the device does not answer.
     pub(super) fn go_on_with_gear(&mut self, status: &Status) -> Result<(), Error> {
+        if self.gear.is_none() {
+            return Ok(());
+        }
+        self.next_step_of_gear(status)?;
+        if self.gear.is_none() {
+            // The pages show at once that the moves are over.
+            self.ask_status()?;
+        }
+        Ok(())
+    }
+
+    fn next_step_of_gear(&mut self, status: &Status) -> Result<(), Error> {
         let Some(gear) = &self.gear else { return Ok(()) };
         let is_held = self.shared.control.is_held_by(gear.page);
         if !gear.is_armed && (!is_held || self.shared.now() > gear.until) {
@@ -149,34 +161,26 @@ impl<W: Wire> Worker<'_, W> {
             gear.is_armed = true;
             // The motor may be driven even if the answer is lost.
             (self.driven, self.armed_here) = (true, true);
-            let armed = self.client.arm();
-            return self.refused_to_go_on(armed);
+            return match self.client.arm() {
+                // Another client may drive the motor, which is then not stopped.
+                Err(Error::Refused(why)) => self.end_gear(Err(why)),
+                armed => armed,
+            };
         }
         match gear.recorder.next(status) {
             Ok(GearStep::Wait) => Ok(()),
-            Ok(GearStep::Move(motion)) => {
-                let started = self.client.move_along(motion);
-                self.refused_to_go_on(started)
-            }
+            Ok(GearStep::Move(motion)) => match self.client.move_along(motion) {
+                Err(Error::Refused(why)) => {
+                    self.client.stop()?;
+                    self.end_gear(Err(why))
+                }
+                started => started,
+            },
             Ok(GearStep::Done) => {
                 self.client.stop()?;
-                self.end_gear(Ok(()))?;
-                self.ask_status().map(|_| ())
+                self.end_gear(Ok(()))
             }
             Err(error) => self.end_gear(Err(error.to_string())),
-        }
-    }
-
-    /// Turns the output off and ends the moves if the device has refused a request of them.
-    fn refused_to_go_on(&mut self, done: Result<(), Error>) -> Result<(), Error> {
-        match done {
-            Ok(()) => Ok(()),
-            Err(error @ (Error::Device(_) | Error::Emulator(_))) => Err(error),
-            Err(refused) => {
-                self.client.stop()?;
-                self.end_gear(Err(refused.to_string()))?;
-                self.ask_status().map(|_| ())
-            }
         }
     }
 
