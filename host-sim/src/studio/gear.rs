@@ -169,7 +169,7 @@ impl<W: Wire> Worker<'_, W> {
         }
         match gear.recorder.next(status) {
             Ok(GearStep::Wait) => Ok(()),
-            Ok(GearStep::Move(motion)) => match self.client.move_along(motion) {
+            Ok(GearStep::Move(motion)) => match self.client.move_along(*motion) {
                 Err(Error::Refused(why)) => {
                     self.client.stop()?;
                     self.end_gear(Err(why))

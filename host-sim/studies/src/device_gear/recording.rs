@@ -44,7 +44,7 @@ pub enum GearStep {
     /// The present move goes on.
     Wait,
     /// Start this motion.
-    Move(Motion),
+    Move(Box<Motion>),
     /// All moves are made.
     Done,
 }
@@ -117,7 +117,7 @@ impl GearRecorder {
         }
         let Some(next) = self.moves.get(self.made) else { return Ok(GearStep::Done) };
         (self.made, self.since) = (self.made + 1, None);
-        Ok(GearStep::Move(next.motion.clone()))
+        Ok(GearStep::Move(next.motion.clone().into()))
     }
 
     /// Returns the samples; `lost` did not arrive.
@@ -156,7 +156,7 @@ fn make<W: Wire>(client: &mut Client<W>, recorder: &mut GearRecorder) -> Result<
         match recorder.next(&status)? {
             GearStep::Done => return Ok(()),
             GearStep::Move(motion) => {
-                client.move_along(motion)?;
+                client.move_along(*motion)?;
                 status = client.status()?;
             }
             GearStep::Wait => {
