@@ -14,12 +14,11 @@
 
 use std::time::Duration;
 
-use serde_json::{Value, json};
-use stiction::Parameters;
 use stiction::identification::Summary;
-use stiction::link::{Sample, Status};
+use stiction::link::Status;
 
 use super::orders::MotionReport;
+use super::pending_gear::PendingGear;
 use super::worker::Worker;
 use files::error::Error;
 use simulator::device::client::Map;
@@ -32,54 +31,6 @@ const LONGEST_REST_S: f64 = 1.0;
 /// Time after the sequence in which the moves must start: a motor must not move for a button that
 /// was pressed long before.
 const LATEST: Duration = Duration::from_secs(3);
-
-/// Answer to a request while the gear is measured.
-pub(super) const MEASURING: &str = "moves measure the gear, and other requests are refused \
-                                    meanwhile; stop ends them";
-
-/// Why a stop leaves the gear unknown.
-pub(super) const STOPPED: &str = "its moves were ended by a stop";
-
-/// A sequence whose moves for the gear are not over.
-#[derive(Debug)]
-pub struct PendingGear {
-    summary: Summary,
-    map: Map,
-    parameters: Parameters,
-    /// Number of the page that started the identification.
-    page: u64,
-    recorder: GearRecorder,
-    is_armed: bool,
-    /// Clock at the end of the sequence, ticks.
-    since: u32,
-    /// Time until which the device must be armed.
-    until: Duration,
-    /// Number of samples that had been lost before.
-    lost: u64,
-}
-
-impl PendingGear {
-    /// Returns the signals of the moves as a mask, and the ticks from one sample to the next.
-    pub(super) fn subscription(&self) -> (u64, u16) {
-        self.recorder.subscription()
-    }
-
-    /// Returns the page that must command, if the moves have the motor driven.
-    pub(super) fn page(&self) -> Option<u64> {
-        self.is_armed.then_some(self.page)
-    }
-
-    /// Returns the number of moves that have started and of all moves, for the pages.
-    pub(super) fn progress(&self) -> Value {
-        let [made, moves] = self.recorder.progress();
-        json!({ "made": made, "moves": moves })
-    }
-
-    /// Stores a sample of the moves.
-    pub(super) fn see(&mut self, sample: &Sample) {
-        self.recorder.see(sample.clone());
-    }
-}
 
 impl<W: Wire> Worker<'_, W> {
     /// Plans the moves for the gear after a sequence that a page has started. Returns the result if

@@ -7,7 +7,7 @@ use stiction::control::signal::name;
 use stiction::link::{DeviceKind, Sample, StateCode, Status};
 
 use super::form;
-use super::gear::PendingGear;
+use super::pending_gear::PendingGear;
 use super::request::RequestedMotion;
 use super::worker::Worker;
 use files::error::Error;

@@ -26,8 +26,8 @@ use serde_json::{Value, json};
 use stiction::link::{Sample, StateCode, Status};
 
 use super::desk::QueuedRequest;
-use super::gear::PendingGear;
 use super::machine_in_use::no_joint;
+use super::pending_gear::PendingGear;
 use super::request::{JointSource, RequestedMotion};
 use super::spare_cores::{begin, on_spare_cores};
 use super::worker::Worker;

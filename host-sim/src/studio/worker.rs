@@ -24,9 +24,9 @@ use stiction::motion::home::HomeTarget;
 
 use super::control::TAKEN;
 use super::desk::{DeviceThreadGuard, QueuedRequest, StudioState};
-use super::gear::{MEASURING, PendingGear, STOPPED};
 use super::news::SampleFrame;
 use super::orders::MotionReport;
+use super::pending_gear::{MEASURING, PendingGear, STOPPED};
 use super::selftest::SelftestPhase;
 use files::error::Error;
 use simulator::device::client::Client;
