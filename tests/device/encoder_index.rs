@@ -32,9 +32,14 @@ fn faulted(device: &mut SimulatedDevice) -> Option<(Fault, f32)> {
 
 /// Moves the joint by hand, by 10 counts a tick.
 fn push_to(device: &mut SimulatedDevice, to: i32) {
+    push(device, to, 10);
+}
+
+/// Moves the joint by hand, by this number of counts a tick.
+fn push(device: &mut SimulatedDevice, to: i32, counts: i32) {
     let mut at = (device.position_deg() / COUNT_DEG).round() as i32;
     while at != to {
-        at += (to - at).clamp(-10, 10);
+        at += (to - at).clamp(-counts, counts);
         device.push(f64::from(at) * COUNT_DEG, 0.0);
         device.tick();
     }
@@ -62,6 +67,81 @@ fn under_every_law_the_index_is_found_to_the_count_both_ways() {
                 - (device.position_deg() + f64::from(at - index) * COUNT_DEG);
             assert!(off.abs() <= COUNT_DEG, "{name}: {off} deg");
             assert!(device.device.servo().is_referenced(), "{name}");
+        }
+    }
+}
+
+/// An index that comes late by t is captured v t farther in the sense of the motion: so far is the
+/// zero off. v is the speed of the joint in the tick of the edge.
+#[test]
+fn a_lag_of_the_index_shifts_the_zero_by_the_travel_in_it() {
+    for (asked, index) in [(UP, FIRST), (DOWN, FIRST - EVERY + WIDTH - 1)] {
+        for lag_us in [0, 1000, 2000] {
+            let mut device = with_index("srnf", &[&format!("encoder.index_lag_us={lag_us}")]);
+            begin(&mut device, asked).unwrap();
+            let at_index_deg = f64::from(index) * COUNT_DEG;
+            let mut speeds = None;
+            let mut is_armed = true;
+            while is_armed {
+                let before = [device.position_deg(), device.velocity_deg_per_s()];
+                device.device.servo().heard();
+                is_armed = device.tick().state == State::Armed;
+                let after = [device.position_deg(), device.velocity_deg_per_s()];
+                if (before[0] - at_index_deg) * (after[0] - at_index_deg) < 0.0 {
+                    // The first pass: the joint goes back over the index.
+                    speeds.get_or_insert([before[1], after[1]]);
+                }
+            }
+            let found = device.device.servo().homed().unwrap();
+            assert_eq!(found.ended, HomeEnd::Index);
+            let travel = speeds.unwrap().map(|speed| speed * 1e-6 * f64::from(lag_us) / COUNT_DEG);
+            let travel = 0.5 * (travel[0] + travel[1]);
+            let shift = f64::from(found.moved - index);
+            // Whole counts are captured, and the speed in a tick is known to a twentieth.
+            let left = travel.abs() - shift.abs();
+            assert!((-0.15..1.15).contains(&left), "{lag_us} us: {shift}, {travel}");
+            assert!(shift * travel >= 0.0 && (lag_us > 0 || shift == 0.0), "{shift}, {travel}");
+            assert!(lag_us < 2000 || travel.abs() > 2.5, "{travel}");
+            // The joint is farther than the position that the device has set, by the same counts.
+            device.ticks(100);
+            let position = f64::from(device.device.servo().position());
+            let at = device.position_deg() / COUNT_DEG - f64::from(index);
+            assert!((at - position - shift).abs() <= 1.0, "{lag_us} us: {position}, {at}");
+        }
+    }
+}
+
+/// The joint goes back over the index that it has found. In 4 ms it goes farther than half of the
+/// tolerance, so that the homing itself shows the lag.
+#[test]
+fn a_homing_with_a_long_lag_of_the_index_is_a_fault() {
+    let mut device = with_index("srnf", &["encoder.index_lag_us=4000"]);
+    begin(&mut device, UP).unwrap();
+    assert_eq!(until_off(&mut device).0.map(|found| found.ended), None);
+    assert_eq!(faulted(&mut device).map(|(fault, _)| fault), Some(Fault::IndexDeviation));
+    assert!(!device.device.servo().is_referenced());
+}
+
+/// Up, the index is captured at its first count and v t more; down, at its last one and v t less:
+/// both differ by the width less one count and 2 v t. Beyond the width and 2 counts that is a fault.
+#[test]
+fn a_lag_of_the_index_is_a_fault_once_both_ways_differ_by_more_than_the_tolerance() {
+    // 12 counts a tick are 600 counts/s. Whole counts of the travel are captured.
+    for (lag_us, travel, is_fault) in [(0, 0, false), (7000, 4, false), (9000, 5, true)] {
+        let mut device = with_index("srnf", &[&format!("encoder.index_lag_us={lag_us}")]);
+        device.device.servo().set_reference(0).unwrap();
+        push(&mut device, FIRST + 100, 12);
+        assert_eq!(device.device.servo().index_passes(), (1, 0), "{lag_us} us");
+        push(&mut device, FIRST - 100, 12);
+        let deviation = WIDTH - 1 - 2 * travel;
+        let expected = is_fault.then_some((Fault::IndexDeviation, deviation as f32));
+        assert_eq!(faulted(&mut device), expected, "{lag_us} us");
+        assert_eq!(device.device.servo().is_referenced(), !is_fault);
+        if !is_fault {
+            assert_eq!(device.device.servo().index_passes(), (2, deviation), "{lag_us} us");
+            // In one sense the lag is the same in each pass.
+            push(&mut device, FIRST + 3 * EVERY + 100, 12);
+            assert_eq!(device.device.servo().index_passes(), (6, 0), "{lag_us} us");
         }
     }
 }

@@ -40,7 +40,7 @@ const INDEX_LINE: u8 = 2;
 const LOAD: EncoderInput = EncoderInput { port: GpioPort::B, first_pin: 6, timer: 2, function: 2 };
 
 /// The encoders of a joint, by the edges on their wires.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Encoders {
     first: EncoderEdges,
     index: Option<IndexModel>,

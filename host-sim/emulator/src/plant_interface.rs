@@ -149,7 +149,7 @@ impl DrivenPlant {
             ntc: plan.ntc(),
             dc_link: plan.dc_link()?,
             home_switch: plan.home_switch()?,
-            index: plan.index()?,
+            index: plan.index_on_wires()?,
             stage: PowerStage::of(plan)?,
             code: 0,
             half_s,

@@ -213,10 +213,13 @@ pub struct Disc {
     pub at: Option<EncoderPlace>,
     /// Noise of a reading in counts, from a data sheet.
     pub noise_counts: u32,
+    /// Time from the edge of the index to its capture, us.
+    pub index_lag_us: f64,
 }
 
 impl Extras for Disc {
-    const NAMES: &'static [&'static str] = &["rounding", "phase", "lines", "at", "noise_counts"];
+    const NAMES: &'static [&'static str] =
+        &["rounding", "phase", "lines", "at", "noise_counts", "index_lag_us"];
 
     fn schema(generator: &mut SchemaGenerator) -> Vec<(Schema, &'static str)> {
         let rounding = "How a position between two counts is read (simulator only).";
@@ -227,12 +230,15 @@ impl Extras for Disc {
         let at = "Where the disc sits: on the motor, where the gear divides its counts, or on the \
             load (data sheet).";
         let noise = "Noise of a reading, 0 or 1 counts (data sheet).";
+        let lag = "Time from the edge of the index (`device.index_counts`) to its capture, us, as \
+            of an optocoupler or a filter: 0 to 10000 (simulator only).";
         vec![
             (generator.subschema_for::<Option<Rounding>>(), rounding),
             (generator.subschema_for::<Option<f64>>(), phase),
             (generator.subschema_for::<Option<u32>>(), lines),
             (generator.subschema_for::<Option<EncoderPlace>>(), at),
             (generator.subschema_for::<Option<u32>>(), noise),
+            (generator.subschema_for::<Option<f64>>(), lag),
         ]
     }
 
@@ -242,6 +248,7 @@ impl Extras for Disc {
             "lines" => self.lines = map.next_value()?,
             "at" => self.at = map.next_value()?,
             "noise_counts" => self.noise_counts = map.next_value()?,
+            "index_lag_us" => self.index_lag_us = map.next_value()?,
             _ => self.phase = map.next_value()?,
         }
         Ok(())
@@ -252,10 +259,13 @@ impl Extras for Disc {
         map.serialize_entry("phase", &self.phase)?;
         self.lines.iter().try_for_each(|lines| map.serialize_entry("lines", lines))?;
         self.at.iter().try_for_each(|at| map.serialize_entry("at", at))?;
-        match self.noise_counts {
-            0 => Ok(()),
-            counts => map.serialize_entry("noise_counts", &counts),
+        if self.noise_counts > 0 {
+            map.serialize_entry("noise_counts", &self.noise_counts)?;
         }
+        if self.index_lag_us != 0.0 {
+            map.serialize_entry("index_lag_us", &self.index_lag_us)?;
+        }
+        Ok(())
     }
 }
 

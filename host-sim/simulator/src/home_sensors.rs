@@ -16,7 +16,8 @@
 //! The index is on the disc of the encoder whose counter the board captures: of two, that of the
 //! motor. It is high for `index_width_counts` counts in every turn of the disc, from a quarter of a
 //! turn behind the place of power-on on. The turn has four times `encoder.lines` counts, or
-//! `device.index_counts` without a data sheet.
+//! `device.index_counts` without a data sheet. Its edge captures the counter after the lag
+//! `encoder.index_lag_us`: at the speed v, v times the lag farther in the sense of the motion.
 
 use stiction::control::device_config::HomeSwitch;
 use stiction::servo::Input;
@@ -93,8 +94,8 @@ impl SwitchModel {
     }
 }
 
-/// An index on the disc of an encoder.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// An index on the disc of an encoder, with the lag of its line.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct IndexModel {
     /// Counts of a turn of the disc.
     pub every: i64,
@@ -102,9 +103,44 @@ pub struct IndexModel {
     pub first: i64,
     /// Width of the index, counts.
     pub width: i64,
+    /// Time from the edge of the index to the capture of the counter, s.
+    pub lag_s: f64,
+    /// Rest of the lag of an edge before this tick, s.
+    pending_s: Option<f64>,
 }
 
 impl IndexModel {
+    /// Returns an index without a lag, a quarter of a turn behind the place of power-on.
+    pub const fn new(every: i64, width: i64) -> Self {
+        Self { every, first: every / 4, width, lag_s: 0.0, pending_s: None }
+    }
+
+    /// Returns the count of the disc at which the counter is captured in a tick, in which the disc
+    /// goes evenly from one count to another; `None` if it is not captured. Of two captures, that is
+    /// the last one.
+    pub fn capture(&mut self, from: i64, to: i64, tick_s: f64) -> Option<i64> {
+        let counts_per_s = (to - from) as f64 / tick_s;
+        // The counter has passed whole counts only.
+        let behind = |count: i64, lag_s: f64| count + (counts_per_s * lag_s) as i64;
+        let mut captured = None;
+        if let Some(left_s) = self.pending_s.take() {
+            if left_s <= tick_s {
+                captured = Some(behind(from, left_s));
+            } else {
+                self.pending_s = Some(left_s - tick_s);
+            }
+        }
+        if let Some(rise) = self.rise(from, to) {
+            let left_s = tick_s - (rise - from) as f64 / counts_per_s;
+            if self.lag_s <= left_s {
+                captured = Some(behind(rise, self.lag_s));
+            } else {
+                self.pending_s = Some(self.lag_s - left_s);
+            }
+        }
+        captured
+    }
+
     /// Returns whether the index is high at a count of the disc.
     pub const fn is_high(&self, count: i64) -> bool {
         (count - self.first).rem_euclid(self.every) < self.width

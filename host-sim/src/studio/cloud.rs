@@ -184,7 +184,7 @@ pub fn cloud(
     let curves = all.iter().map(|(one, _)| {
         let mut curve = one.json(POINTS, wish.from_deg);
         // The page draws neither set point nor effort of these curves.
-        let of_load = ["position_at_load_deg", "error_at_load_counts"];
+        let of_load = ["position_at_load_deg", "error_at_load_counts", "motor_less_load_deg"];
         for left_out in ["reference_deg", "effort_v"].into_iter().chain(of_load) {
             curve.as_object_mut().map(|curve| curve.remove(left_out));
         }

@@ -114,6 +114,7 @@ impl Twin {
             "trajectory": self.trajectory,
             "unseen_slack": slack.map(|slack| slack.to_string()),
             "goal": goal.map(|machine| machine.goal.describe()),
+            "has_two_encoders": self.in_use.as_ref().is_ok_and(MachineInUse::has_two_encoders),
         })
     }
 }

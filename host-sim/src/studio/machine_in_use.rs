@@ -93,6 +93,11 @@ impl MachineInUse {
         self.file.get("motor").map(|_| &self.file)
     }
 
+    /// Returns whether motor and load have an encoder each. The loop has that of the load.
+    pub fn has_two_encoders(&self) -> bool {
+        self.parameters.controller.motor.count().is_some()
+    }
+
     /// Returns the slack of the joint's gear that its encoder cannot measure.
     ///
     /// # Errors

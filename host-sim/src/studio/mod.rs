@@ -36,6 +36,7 @@
 //! | `worker.rs` | the thread of the device |
 //! | `orders.rs`, `publish.rs` | execution of a page's requests, and the events that it publishes |
 //! | `selftest.rs` | the moves of a self-test, each after a keep-alive of its page |
+//! | `gear.rs`, `pending_gear.rs` | the moves for the gear between two encoders, after an identification |
 //! | `form.rs` | the parameters as a form |
 //! | `forecaster.rs`, `prediction.rs` | the thread of the predictions, and a prediction |
 //! | `cloud.rs` | predictions on joints around the one in use |
@@ -53,10 +54,12 @@ pub mod control;
 mod desk;
 mod forecaster;
 mod form;
+mod gear;
 mod knobs;
 mod machine_in_use;
 mod news;
 mod orders;
+mod pending_gear;
 mod playground;
 mod prediction;
 mod publish;

@@ -23,6 +23,7 @@ use simulator::device::identified::{IdentifiedJoint, doubts};
 use simulator::device::wire::Wire;
 use simulator::device::{into, jogged, machine_file, words};
 use simulator::experiment::Document;
+use studies::device_gear::{self, DeviceGear, PrecedingSequence};
 
 /// Remark on the bounds of an identification, which a page cannot set.
 const BOUNDS: &str = ". The bounds are the device's: the effort is that of limits.breakaway_v, the \
@@ -54,9 +55,11 @@ impl<W: Wire> Worker<'_, W> {
         if arms && !self.client.status()?.at_rest {
             self.client.pass(Duration::from_millis(100))?;
         }
-        let mut identification = identification::IdentificationRequest::default();
+        let bounds = identification::IdentificationRequest::default();
+        let mut sequence = PrecedingSequence { bounds, begin: 0 };
         if *what == StudioAction::IdentifyJoint {
-            identification = self.client.check_identification(&identification)?;
+            sequence.bounds = self.client.check_identification(&bounds)?;
+            sequence.begin = self.client.status()?.position;
         }
         // The requests above took time.
         self.is_expected(order)?;
@@ -110,9 +113,15 @@ impl<W: Wire> Worker<'_, W> {
                 return self.follow(trajectory);
             }
             StudioAction::IdentifyJoint => {
-                self.client.identify_joint(identification)?;
-                self.running = Some(RunningMotion::Identification);
-                "a sequence of motions starts, without a loop, and ends automatically"
+                self.client.identify_joint(sequence.bounds)?;
+                self.running = Some(RunningMotion::Identification(sequence, order.page));
+                let in_use = self.shared.in_use();
+                if in_use.is_some_and(|all| all.controller.motor.count().is_some()) {
+                    "a sequence of motions starts, without a loop, and ends automatically; moves \
+                     with the loop closed follow, and measure the gear"
+                } else {
+                    "a sequence of motions starts, without a loop, and ends automatically"
+                }
             }
             StudioAction::Jog => {
                 self.client.jog(JogRequest::default())?;
@@ -223,7 +232,7 @@ impl<W: Wire> Worker<'_, W> {
 
     /// Returns the machine's file, and the units that the file defines. Both are `None` if the
     /// device has no file. After an error the caller can still report the identified joint.
-    fn of_file(&self) -> Result<(Option<Document>, Option<CoreUnits>), Error> {
+    pub(super) fn of_file(&self) -> Result<(Option<Document>, Option<CoreUnits>), Error> {
         if !self.about.is_its_file {
             return Ok((None, None));
         }
@@ -235,14 +244,21 @@ impl<W: Wire> Worker<'_, W> {
     /// Publishes the end of an identification, keeps the identified joint as a machine's file like
     /// that of `device identify --into`, and returns the result in words. If the result cannot be
     /// written as a file, the previous joint is kept, and published again.
-    fn identified(&mut self, summary: Summary, map: Map) -> Result<MotionReport, Error> {
+    pub(super) fn identified(
+        &mut self,
+        summary: Summary,
+        map: Map,
+        gear: Option<Result<DeviceGear, String>>,
+    ) -> Result<MotionReport, Error> {
         let ((document, units), without) = match self.of_file() {
             Ok(known) => (known, String::new()),
             Err(error) => ((None, None), format!("\nnot in SI units: {error}")),
         };
         let parameters = self.client.parameters()?;
-        let found = IdentifiedJoint { summary, map, parameters, units, gear: None };
-        let said = found.words() + &without;
+        let measured = gear.as_ref().and_then(|gear| gear.as_ref().ok()?.measured());
+        let found = IdentifiedJoint { summary, map, parameters, units, gear: measured };
+        let of_gear = gear.as_ref().map_or_else(String::new, device_gear::words_of);
+        let said = found.words() + &of_gear + &without;
         // Without a file there are no other motions to copy.
         let nothing = || Document::parse("no file", "");
         let file = document.map_or_else(nothing, Ok).and_then(|of| self.file_of(&found, &of));
@@ -257,6 +273,8 @@ impl<W: Wire> Worker<'_, W> {
                 json!({ "ok": false, "said": said, "why": format!("{error}{bounds}") })
             }
         };
+        event["gear"] = gear.iter().flatten().next().map(DeviceGear::json).into();
+        event["gear_refused"] = gear.as_ref().and_then(|gear| gear.as_ref().err().cloned()).into();
         let is_new = file.is_ok();
         if let Ok(joint) = file {
             self.shared.set_found(joint);
@@ -271,7 +289,7 @@ impl<W: Wire> Worker<'_, W> {
             self.drop_test_of_found();
         }
         let grade = match found.verdict() {
-            "good" => Grade::Good,
+            "good" if !is_gear_doubtful(gear.as_ref()) => Grade::Good,
             "no result" => Grade::Bad,
             _ => Grade::Doubtful,
         };
@@ -291,9 +309,10 @@ impl<W: Wire> Worker<'_, W> {
     }
 
     /// Returns the result of a motion that has ended.
-    pub(super) fn found(&mut self, running: RunningMotion) -> Result<MotionReport, Error> {
+    /// `None` if moves for the gear follow.
+    pub(super) fn found(&mut self, running: RunningMotion) -> Result<Option<MotionReport>, Error> {
         let nothing = |what: &str| MotionReport::bad(format!("{what}: ended without a result"));
-        Ok(match running {
+        let report = match running {
             RunningMotion::Jog => match self.client.jogged()? {
                 Some(found) => {
                     let parameters = self.client.parameters()?;
@@ -320,8 +339,10 @@ impl<W: Wire> Worker<'_, W> {
                 }
                 None => nothing("home"),
             },
-            RunningMotion::Identification => match self.client.identified()? {
-                Some((summary, map)) => self.identified(summary, map)?,
+            RunningMotion::Identification(sequence, page) => match self.client.identified()? {
+                Some((summary, map)) => {
+                    return self.sequence_ended(summary, map, &sequence, page);
+                }
                 None => nothing("identify"),
             },
             RunningMotion::Ramp(rate) => match self.client.levels()? {
@@ -330,8 +351,14 @@ impl<W: Wire> Worker<'_, W> {
                 }
                 None => nothing("identify"),
             },
-        })
+        };
+        Ok(Some(report))
     }
+}
+
+/// Returns whether a measured gear has doubts or was not identified.
+fn is_gear_doubtful(gear: Option<&Result<DeviceGear, String>>) -> bool {
+    gear.is_some_and(|gear| gear.as_ref().map_or(true, |gear| !gear.doubts.is_empty()))
 }
 
 /// Result of a motion that has ended, in words, with its grade.

@@ -9,7 +9,8 @@
 //! moves.
 //!
 //! The twin simulates its load, so a prediction has both sides of the gear: the encoder's, which
-//! the device measures, and the load's. The file's `[goal]` judges each.
+//! the device measures, and the load's. The file's `[goal]` judges each. If motor and load have an
+//! encoder each, the loop has that of the load, and the prediction has the twist of the gear.
 
 use serde_json::{Value, json};
 use stiction::parameters::DeviceConfig;
@@ -63,6 +64,9 @@ pub struct PredictedMove {
     pub position_at_load: Vec<f32>,
     /// Reference minus position of the load, counts; empty if the encoder measures the load.
     pub error_at_load: Vec<f32>,
+    /// Position at the motor's encoder less that of the load, deg, counted from the start; empty
+    /// unless motor and load have an encoder each.
+    pub motor_less_load: Vec<f32>,
     /// Effort after the drive's limits, V.
     pub effort: Vec<f32>,
     /// Time from which the encoder's side stays within the goal's tolerance (default: 2 counts), s
@@ -137,8 +141,11 @@ impl PredictedMove {
         let is_two_sided = joint.substitute.as_ref().is_some_and(|joint| {
             joint.side == DiscSide::Motor && matches!(joint.joint.train, Train::Flexible { .. })
         });
+        let motor_count_deg = parameters.controller.motor.count().map(f64::from);
+        let mut first_twist_deg = None;
         for _ in 0..(time_s / tick_s).min(LONGEST[1]) as u32 {
             twin.device.servo().heard();
+            let load_deg = twin.load_deg();
             let tick = twin.tick().tick;
             if let Some(latched) = twin.device.servo().latched() {
                 all.fault = Some(latched.fault.describe());
@@ -149,6 +156,11 @@ impl PredictedMove {
             all.position.push((f64::from(tick.counts) * resolution) as f32);
             all.error.push((f64::from(tick.error) / resolution) as f32);
             all.effort.push(tick.v_applied);
+            if let Some(count_deg) = motor_count_deg {
+                let twist_deg = f64::from(tick.motor_counts) * count_deg - load_deg;
+                let first_deg = *first_twist_deg.get_or_insert(twist_deg);
+                all.motor_less_load.push((twist_deg - first_deg) as f32);
+            }
             if is_two_sided {
                 let ahead_deg = twin.load_ahead_deg();
                 let position_deg = f64::from(tick.counts) * resolution + ahead_deg;
@@ -229,6 +241,9 @@ impl PredictedMove {
             "success_at_load": self.success[1],
             "fault": self.fault,
         });
+        if !self.motor_less_load.is_empty() {
+            curve["motor_less_load_deg"] = thin(&self.motor_less_load, 0.0).into();
+        }
         if !self.error_at_load.is_empty() {
             curve["position_at_load_deg"] = thin(&self.position_at_load, from).into();
             curve["error_at_load_counts"] = thin(&self.error_at_load, 0.0).into();
@@ -342,8 +357,62 @@ pub fn check(machine: &MachineInUse, way: &RequestedMotion) -> Result<Motion, Er
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used)]
 mod tests {
+    use simulator::draft::{Typical, text};
+    use simulator::experiment::{Document, Experiment, Task};
+    use simulator::run::{RunTrace, run};
+
     use super::*;
+
+    /// A harmonic gear with slack between an encoder on the motor and a coarser one on the load.
+    fn with_two_encoders() -> Document {
+        let typical = Typical::find("harmonic").unwrap();
+        let written = text("two.toml", &typical.answers().unwrap(), Some(&typical)).unwrap();
+        let mut document = Document::parse("two.toml", &written).unwrap();
+        let keys = [
+            "gear.stiffness_nm_per_rad=4000",
+            "gear.backlash_deg=0.15",
+            "load_encoder.counts_per_turn=16384",
+        ];
+        document.set(&keys.map(str::to_owned)).unwrap();
+        document
+    }
+
+    /// `stiction run` has no soft start: its loop is at rest when the step comes, as the twin is.
+    #[test]
+    fn a_step_of_a_joint_with_two_encoders_is_that_of_a_run_of_its_file_at_motor_and_load() {
+        let file = with_two_encoders();
+        for law in ["pd", "robust"] {
+            let mut runs = Experiment::plan(&file, &[law.to_owned()], &[]).unwrap().runs;
+            let place = runs.iter().position(|run| run.task == Task::Step(5.0)).unwrap();
+            let plan = runs.swap_remove(place);
+            let result = run(&plan).unwrap();
+            let RunTrace::Loop(samples) = &result.trace else { unreachable!() };
+            let parameters = for_a_device(&plan).unwrap();
+            let machine = MachineInUse::new(&parameters, &file).unwrap();
+            let twin = machine.plan(law, &[]).unwrap();
+            let way = RequestedMotion::Step(5.0);
+            let found = PredictedMove::of(&for_a_device(&twin).unwrap(), &twin, &way).unwrap();
+            let sides = &result.metrics.sides;
+            assert_eq!(found.settled_at_load_s, sides.settled_at_load_s, "{law}");
+            assert_eq!(found.success.map(Some), [sides.success_at_load; 2], "{law}");
+            assert_eq!(sides.success_at_load, Some(law == "robust"));
+            let load_count_deg = 360.0 / 16384.0;
+            let mut widest_deg = 0.0f64;
+            for (sample, place) in samples.iter().zip(found.begin..found.error.len()) {
+                let motor_deg = f64::from(sample.motor_counts.unwrap()) * 360.0 / 100_000.0;
+                let twist_deg = motor_deg - sample.at_load_deg;
+                widest_deg = widest_deg.max(twist_deg.abs());
+                let off_deg = f64::from(found.motor_less_load[place]) - twist_deg;
+                assert!(off_deg.abs() < 1e-6, "{law}, tick {place}: {off_deg} deg");
+                let off_deg = f64::from(found.position[place]) - sample.at_load_deg;
+                assert!(off_deg.abs() < 0.51 * load_count_deg, "{law}, tick {place}: {off_deg}");
+            }
+            // The gear has 0.15 deg of slack, and winds up on the way.
+            assert!(widest_deg > 0.2, "{law}: {widest_deg} deg");
+        }
+    }
 
     #[test]
     fn a_peak_of_one_tick_is_not_lost_and_keeps_its_place() {

@@ -7,6 +7,7 @@ use stiction::control::signal::name;
 use stiction::link::{DeviceKind, Sample, StateCode, Status};
 
 use super::form;
+use super::pending_gear::PendingGear;
 use super::request::RequestedMotion;
 use super::worker::Worker;
 use files::error::Error;
@@ -15,7 +16,7 @@ use simulator::device::signals::{OF_THE_LOOP, Signals};
 use simulator::device::travel::Travel;
 use simulator::device::wire::Wire;
 use simulator::device::words;
-use studies::selftest;
+use studies::{device_gear, selftest};
 
 /// Bytes per second for samples on a wire of 921 600 baud; a quarter of its capacity is left for
 /// answers.
@@ -42,6 +43,7 @@ impl<W: Wire> Worker<'_, W> {
                 "oscillates": status.oscillates,
                 "referenced": status.is_referenced,
                 "testing": status.is_testing,
+                "gear": self.gear.as_ref().map(PendingGear::progress),
                 "encoder_in_doubt": status.is_encoder_in_doubt,
                 "guest": self.client.is_guest(),
                 "heat_v": status.thermal_effort,
@@ -63,6 +65,16 @@ impl<W: Wire> Worker<'_, W> {
         Ok(())
     }
 
+    /// Returns the signals to subscribe to as a mask, and the ticks from one sample to the next:
+    /// those of the pages, or those of the moves for the gear if the wire cannot carry both.
+    pub(super) fn wanted_subscription(&self) -> (u64, u16) {
+        let (mask, every) = self.of_pages;
+        match self.gear.as_ref().map(PendingGear::subscription) {
+            Some((needed, fast)) if mask & needed != needed || every > fast => (needed, fast),
+            _ => (mask, every),
+        }
+    }
+
     /// Requests identity, signals and parameters of the device, and publishes them.
     pub(super) fn publish_device(&mut self) -> Result<(), Error> {
         let status = self.client.status()?;
@@ -74,6 +86,10 @@ impl<W: Wire> Worker<'_, W> {
         let parameters = self.client.parameters().ok();
         let current = parameters.as_ref().and_then(ShownCurrent::of);
         let named = named.chain(current.map(|_| const { name("current") }));
+        // As are those of the moves for the gear.
+        let motor_count_deg = parameters.as_ref().and_then(|all| all.controller.motor.count());
+        let of_gear = device_gear::SIGNALS.into_iter().filter(|_| motor_count_deg.is_some());
+        let named = named.chain(of_gear);
         let mask = signals.mask(named.chain(law.iter().map(String::as_str)));
         let columns = mask.count_ones() as usize;
         let every = if self.about.every_tick {
@@ -82,12 +98,15 @@ impl<W: Wire> Worker<'_, W> {
             let took_s = (AROUND + 4 * columns) as f64 / CARRIED;
             (took_s / f64::from(status.sample_time).max(1e-6)).ceil().clamp(1.0, 1000.0) as u16
         };
+        self.of_pages = (mask, every);
+        let (mask, every) = self.wanted_subscription();
         self.travel = parameters.as_ref().map(Travel::new);
         self.link_timeout = parameters.as_ref().map_or(0.0, |all| all.limits.link_timeout);
         self.frame.flush(&self.shared.news);
         // Only the client that owns the session selects samples.
         if !self.client.is_guest() {
             self.client.subscribe(mask, every)?;
+            self.subscribed = (mask, every);
         }
         self.signals = signals;
         self.frame.generation = self.shared.generation.fetch_add(1, Ordering::Relaxed) + 1;
@@ -122,6 +141,7 @@ impl<W: Wire> Worker<'_, W> {
                 "warning": warning,
                 "sample_time_s": files::written::single(status.sample_time),
                 "resolution_deg": files::written::single(status.resolution),
+                "motor_resolution_deg": motor_count_deg.map(files::written::single),
                 "every": every,
                 "signals": columns,
                 "law": law,

@@ -27,6 +27,7 @@ use stiction::link::{Sample, StateCode, Status};
 
 use super::desk::QueuedRequest;
 use super::machine_in_use::no_joint;
+use super::pending_gear::PendingGear;
 use super::request::{JointSource, RequestedMotion};
 use super::spare_cores::{begin, on_spare_cores};
 use super::worker::Worker;
@@ -125,12 +126,14 @@ impl<W: Wire> Worker<'_, W> {
         matches!(self.test, Some(SelftestPhase::Moving(_)))
     }
 
-    /// Returns whether the page that started the self-test commands; true without a self-test.
+    /// Returns whether the page that started the self-test or the moves for the gear commands; true
+    /// without them.
     pub(super) fn has_its_page(&self) -> bool {
-        match &self.test {
-            Some(SelftestPhase::Moving(moving)) => self.shared.control.is_held_by(moving.page),
-            _ => true,
-        }
+        let page = match &self.test {
+            Some(SelftestPhase::Moving(moving)) => Some(moving.page),
+            _ => self.gear.as_ref().and_then(PendingGear::page),
+        };
+        page.is_none_or(|page| self.shared.control.is_held_by(page))
     }
 
     /// Publishes the state of the self-test, and the joints that it can be predicted with.

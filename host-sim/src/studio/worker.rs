@@ -26,12 +26,14 @@ use super::control::TAKEN;
 use super::desk::{DeviceThreadGuard, QueuedRequest, StudioState};
 use super::news::SampleFrame;
 use super::orders::MotionReport;
+use super::pending_gear::{MEASURING, PendingGear, STOPPED};
 use super::selftest::SelftestPhase;
 use files::error::Error;
 use simulator::device::client::Client;
 use simulator::device::signals::Signals;
 use simulator::device::travel::Travel;
 use simulator::device::wire::Wire;
+use studies::device_gear::PrecedingSequence;
 
 /// Time between two requests for the status: a fifth of the default link timeout.
 const ASKED: Duration = Duration::from_millis(100);
@@ -79,8 +81,8 @@ pub enum RunningMotion {
     Jog,
     /// A homing.
     Homing(HomeTarget),
-    /// The sequence that identifies a joint.
-    Identification,
+    /// The sequence that identifies a joint, and the number of the page that started it.
+    Identification(PrecedingSequence, u64),
     /// A ramp of this rate, V/s.
     Ramp(f32),
 }
@@ -104,12 +106,18 @@ pub struct Worker<'a, W> {
     pub(super) running: Option<RunningMotion>,
     /// The self-test and its phase.
     pub(super) test: Option<SelftestPhase>,
+    /// Moves for the gear that are not over.
+    pub(super) gear: Option<PendingGear>,
     /// Parameters before each change of this session, the latest last.
     pub(super) before: Vec<Parameters>,
     /// Parameters that a reset restores, if known.
     pub(super) saved: Option<Parameters>,
     pub(super) signals: Signals,
     pub(super) frame: SampleFrame,
+    /// Subscribed signals as a mask, and the ticks from one sample to the next.
+    pub(super) subscribed: (u64, u16),
+    /// The same, as the pages need it.
+    pub(super) of_pages: (u64, u16),
     flushed: Duration,
     /// Whether the output was on in the last message.
     pub(super) driven: bool,
@@ -215,10 +223,13 @@ impl<'a, W: Wire> Worker<'a, W> {
             about,
             running: None,
             test: None,
+            gear: None,
             before: Vec::new(),
             saved: None,
             signals: Signals::default(),
             frame: SampleFrame::default(),
+            subscribed: (0, 0),
+            of_pages: (0, 0),
             flushed: now,
             driven: false,
             armed_here: false,
@@ -252,8 +263,9 @@ impl<'a, W: Wire> Worker<'a, W> {
         self.stop_if_asked(orders)?;
         match orders.try_recv() {
             // No status is requested here: only the self-test's own page may keep it going.
-            Ok(order) if self.is_testing() => {
-                order.answered(&Err(Error::Refused(TESTING.into())));
+            Ok(order) if self.is_testing() || self.gear.is_some() => {
+                let why = if self.is_testing() { TESTING } else { MEASURING };
+                order.answered(&Err(Error::Refused(why.into())));
             }
             Ok(order) => {
                 let done = self.is_expected(&order).and_then(|()| self.execute(&order));
@@ -283,6 +295,7 @@ impl<'a, W: Wire> Worker<'a, W> {
                 self.publish_device()?;
             }
             self.go_on_testing(&status)?;
+            self.go_on_with_gear(&status)?;
             let may_go_on = !self.driven || self.has_keep_alive();
             if may_go_on && self.faults.replace(status.faults).is_some_and(|b| b != status.faults) {
                 self.publish_faults(&status)?;
@@ -316,6 +329,9 @@ impl<'a, W: Wire> Worker<'a, W> {
         self.driven = self.signals.is_armed(&sample);
         self.frame.push(&sample, &self.shared.news);
         self.test_sees(&sample);
+        if let Some(gear) = &mut self.gear {
+            gear.see(&sample);
+        }
         self.last = Some(sample);
     }
 
@@ -345,6 +361,7 @@ impl<'a, W: Wire> Worker<'a, W> {
             order.answered(&stopped.as_ref().map_or_else(failed, |()| done()));
         }
         stopped?;
+        self.end_gear(Err(STOPPED.into()))?;
         self.ask_status().map(|_| ())
     }
 
@@ -407,6 +424,17 @@ impl<'a, W: Wire> Worker<'a, W> {
         is_held && self.shared.last_keep_alive().is_some_and(|word| self.since(word) < FRESH)
     }
 
+    /// Publishes the result of a motion that has ended.
+    pub(super) fn publish_found(&self, found: Result<MotionReport, Error>) -> Result<(), Error> {
+        let MotionReport { said, grade } = match found {
+            Err(error @ (Error::Device(_) | Error::Emulator(_))) => return Err(error),
+            found => found.unwrap_or_else(|error| MotionReport::bad(error.to_string())),
+        };
+        self.shared.news.publish("found", json!({ "said": said, "grade": grade }));
+        self.shared.news.forget("found");
+        Ok(())
+    }
+
     pub(super) fn ask_status(&mut self) -> Result<Status, Error> {
         self.asked = self.shared.now();
         let status = self.client.status()?;
@@ -419,15 +447,14 @@ impl<'a, W: Wire> Worker<'a, W> {
         if !self.driven
             && let Some(running) = self.running.take()
         {
-            let MotionReport { said, grade } = match self.found(running) {
-                Err(error @ (Error::Device(_) | Error::Emulator(_))) => return Err(error),
-                found => found.unwrap_or_else(|error| MotionReport::bad(error.to_string())),
-            };
-            self.shared.news.publish("found", json!({ "said": said, "grade": grade }));
-            self.shared.news.forget("found");
+            // None: moves for the gear follow, and the result comes after them.
+            if let Some(found) = self.found(running).transpose() {
+                self.publish_found(found)?;
+            }
         }
         if !self.driven {
             self.end_testing(&status);
+            self.gear_is_off(&status)?;
         }
         self.publish_status(&status);
         Ok(status)

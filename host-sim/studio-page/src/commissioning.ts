@@ -42,7 +42,8 @@ const picture = (inside: string) =>
 const IDENTIFIES =
   'The device measures breakaway, friction, inertia and load by a bounded sequence of motions ' +
   'without a loop. It takes minutes, and ends automatically. The result appears below, with a ' +
-  'verdict.';
+  'verdict. With an encoder on the motor and one on the load, moves with the loop closed follow, ' +
+  'and measure the ratio, the slack and the stiffness of the gear. Stop or Escape ends all of it.';
 
 const STEPS: Step[] = [
   {
@@ -200,6 +201,7 @@ export function reason(then: string): string {
   if (status === null) return 'the state of the device is not known yet';
   if (status.driven) return 'the motor is driven; stop first';
   if (then === '#save' && status.unsaved === false) return 'the parameters in use are saved';
+  if (status.gear) return 'moves measure the gear; stop ends them';
   if (status.state === 'faulted') return 'a fault is latched; clear it first';
   return 'the device is not ready';
 }

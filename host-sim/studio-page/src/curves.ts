@@ -12,12 +12,15 @@ export type MoveCurve = {
   position?: number[];
   error?: number[];
   effort?: number[];
+  twist?: number[];
 };
-type Term = 'position' | 'error' | 'effort';
+type Term = 'position' | 'error' | 'effort' | 'twist';
 
 const PANELS: { title: string; term: Term; height: number }[] = [
   { title: 'Position, deg', term: 'position', height: 190 },
   { title: 'Error, counts', term: 'error', height: 170 },
+  // Only of a joint with two encoders: their difference, from the start of the move on.
+  { title: 'Motor less load, deg', term: 'twist', height: 120 },
   { title: 'Effort, V', term: 'effort', height: 150 },
 ];
 
@@ -52,6 +55,7 @@ export class Curves {
     this.name(all.filter((one) => one.name));
     PANELS.forEach(({ term }, place) => {
       const own = all.filter((one) => one[term]);
+      this.boxes[place].hidden = term === 'twist' && own.length === 0;
       const layout = JSON.stringify(own.map(({ name, look }) => [name, look]));
       if (layout !== this.layout[place]) {
         this.plots[place]?.destroy();

@@ -10,6 +10,8 @@ export type Hello = {
   warning: string | null;
   sample_time_s: number;
   resolution_deg: number;
+  // Of the motor's encoder, if the load has another one; sessions of older programs have none.
+  motor_resolution_deg?: number | null;
   every: number;
   signals: Signal[];
   law: string[];

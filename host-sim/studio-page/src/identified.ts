@@ -4,6 +4,7 @@
 import { app, by, element, on } from './app';
 import type { Event } from './link';
 import { report } from './messages';
+import { shown } from './plots';
 import { download } from './session';
 import { IN_PAGE } from './wire';
 
@@ -11,6 +12,28 @@ import { IN_PAGE } from './wire';
 const TAKEN = IN_PAGE
   ? '“What if” can use it; or download it, and use it with the program “stiction”.'
   : '“What if”, “Tune” and “Verify” can use it.';
+
+// Moves of the device for its gear: those that have started, and all.
+type Gear = { made: number; moves: number };
+type Valued = { value: number; sd: number };
+
+// Stiffness, slack and ratio of a gear with their standard deviations.
+function gearWords(gear: Event): string {
+  // The deviation has two digits, and the value as many places.
+  const bar = ({ value, sd }: Valued, unit: string, factor = 1) => {
+    const places = Math.min(9, Math.max(0, 1 - Math.floor(Math.log10(factor * sd || 1))));
+    return `${(factor * value).toFixed(places)} ± ${(factor * sd).toFixed(places)} ${unit}`;
+  };
+  const stiffness = gear.si
+    ? bar(gear.si.stiffness, 'N m/rad')
+    : bar(gear.stiffness, 'V/deg', Math.PI / 180);
+  return [
+    `stiffness ${stiffness}`,
+    `slack ${bar(gear.slack_deg, 'deg')}`,
+    `ratio ${bar(gear.ratio, 'counts per turn')} (the device has ` +
+      `${shown(gear.configured_counts_per_turn)})`,
+  ].join(', ');
+}
 
 export class IdentifiedView {
   constructor() {
@@ -20,18 +43,49 @@ export class IdentifiedView {
     });
   }
 
-  show({ ok, said: words, why, file, doubts }: Event): void {
-    const doubtful: string[] = doubts ?? [];
+  // Shows the progress of the moves for the gear, which follow the sequence. The result comes with
+  // the event after them.
+  progress({ made, moves }: Gear): void {
+    const now = made ? `move ${made} of ${moves}` : 'the moves start when the joint is at rest';
+    const text =
+      'The sequence is complete. Moves with the loop closed measure the gear between the two ' +
+      `encoders: ${now}. Stop or Escape ends them at once; the joint is then known without them.`;
+    // A screen reader speaks every new text.
+    if (by('identified-said').textContent === text) return;
+    by('identified-said').className = '';
+    by('identified-said').textContent = text;
+    by('identified-words').hidden = true;
+    by('identified-save').hidden = true;
+  }
+
+  // Shows the last result again, or none, after moves that have ended without one.
+  again(): void {
+    if (app.found) return this.show(app.found);
+    by('identified-said').textContent = '';
+  }
+
+  show({ ok, said: words, why, file, doubts, gear, gear_refused: none }: Event): void {
+    const doubtful: string[] = [
+      ...(doubts ?? []),
+      ...(none ? [`the gear was not identified: ${none}`] : []),
+      ...(gear?.doubts ?? []),
+    ];
+    const ofGear = gear ? [`Gear: ${gearWords(gear)}`] : [];
     by('identified-words').textContent = words;
     by('identified-words').hidden = false;
     by('identified-said').className = ok ? (doubtful.length ? 'doubted' : 'passed') : 'failed';
-    by('identified-said').textContent = ok
+    const said = ok
       ? [
           `${doubtful.length ? '⚠' : '✓'} ${file} has this joint, with its uncertainty. ${TAKEN}`,
+          ...ofGear,
           ...doubtful.map((one) => `Doubtful: ${one}`),
-        ].join('\n')
-      : `✕ This is no joint for a file: ${why}.` +
-        (file ? ` ${file} has the joint that was identified before.` : '');
+        ]
+      : [
+          `✕ This is no joint for a file: ${why}.` +
+            (file ? ` ${file} has the joint that was identified before.` : ''),
+          ...ofGear,
+        ];
+    by('identified-said').textContent = said.join('\n');
     by('identified-save').textContent = `Download ${file ?? ''}`;
     by('identified-save').hidden = !file;
   }

@@ -27,6 +27,7 @@ const NARROW = 640;
 
 let dirty = true;
 let lastState = '';
+let measuredGear = false;
 
 const link = new Link(
   receive,
@@ -95,6 +96,7 @@ function receive(event: Event): void {
         note(event.fault ? `${event.state}: ${event.fault.said}` : event.state);
       lastState = event.state;
       positionField.follow(event.targets_deg ?? null);
+      if (event.gear) identified.progress(event.gear);
       break;
     case 'parameters':
       app.file = event.file;
@@ -244,12 +246,16 @@ function look(): void {
       }),
     );
   by<HTMLFieldSetElement>('actions').disabled = !may();
-  // While a self-test moves the joint, other motions are disabled.
+  // While a self-test or moves for the gear move the joint, other motions are disabled.
   const isGuest = status?.guest === true;
+  const measuresGear = Boolean(status?.gear);
+  // Moves that have ended without a result, as those of a device that is gone.
+  if (measuredGear && !measuresGear) identified.again();
+  measuredGear = measuresGear;
   by('guest').hidden = !isGuest;
-  const moves = driven === true && !app.testing && !isGuest;
+  const moves = driven === true && !app.testing && !measuresGear && !isGuest;
   for (const [id, enabled] of [
-    ['arm', state === 'stopped'],
+    ['arm', state === 'stopped' && !measuresGear],
     ['hold', moves],
     ['clear', state === 'faulted'],
     ['step', moves],
@@ -263,7 +269,7 @@ function look(): void {
   for (const button of document.querySelectorAll<HTMLButtonElement>(
     '.jog, .identify, #ramp button, #reference button, #home button',
   ))
-    button.disabled = state !== 'stopped';
+    button.disabled = state !== 'stopped' || measuresGear;
   if (state !== 'stopped') forget();
   parameters.enable(driven);
   whatIf.enable();

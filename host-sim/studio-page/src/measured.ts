@@ -9,7 +9,14 @@ const MOST = 4000;
 // As in prediction.rs.
 const SETS_OUT_COUNTS = 1e-3;
 
-export type Measured = { times: number[]; position: number[]; error: number[]; effort: number[] };
+export type Measured = {
+  times: number[];
+  position: number[];
+  error: number[];
+  effort: number[];
+  // Only of a joint with two encoders.
+  twist?: number[];
+};
 
 export function measured(): Measured | null {
   const { motion, hello } = app;
@@ -40,18 +47,27 @@ export function measured(): Measured | null {
   while (end < history.length && on(end) && history.time(end) - zero < LONGEST_S) end++;
   const piece = Math.max(1, Math.ceil((2 * (end - begin)) / MOST));
   const found: Measured = { times: [], position: [], error: [], effort: [] };
-  const terms: [keyof Measured, (row: number) => number][] = [
+  const terms: ['position' | 'error' | 'effort' | 'twist', (row: number) => number][] = [
     ['position', place],
     ['error', error],
     ['effort', effort],
   ];
+  const ofMotor = hello.motor_resolution_deg;
+  if (ofMotor && hello.signals.some(({ name }) => name === 'motor_counts')) {
+    const motor = history.reader('motor_counts');
+    const twist = (row: number) => motor(row) * ofMotor - place(row);
+    // Arming shifts the position, but not the counts of the motor.
+    const before = twist(begin);
+    found.twist = [];
+    terms.push(['twist', (row) => twist(row) - before]);
+  }
   for (let row = begin; row < end; row += piece) {
     const last = Math.min(end, row + piece) - 1;
     const rows = row === last ? [row] : [row, last];
     found.times.push(...rows.map((one) => history.time(one) - zero));
     for (const [term, of] of terms) {
       const values = row === last ? [of(row)] : ends(of, row, last);
-      found[term].push(...values);
+      found[term]!.push(...values);
     }
   }
   return found;

@@ -78,7 +78,8 @@ export function motions(link: Link): void {
   for (const identify of document.querySelectorAll<HTMLElement>('.identify'))
     identify.onclick = () =>
       turnOn(
-        'The identification moves the joint to and fro, for minutes',
+        'The identification moves the joint to and fro, for minutes, and measures the gear ' +
+          'between two encoders by moves with the loop closed',
         () => void ask(link, 'identify'),
       );
   by('ramp').onsubmit = (event) => {

@@ -35,6 +35,8 @@ export type Curve = {
   // Only of a joint whose encoder cannot see slack of the gear.
   position_at_load_deg?: number[];
   error_at_load_counts?: number[];
+  // Only of a joint with an encoder on its motor and one on its load.
+  motor_less_load_deg?: number[];
   fault: string | null;
   refused?: string;
 };
@@ -403,7 +405,12 @@ export class WhatIf {
           `At the load: ${within} after`,
           'Error at the end, counts',
         ]
-      : [`${within[0].toUpperCase()}${within.slice(1)} after`, 'Error at the end, counts'];
+      : [
+          this.now?.has_two_encoders
+            ? `At the load: ${within} after`
+            : `${within[0].toUpperCase()}${within.slice(1)} after`,
+          'Error at the end, counts',
+        ];
     if (follows) heads.unshift('Largest error, counts');
     by('what-if-table').replaceChildren(row(['Predicted', ...heads], 'th'), ...rows);
     by('what-if-slack').textContent = slack && this.curves.length ? `Note: ${slack}.` : '';
@@ -423,6 +430,7 @@ export class WhatIf {
       position: one.position_deg,
       error: one.error_counts,
       effort: one.effort_v,
+      twist: one.motor_less_load_deg,
     });
     const all: MoveCurve[] = [];
     this.cloud?.curves.forEach((one, place) =>

@@ -14,6 +14,7 @@ import { McapStreamReader } from '@mcap/core';
 import { begins, commissioning, isFound } from './commissioning.mjs';
 import { current } from './current.mjs';
 import { emulated } from './emulated.mjs';
+import { beginsGear, gearIsFound } from './gear.mjs';
 import { refusedFile } from './refused-file.mjs';
 import { results } from './results.mjs';
 import { after, file, launch, moreSamples, open, serve, shown, state } from './studio.mjs';
@@ -399,6 +400,7 @@ const { server, address } = serve(program, ...joint);
 const bench = serve(program, gimbal());
 const browser = await launch(browserName, isDist);
 let failed = 0;
+let gear = null;
 try {
   const url = await address;
   const context = await browser.newContext({
@@ -407,6 +409,7 @@ try {
   });
   const other = await visit(context, await bench.address);
   await begins(other);
+  gear = await beginsGear(program, context, { patience: PATIENCE, isDist });
   const page = await visit(context, url);
   for (const [name, test] of Object.entries(tests)) {
     const isFine = await runTest(name, async () => {
@@ -420,6 +423,12 @@ try {
     assert.deepEqual(other.mistakes, []);
   });
   failed += isFine ? 0 : 1;
+  const isGearFound = await runTest('the gear of two encoders is measured by moves', async () => {
+    await gearIsFound(gear, pictures);
+    assert.deepEqual(gear.page.mistakes, []);
+  });
+  failed += isGearFound ? 0 : 1;
+  await gear.page.close();
   const isKept = await runTest('a file that the playground refuses leaves its joint alone', () =>
     refusedFile(context),
   );
@@ -457,6 +466,7 @@ try {
 } finally {
   server.kill();
   bench.server.kill();
+  gear?.server.kill();
   await browser.close();
 }
 console.log(failed ? `${failed} failed` : 'all passed');

@@ -5,6 +5,7 @@
 mod axis_with_stops;
 mod clock;
 mod cut_network;
+mod gear;
 #[path = "../joints_under_test/gearmotor.rs"]
 mod gearmotor;
 mod homing;

@@ -69,6 +69,16 @@ pub fn studio_of<W: Wire>(
     started(clock, wanted(machine, is_its_file), |_| {}, open)
 }
 
+/// The same, with the file of its joint, and with a wire that limits the rate of the samples.
+pub fn studio_on_a_slow_wire<W: Wire>(
+    clock: &Arc<TestClock>,
+    machine: &str,
+    open: impl Fn() -> Result<W, files::Error> + Send + 'static,
+) -> Studio {
+    let wanted = StudioOptions { every_tick: false, ..wanted(machine, true) };
+    started(clock, wanted, |_| {}, open)
+}
+
 fn started<W: Wire>(
     clock: &Arc<TestClock>,
     wanted: StudioOptions,

@@ -222,9 +222,11 @@ impl SimulatedDevice {
         let disc = self.plant.discs().first;
         let last = std::mem::replace(&mut self.disc, disc);
         if self.device.servo().has_index() {
-            let rise = self.index.and_then(|index| index.rise(last, disc));
+            let tick_s = self.plant.sample_time_s();
+            let index = self.index.as_mut();
+            let at = index.and_then(|index| index.capture(last, disc, tick_s));
             // Noise has shifted the counter against its disc.
-            let captured = rise.map(|rise| counter.wrapping_sub((disc - rise) as u32));
+            let captured = at.map(|at| counter.wrapping_sub((disc - at) as u32));
             self.device.servo().pass_index(captured);
         }
         let has_loop = self.device.servo().has_current_loop();
@@ -292,6 +294,11 @@ impl SimulatedDevice {
             output = self.tick();
         }
         output
+    }
+
+    /// Returns the true position of the load, deg.
+    pub fn load_deg(&self) -> f64 {
+        self.plant.solver.at_load()
     }
 
     /// Stores the load's angle minus that of the encoder's side, with its tick.

@@ -7,6 +7,9 @@ use crate::home_sensors::{IndexModel, SwitchModel};
 use files::error::Error;
 use stiction::units::value::Table as _;
 
+/// Longest lag of an index, us.
+const LONGEST_LAG_US: f64 = 10_000.0;
+
 impl RunPlan {
     /// Returns the index of the encoder of this run, or of its [truth](Self::truth); `None` without
     /// `device.index_counts`.
@@ -18,11 +21,33 @@ impl RunPlan {
         let plant = self.truth.as_deref().unwrap_or(self);
         let lines = plant.sheet()?.and_then(|(sheet, _)| sheet.encoder.lines);
         let every = lines.map_or(i64::from(device.index_counts), |lines| 4 * i64::from(lines));
-        Ok((device.index_counts > 0 && every > 0).then(|| IndexModel {
-            every,
-            first: every / 4,
-            width: i64::from(device.index_width).max(1),
-        }))
+        let lag_us = plant.machine.encoder.extras.index_lag_us;
+        plant.check(
+            "encoder.index_lag_us",
+            lag_us,
+            (0.0..=LONGEST_LAG_US).contains(&lag_us),
+            || format!("a number from 0 to {LONGEST_LAG_US}"),
+        )?;
+        let width = i64::from(device.index_width).max(1);
+        let mut index = IndexModel::new(every, width);
+        index.lag_s = 1e-6 * lag_us;
+        Ok((device.index_counts > 0 && every > 0).then_some(index))
+    }
+
+    /// Returns the index for the edges on the wires of an emulated part, which have no lag.
+    ///
+    /// # Errors
+    /// Returns an error that names the invalid value, or a lag.
+    pub fn index_on_wires(&self) -> Result<Option<IndexModel>, Error> {
+        let index = self.index()?;
+        if index.is_some_and(|index| index.lag_s > 0.0) {
+            return Err(Error::Input(format!(
+                "{}: the lag of an index is not simulated on the emulated part; leave it out, or \
+                 use `stiction device --simulated`",
+                self.origin.of("encoder.index_lag_us")
+            )));
+        }
+        Ok(index)
     }
 
     /// Returns this run with the edge of the homing switch at an angle, deg.

@@ -17,14 +17,11 @@ use simulator::device::wire::Wire;
 use simulator::device::{into, words};
 use simulator::experiment::Document;
 use simulator::output::{OutputFile, OverwriteGuard};
-use studies::device_gear::{self, DeviceGear, GearBounds};
+use studies::device_gear::{self, DeviceGear, PrecedingSequence};
 
 /// Default rate of a ramp, V/s, and default time between its rise and its fall, s.
 const RAMP_RATE: f32 = 0.02;
 const RAMP_HOLD: f32 = 10.0;
-
-/// Default travel, deg.
-const TRAVEL_DEG: f32 = 45.0;
 
 #[derive(Debug, clap::Args)]
 pub struct DeviceIdentifyArguments {
@@ -140,23 +137,18 @@ impl DeviceIdentifyArguments {
         let status = until_off(client)?;
         let (summary, map) =
             client.identified()?.ok_or_else(|| ended_early("identify", &status, NOTHING))?;
-        let has_two = parameters.controller.motor.count().is_some();
-        let gear = has_two.then(|| {
-            if !shows_gear(summary.outcome) {
-                return Ok(Err("the sequence of motions ended before".into()));
+        let sequence = PrecedingSequence { bounds: asked, begin };
+        let gear = client.status().map(|at| at.position).and_then(|end| {
+            match sequence.moves(summary.outcome, end, &parameters) {
+                Some(Ok(moves)) => {
+                    device_gear::measure(client, &parameters, units, moves).map(Some)
+                }
+                Some(Err(why)) => Ok(Some(Err(why))),
+                None => Ok(None),
             }
-            if self.effort.is_some() || self.time.is_some() {
-                return Ok(Err(NO_BOUND.into()));
-            }
-            let travel_deg = asked.travel.unwrap_or(TRAVEL_DEG);
-            let off = client.status()?.position.wrapping_sub(begin).unsigned_abs();
-            let off_deg = off as f32 * parameters.controller.encoder.resolution;
-            let speed = self.speed.unwrap_or(f32::INFINITY);
-            let bounds = GearBounds { room_deg: f64::from(travel_deg - off_deg), speed };
-            device_gear::measure(client, &parameters, units, bounds)
         });
         // The joint is known by now: what goes wrong with the gear does not lose it.
-        let (gear, failed) = match gear.transpose() {
+        let (gear, failed) = match gear {
             Ok(gear) => (gear, client.status()?.fault.code != 0),
             Err(error) => (Some(Err(error.to_string())), true),
         };
@@ -197,11 +189,7 @@ impl DeviceIdentifyArguments {
         }
         let mut text = warning.map_or(String::new(), |warning| format!("{warning}\n"));
         text += &found.words();
-        text += &match &gear {
-            Some(Ok(gear)) => gear.words(),
-            Some(Err(why)) => format!("gear: not identified: {why}\n"),
-            None => String::new(),
-        };
+        text += &gear.as_ref().map_or_else(String::new, device_gear::words_of);
         text += OFF;
         if let Some(file) = file {
             text += &format!("{file}: written, with the identified joint\n");
@@ -210,27 +198,6 @@ impl DeviceIdentifyArguments {
         Ok(IdentifyReport { text, ended })
     }
 }
-
-/// Returns whether the moves that show the gear between two encoders follow a sequence with this
-/// outcome: the direction of the effort is right, the joint moves, no load moves it, and there is
-/// room left.
-const fn shows_gear(outcome: Outcome) -> bool {
-    match outcome {
-        Outcome::Done | Outcome::Speed | Outcome::Time | Outcome::Capped => true,
-        Outcome::Running
-        | Outcome::Travel
-        | Outcome::Reversed
-        | Outcome::Pulled
-        | Outcome::Still
-        | Outcome::RunsOn
-        | Outcome::NoProgress => false,
-    }
-}
-
-/// Why the gear is not measured within some bounds.
-const NO_BOUND: &str = "its moves are made with the loop closed, and --effort and --time bound the \
-                        sequence of motions alone; identify again without them (--travel and \
-                        --speed bound both)";
 
 /// What to do with a gear that is measured, but not written.
 const BY_HAND: &str = "; the gear is measured: copy stiffness and slack of the gear by hand";

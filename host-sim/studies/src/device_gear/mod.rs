@@ -2,6 +2,7 @@
 //! stiffness, measured by moves.
 //!
 //! ```text
+//! sequence    whether the moves follow the sequence of motions of an identification
 //! moves       three trajectories within [profile], about the place where the loop closes
 //! recording   samples of both encoders and of the effort, by the link
 //! fit         log_identification/gear.rs, the same as of a log
@@ -16,12 +17,15 @@
 
 mod moves;
 mod recording;
+mod sequence;
 
 use serde_json::{Map, Value, json};
 use stiction::Parameters;
+use stiction::link::FaultReport;
 
 pub use moves::{GearBounds, GearMove, moves};
-pub use recording::{GearRecording, record};
+pub use recording::{GearRecorder, GearRecording, GearStep, SIGNALS, record};
+pub use sequence::PrecedingSequence;
 
 use crate::log_identification::FitSettings;
 use crate::log_identification::gear::{self, IdentifiedGear, SideCounts};
@@ -63,7 +67,7 @@ pub struct DeviceGear {
     pub doubts: Vec<String>,
 }
 
-/// Arms a device with these parameters, measures its gear by moves, and turns the output off.
+/// Arms a device with these parameters, measures its gear by these moves, and turns the output off.
 /// Returns half a sentence with the reason if the gear was not identified.
 ///
 /// # Errors
@@ -72,27 +76,39 @@ pub fn measure<W: Wire>(
     client: &mut Client<W>,
     parameters: &Parameters,
     units: Option<CoreUnits>,
-    bounds: GearBounds,
+    moves: Vec<GearMove>,
 ) -> Result<Result<DeviceGear, String>, Error> {
-    let moves = match moves(parameters, bounds) {
-        Ok(moves) => moves,
-        Err(why) => return Ok(Err(why)),
-    };
     let recorded = client
         .wait_at_rest()
         .and_then(|_| client.arm_tested())
-        .and_then(|()| record(client, &moves));
+        .and_then(|()| record(client, moves));
     client.stop()?;
     let fault = client.status()?.fault;
     match recorded {
         Ok(recording) => Ok(identify(&recording, parameters, units)),
         Err(error @ Error::CtrlC(_)) => Err(error),
-        Err(_) if fault.code != 0 => Ok(Err(format!(
-            "its moves were ended by {} (docs/reference/faults.md); {}",
-            words::fault(&fault, parameters.controller.sample_time),
-            words::remedy(fault.code, words::CLEAR)
-        ))),
-        Err(error) => Ok(Err(error.to_string())),
+        Err(error) => Ok(Err(why_ended(&error, &fault, parameters))),
+    }
+}
+
+/// Returns half a sentence: why the moves have ended early, with this error and this fault of the
+/// device.
+pub fn why_ended(error: &Error, fault: &FaultReport, parameters: &Parameters) -> String {
+    if fault.code == 0 {
+        return error.to_string();
+    }
+    format!(
+        "its moves were ended by {} (docs/reference/faults.md); {}",
+        words::fault(fault, parameters.controller.sample_time),
+        words::remedy(fault.code, words::CLEAR)
+    )
+}
+
+/// Returns the gear as text, or why it was not identified.
+pub fn words_of(gear: &Result<DeviceGear, String>) -> String {
+    match gear {
+        Ok(gear) => gear.words(),
+        Err(why) => format!("gear: not identified: {why}\n"),
     }
 }
 

@@ -69,7 +69,7 @@ pub fn moves(parameters: &Parameters, bounds: GearBounds) -> Result<Vec<GearMove
     let least_deg = FEWEST_COUNTS * resolution_deg;
     if way_deg < least_deg {
         return Err(format!(
-            "the moves may go {} deg to either side, but need {}: raise --travel or \
+            "the moves may go {} deg to either side, but need {}: raise the travel or \
              profile.velocity_deg_per_s, or start farther from the limits of the position",
             files::error::rounded(way_deg),
             files::error::rounded(least_deg)

@@ -8,8 +8,9 @@
 
 use std::time::Duration;
 
+use stiction::Motion;
 use stiction::control::signal::name;
-use stiction::link::{Sample, StateCode};
+use stiction::link::{Sample, StateCode, Status};
 
 use super::moves::GearMove;
 use files::error::Error;
@@ -19,7 +20,7 @@ use simulator::device::signals::Signals;
 use simulator::device::wire::Wire;
 
 /// Signals of a sample.
-const SIGNALS: [&str; 4] =
+pub const SIGNALS: [&str; 4] =
     [name("counts"), name("motor_counts"), name("v_applied"), name("status")];
 
 /// Least time between two samples, s.
@@ -37,46 +38,133 @@ pub struct GearRecording {
     pub lost: u64,
 }
 
+/// Next step of the moves.
+#[derive(Clone, Debug, PartialEq)]
+pub enum GearStep {
+    /// The present move goes on.
+    Wait,
+    /// Start this motion.
+    Move(Box<Motion>),
+    /// All moves are made.
+    Done,
+}
+
+/// Moves of an armed device, one after the other, with their samples. It sends nothing: the caller
+/// starts the motions and passes on status and samples.
+#[derive(Clone, Debug)]
+pub struct GearRecorder {
+    moves: Vec<GearMove>,
+    made: usize,
+    /// Clock at the start of the present move, ticks; `None` until the next status.
+    since: Option<u32>,
+    signals: Signals,
+    tick_s: f64,
+    every: u16,
+    samples: Vec<Sample>,
+}
+
+impl GearRecorder {
+    /// Returns a recorder before the first move of a device with these signals.
+    ///
+    /// # Errors
+    /// Returns an error if the device does not have a signal.
+    pub fn new(moves: Vec<GearMove>, signals: Signals, status: &Status) -> Result<Self, Error> {
+        SIGNALS.iter().try_for_each(|name| {
+            signals.check(name).map_err(|_| {
+                Error::Device(format!("the device has no signal `{name}`; flash its firmware anew"))
+            })
+        })?;
+        let tick_s = single(status.sample_time);
+        let every = (LEAST_S / tick_s - 1e-6).ceil().max(1.0) as u16;
+        Ok(Self { moves, made: 0, since: None, signals, tick_s, every, samples: Vec::new() })
+    }
+
+    /// Returns the mask of the signals, and the ticks from one sample to the next.
+    pub fn subscription(&self) -> (u64, u16) {
+        (self.signals.mask(SIGNALS), self.every)
+    }
+
+    /// Returns the number of moves that have started, and the number of all moves.
+    pub const fn progress(&self) -> [usize; 2] {
+        [self.made, self.moves.len()]
+    }
+
+    /// Stores a sample of the armed device. Samples that are closer than required are skipped.
+    pub fn see(&mut self, sample: Sample) {
+        let since = self.samples.last().map(|last| sample.clock.wrapping_sub(last.clock));
+        let is_due = since.is_none_or(|ticks| ticks >= u32::from(self.every));
+        if is_due && self.signals.is_armed(&sample) {
+            self.samples.push(sample);
+        }
+    }
+
+    /// Returns the next step. A returned motion counts as started.
+    ///
+    /// # Errors
+    /// Returns an error if the output went off.
+    pub fn next(&mut self, status: &Status) -> Result<GearStep, Error> {
+        if status.state != StateCode::Armed {
+            return Err(Error::Device("the output went off during the moves".into()));
+        }
+        if status.is_testing {
+            return Ok(GearStep::Wait);
+        }
+        if let Some(present) = self.made.checked_sub(1).and_then(|last| self.moves.get(last)) {
+            let since = *self.since.get_or_insert(status.clock);
+            if f64::from(status.clock.wrapping_sub(since)) * self.tick_s < present.time_s {
+                return Ok(GearStep::Wait);
+            }
+        }
+        let Some(next) = self.moves.get(self.made) else { return Ok(GearStep::Done) };
+        (self.made, self.since) = (self.made + 1, None);
+        Ok(GearStep::Move(next.motion.clone().into()))
+    }
+
+    /// Returns the samples; `lost` did not arrive.
+    pub fn ended(&self, lost: u64) -> GearRecording {
+        let begin = self.samples.first().map_or(0, |sample| sample.clock);
+        let row = |sample: &Sample| {
+            let [load, motor, effort, _] = SIGNALS.map(|name| self.signals.number(sample, name));
+            [f64::from(sample.clock.wrapping_sub(begin)) * self.tick_s, load, effort, motor]
+        };
+        GearRecording { rows: self.samples.iter().map(row).collect(), lost }
+    }
+}
+
 /// Makes the moves with the loop closed, and records them. The caller arms the device before and
 /// stops it afterwards.
 ///
 /// # Errors
 /// Returns an error if the device refuses a move or does not answer, or if the output went off.
-pub fn record<W: Wire>(client: &mut Client<W>, moves: &[GearMove]) -> Result<GearRecording, Error> {
+pub fn record<W: Wire>(
+    client: &mut Client<W>,
+    moves: Vec<GearMove>,
+) -> Result<GearRecording, Error> {
     let signals = Signals::new(client.signals()?);
-    SIGNALS.iter().try_for_each(|name| {
-        signals.check(name).map_err(|_| {
-            Error::Device(format!("the device has no signal `{name}`; flash its firmware anew"))
-        })
-    })?;
-    let tick_s = single(client.status()?.sample_time);
-    let every = (LEAST_S / tick_s - 1e-6).ceil().max(1.0) as u16;
+    let mut recorder = GearRecorder::new(moves, signals, &client.status()?)?;
     let lost = client.lost();
-    client.subscribe(signals.mask(SIGNALS), every)?;
-    let mut samples: Vec<Sample> = Vec::new();
-    for one in moves {
-        client.move_along(one.motion.clone())?;
-        let begin = client.status()?.clock;
-        loop {
-            let status = client.pass_armed(SHORT)?;
-            while let Some(sample) = client.kept() {
-                samples.push(sample);
+    let (mask, every) = recorder.subscription();
+    client.subscribe(mask, every)?;
+    let made = make(client, &mut recorder);
+    client.subscribe(0, 0)?;
+    made.map(|()| recorder.ended(client.lost() - lost))
+}
+
+fn make<W: Wire>(client: &mut Client<W>, recorder: &mut GearRecorder) -> Result<(), Error> {
+    let mut status = client.status()?;
+    loop {
+        match recorder.next(&status)? {
+            GearStep::Done => return Ok(()),
+            GearStep::Move(motion) => {
+                client.move_along(*motion)?;
+                status = client.status()?;
             }
-            if status.state != StateCode::Armed {
-                client.subscribe(0, 0)?;
-                return Err(Error::Device("the output went off during the moves".into()));
-            }
-            if f64::from(status.clock.wrapping_sub(begin)) * tick_s >= one.time_s {
-                break;
+            GearStep::Wait => {
+                status = client.pass_armed(SHORT)?;
+                while let Some(sample) = client.kept() {
+                    recorder.see(sample);
+                }
             }
         }
     }
-    client.subscribe(0, 0)?;
-    let begin = samples.first().map_or(0, |sample| sample.clock);
-    let row = |sample: &Sample| {
-        let [load, motor, effort, _] = SIGNALS.map(|name| signals.number(sample, name));
-        [f64::from(sample.clock.wrapping_sub(begin)) * tick_s, load, effort, motor]
-    };
-    let rows = samples.iter().filter(|sample| signals.is_armed(sample)).map(row).collect();
-    Ok(GearRecording { rows, lost: client.lost() - lost })
 }
