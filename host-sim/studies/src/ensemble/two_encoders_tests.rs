@@ -28,7 +28,13 @@ fn faults(rows: &[CaseResult]) -> Vec<&str> {
     rows.iter().filter(|row| of(row) != [false; 2]).map(|row| row.family.as_str()).collect()
 }
 
-/// Of 500 joints of each family, 499 and 500 succeed.
+/// Returns whether the step ended in GIVE_UP.
+fn has_given_up(row: &CaseResult) -> bool {
+    let mode = row.law_signals.split(' ').next().unwrap();
+    mode.strip_prefix("robust_mode=").unwrap() == "5"
+}
+
+/// Of 500 joints of each family, 500 and 499 succeed.
 #[test]
 fn load_rests_at_its_target_behind_a_gear_that_nothing_is_known_of() {
     for family in [Family::TwoEncoders, Family::TwoEncodersBacklash] {
@@ -53,15 +59,43 @@ fn hard_friction_known_noise_and_a_driving_load_cost_few_joints() {
     }
 }
 
-/// At the end of its step, the law has given up no healthy joint, but nearly every one before a
-/// wall.
+/// At the end of its step, the law has given up no joint of ordinary friction, but nearly every one
+/// before a wall.
 #[test]
 fn law_gives_up_at_walls_and_nowhere_else() {
     let walls = ran(Family::TwoEncodersEndStop, 30, false);
     let given_up = walls.iter().filter(|row| row.gave_up_s.is_some()).count();
     assert!(given_up >= 26, "{given_up} of 30");
-    let free = ran(Family::TwoEncodersBacklash, 20, true);
-    let mode = |row: &CaseResult| row.law_signals.split(' ').next().unwrap().to_owned();
-    let stays = |mode: String| mode.starts_with("robust_mode=") && !mode.ends_with("=5");
-    assert!(free.iter().all(|row| stays(mode(row))));
+    let free = ran(Family::TwoEncodersBacklash, 40, false);
+    assert!(!free.iter().any(has_given_up));
+}
+
+/// Joints whose load jumps by hundreds of counts swing about their targets for 30 s if nothing ends
+/// it: five of these 200. With 100 attempts, all are at rest before.
+#[test]
+fn joint_that_swings_about_its_target_is_left_near_it() {
+    let rows = ran(Family::TwoEncoders, 200, true);
+    let unsettled: Vec<_> = rows.iter().filter(|row| row.settled_at_load_s.is_none()).collect();
+    assert!((1..=12).contains(&unsettled.len()), "{}", unsettled.len());
+    for row in unsettled {
+        assert!(has_given_up(row), "{}: {}", row.case, row.law_signals);
+    }
+}
+
+/// The ninth decile of the rms error of the load is 8.0 and 8.6 mrad of 500 joints, and 17.4 and
+/// 17.1 mrad with hard friction. Without the integral of the load's lag it was 11.9 to 22.9 mrad.
+#[test]
+fn load_follows_its_trajectory() {
+    for (hard, most_mrad) in [(false, 12.0), (true, 20.0)] {
+        for family in [Family::TwoEncoders, Family::TwoEncodersBacklash] {
+            let rows = ran(family, 100, hard);
+            let mut errors: Vec<f64> = rows
+                .iter()
+                .map(|row| row.tracking_at_load_rms.unwrap_or(f64::INFINITY) * 1e3)
+                .collect();
+            errors.sort_by(f64::total_cmp);
+            assert!(errors[90] < most_mrad, "{family:?}: {} mrad", errors[90]);
+            assert!(errors[50] > 0.5, "{family:?}: {} mrad", errors[50]);
+        }
+    }
 }

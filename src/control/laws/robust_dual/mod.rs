@@ -53,6 +53,8 @@ pub mod bump_memory;
 #[cfg(test)]
 mod golden_traces;
 pub mod load_integral;
+#[cfg(test)]
+mod motion_tests;
 pub mod motor_bump;
 #[cfg(test)]
 mod origin_tests;

@@ -205,7 +205,8 @@ impl Supervisor {
             s.accepted = error;
         }
         let is_over = self.gives_up && s.attempts.all > self.patience;
-        let is_accepted = is_over && error <= s.accepted;
+        // Within the stop band a HOLD follows.
+        let is_accepted = is_over && error <= s.accepted && error > self.stop_band;
         s.accepted = s.accepted.min(error) * if is_over { 1.1 } else { 1.0 };
         is_accepted
     }
@@ -238,5 +239,43 @@ impl Supervisor {
                 self.give_up.step(&mut s.attempts)
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::super::Loop;
+    use super::super::super::RobustDualGains;
+    use super::*;
+    use crate::units::value::Table;
+
+    /// Returns the attempt at which a joint is left at rest whose errors are 50 counts to either
+    /// side, and once 5.
+    fn left_after(attempts: u32) -> Option<u16> {
+        let gains = RobustDualGains { attempts, ..RobustDualGains::EXAMPLE };
+        let around = Loop {
+            sample_time: 0.001,
+            resolution: 0.01,
+            full_scale: 5.0,
+            lsb: 0.001,
+            kp: 0.0,
+            motor: crate::control::motor_encoder::MotorEncoder::NONE,
+        };
+        let law = Supervisor::new(&gains, &around);
+        let mut state = SupervisorState::default();
+        law.start(&mut state);
+        (1..1000).find(|number| {
+            state.attempts.all = *number;
+            law.accepts(&mut state, if *number == 7 { 0.05 } else { 0.5 })
+        })
+    }
+
+    /// From attempt 101 on the accepted error grows from 5 counts by a tenth an attempt: it exceeds
+    /// 50 after `ln 10 / ln 1.1`, 24.2 attempts.
+    #[test]
+    fn joint_that_swings_about_its_target_is_left_close_to_it() {
+        assert_eq!(left_after(50), Some(126));
+        assert_eq!(left_after(20), Some(66));
+        assert_eq!(left_after(0), None);
     }
 }
