@@ -800,7 +800,7 @@ const MUTATIONS: &[Mutation] = &[
         "a joint that rests is probed again and again",
         Suite::Device, &["is_pushed_once_towards"]),
     fault("src/safety/monitor/progress.rs",
-        ["if !trips && (is_due || state.path >> 1 > self.path) {",
+        ["if !trips && (is_due || state.path >> 1 > path) {",
          "if !trips && state.due < 0.0 {"],
         "what a joint made is credit for lines that break",
         Suite::Device, &["lines_that_break_in_motion"]),

@@ -425,10 +425,6 @@ impl Monitors {
         {
             return trip(Fault::EncodersDisagree, deg);
         }
-        #[cfg(feature = "two-encoders")]
-        {
-            state.progress.twist = state.twist.twist;
-        }
         let (setpoint, speed) = (tick.reference_counts, tick.reference_velocity);
         if let Some(error) =
             self.following.check(&mut state.following, setpoint, speed, tick.counts)
@@ -451,8 +447,13 @@ impl Monitors {
             false
         };
         let stalls = stalls | self.net.check(&mut state.net, code, driven.position);
+        #[cfg(feature = "two-encoders")]
+        let twist = state.twist.twist;
+        #[cfg(not(feature = "two-encoders"))]
+        let twist = 0.0;
+        let (travel, speed) = (driven.travel, tick.velocity);
         let stalls =
-            stalls | self.progress.check(&mut state.progress, before, driven.travel, tick.velocity);
+            stalls | self.progress.check(&mut state.progress, before, travel, speed, twist);
         let error = setpoint.wrapping_sub(tick.counts);
         let stalls = stalls | self.probe.check(&mut state.probe, code, seen.position, error);
         if stalls || stops {

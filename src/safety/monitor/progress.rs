@@ -28,7 +28,7 @@
 //! encoder on either side of a gear, it uses that of the motor, which the gear holds within its
 //! twist of the load: `play_deg` is then that twist. A gear that is wound up further throws its
 //! motor back against any effort, so `path` is then judged beyond 32 counts and twice the larger of
-//! `play_deg` and the present twist.
+//! `play_deg` and the largest twist since the sums began.
 //!
 //! Guarantees: under an effort above F, an encoder whose error stays within n counts is detected
 //! before the weakest joint has moved the larger of 64 and 4 n counts, plus one tick, if it starts
@@ -99,9 +99,9 @@ pub(super) struct ProgressState {
     made: i32,
     /// Travel without its sign, counts.
     path: i32,
-    /// Present twist between two encoders, deg; zero with one.
+    /// Largest twist between two encoders since the sums began, without its sign, deg.
     #[cfg(feature = "two-encoders")]
-    pub twist: f32,
+    twist: f32,
 }
 
 impl Progress {
@@ -122,9 +122,17 @@ impl Progress {
     }
 
     /// Updates the sums with the code that was applied in the last tick, the travel in it (counts),
-    /// and the measured speed (deg/s). Returns whether the monitor trips.
+    /// the measured speed (deg/s), and the twist of the gear (deg; zero with one encoder). Returns
+    /// whether the monitor trips.
     #[inline]
-    pub fn check(&self, state: &mut ProgressState, code: i32, travel: i32, velocity: f32) -> bool {
+    pub fn check(
+        &self,
+        state: &mut ProgressState,
+        code: i32,
+        travel: i32,
+        velocity: f32,
+        #[cfg_attr(not(feature = "two-encoders"), expect(unused_variables))] twist: f32,
+    ) -> bool {
         // Neither a code nor the travel of a tick has the size of 2^31.
         let size = code.wrapping_abs();
         let excess = size.wrapping_sub(self.friction);
@@ -134,10 +142,11 @@ impl Progress {
         }
         let sign = code.signum();
         if sign != state.sign {
-            let begun = ProgressState { sign, speed: f32::MIN, ..ProgressState::default() };
-            #[cfg(feature = "two-encoders")]
-            let begun = ProgressState { twist: state.twist, ..begun };
-            *state = begun;
+            *state = ProgressState { sign, speed: f32::MIN, ..ProgressState::default() };
+        }
+        #[cfg(feature = "two-encoders")]
+        {
+            state.twist = state.twist.max(twist.abs());
         }
         let made = if sign < 0 { travel.wrapping_neg() } else { travel };
         if state.speed < 0.0 {
@@ -160,14 +169,14 @@ impl Progress {
         is_due && state.ticks >= LEAST_TICKS && self.judge(state)
     }
 
-    /// Returns the path that is judged, counts.
+    /// Returns the limit of the path, counts: that of the twist, if it is larger.
     #[cfg(feature = "two-encoders")]
     fn path_of(&self, state: &ProgressState) -> i32 {
-        let of_twist = (self.path_per_twist * state.twist.abs()) as i32;
+        let of_twist = (self.path_per_twist * state.twist) as i32;
         self.path.max(LEAST_PATH.saturating_add(of_twist))
     }
 
-    /// Returns the path that is judged, counts.
+    /// Returns the limit of the path, counts.
     #[cfg(not(feature = "two-encoders"))]
     const fn path_of(&self, _: &ProgressState) -> i32 {
         self.path
@@ -185,6 +194,10 @@ impl Progress {
         let trips = too_few || to_and_fro;
         if !trips && (is_due || state.path >> 1 > path) {
             (state.ticks, state.due, state.made, state.path) = (0, 0.0, 0, 0);
+            #[cfg(feature = "two-encoders")]
+            {
+                state.twist = 0.0;
+            }
         }
         trips
     }

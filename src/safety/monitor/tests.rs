@@ -329,17 +329,17 @@ fn heat_and_impulse_outlast_arming_and_a_motor_that_is_off_cools() {
     assert_eq!(at_rest, [false, true]);
 }
 
-/// A count is 1 deg, and only the path is judged: beyond 32 counts, and
-/// beyond twice the twist and 32 more.
+/// A count is 1 deg. A gear that is wound up by 20 deg throws its motor back by 4 counts a tick
+/// and unwinds. Only the path is judged: beyond 32 counts, or beyond 32 and twice the first twist.
 #[cfg(feature = "two-encoders")]
 #[test]
 fn motor_that_its_wound_up_gear_throws_back_is_no_stall() {
     let limits = Limits { stall_effort: 4.0, progress_gain: 0.1, ..Limits::OFF };
-    let trips = |twist: f32| {
+    let trips = |wound_up: f32| {
         let monitor = Progress::new(&limits, &UNITS);
         let mut state = ProgressState::default();
-        state.twist = twist;
-        (1..100).find(|_| monitor.check(&mut state, 14, -4, 0.0))
+        let twist = |tick: i32| wound_up * (1.0 - 0.1 * tick as f32).max(0.0);
+        (1..100).find(|tick| monitor.check(&mut state, 14, -4, 0.0, twist(tick - 1)))
     };
     let [relaxed, wound_up] = [0.0, -20.0].map(|twist| trips(twist).unwrap());
     // 40 counts are ten ticks of 4.
@@ -355,8 +355,10 @@ fn too_little_travel_and_travel_to_and_fro_trip_and_braking_does_not() {
         let monitor = Progress::new(limits, &UNITS);
         let mut state = ProgressState::default();
         let sign = code.signum();
-        (1..1000)
-            .find(|k| monitor.check(&mut state, code, sign * travel(*k), sign as f32 * velocity))
+        (1..1000).find(|k| {
+            let (travel, velocity) = (sign * travel(*k), sign as f32 * velocity);
+            monitor.check(&mut state, code, travel, velocity, 0.0)
+        })
     };
     let trips = |code: i32, velocity: f32, travel: fn(i32) -> i32| {
         let [up, down] = [code, -code].map(|code| trips_with(&limits, code, velocity, travel));

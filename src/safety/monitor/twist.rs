@@ -26,6 +26,7 @@
 use super::Seen;
 use super::limits::{Limits, Units};
 use crate::control::motor_encoder::MotorEncoder;
+use crate::units::saturation::bounded;
 
 /// Time without a count after which an encoder is silent, s.
 const SILENT_S: f32 = 0.02;
@@ -62,7 +63,7 @@ pub(super) struct TwistState {
     calm: u16,
     /// Ticks in a row beyond the largest twist.
     ticks: u8,
-    /// The present twist, deg.
+    /// The present twist, at most what the full effort winds up, deg.
     pub twist: f32,
     /// Whether the ratio of both encoders is unknown, so that their difference is no twist.
     is_ratio_unknown: bool,
@@ -97,7 +98,7 @@ impl Twist {
         let armed_at = state.armed_at.get_or_insert(now);
         let ways = [0, 1].map(|side| now[side].wrapping_sub(armed_at[side]));
         let twist = ways[0] as f32 * self.counts[0] - ways[1] as f32 * self.counts[1];
-        state.twist = twist;
+        state.twist = bounded(twist, self.most[1]);
         if ways.iter().any(|way| way.unsigned_abs() > FARTHEST) {
             let wound_up = libm::roundf(twist / self.counts[0]) as i32;
             *armed_at = [now[0].wrapping_sub(wound_up), now[1]];

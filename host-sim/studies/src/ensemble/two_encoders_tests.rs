@@ -82,20 +82,20 @@ fn joint_that_swings_about_its_target_is_left_near_it() {
     }
 }
 
-/// The ninth decile of the rms error of the load is 8.0 and 8.6 mrad of 500 joints, and 17.4 and
-/// 17.1 mrad with hard friction. Without the integral of the load's lag it was 11.9 to 22.9 mrad.
+/// The ninth decile of the rms error of the load is 8.0 and 8.6 mrad of 500 joints of another seed,
+/// and 17.4 and 17.1 mrad with hard friction. Without the integral of the load's lag it was 11.9 to 22.9 mrad.
 #[test]
 fn load_follows_its_trajectory() {
     for (hard, most_mrad) in [(false, 12.0), (true, 20.0)] {
         for family in [Family::TwoEncoders, Family::TwoEncodersBacklash] {
-            let rows = ran(family, 100, hard);
+            let rows = ran(family, 300, hard);
             let mut errors: Vec<f64> = rows
                 .iter()
                 .map(|row| row.tracking_at_load_rms.unwrap_or(f64::INFINITY) * 1e3)
                 .collect();
             errors.sort_by(f64::total_cmp);
-            assert!(errors[90] < most_mrad, "{family:?}: {} mrad", errors[90]);
-            assert!(errors[50] > 0.5, "{family:?}: {} mrad", errors[50]);
+            assert!(errors[270] < most_mrad, "{family:?}: {} mrad", errors[270]);
+            assert!(errors[150] > 0.5, "{family:?}: {} mrad", errors[150]);
         }
     }
 }

@@ -95,7 +95,7 @@ pub struct SwingState {
 pub(in super::super) const LEAST_IN_MOTION: f32 = 0.3;
 
 impl SwingState {
-    /// Discards that the present swing is wide.
+    /// Clears the mark of a wide swing.
     pub const fn ignore_width(&mut self) {
         self.widely = false;
     }

@@ -128,6 +128,8 @@ pub(in super::super) struct Rules {
     pub observer_tracking: f32,
     pub acceleration: f32,
     pub speed: f32,
+    /// Speed error of a wide swing, deg/s.
+    pub wide_swing: f32,
     pub learned_to: f32,
     pub hold_step: f32,
     pub least_gain: f32,
@@ -156,6 +158,11 @@ impl Rules {
         let viscous_speed = 0.15 * around.full_scale / gains.viscous;
         let capped = !slow || gains.viscous == 0.0;
         let speed = if capped { viscous_speed.min(SPEED_CAP) } else { viscous_speed };
+        let speed = or(gains.speed, speed.min(HUGE));
+        // A load that breaks away behind its transmission is as fast without a swing: with the
+        // encoder on the load, no swing counts as wide. In a slow loop a swing has only a few
+        // ticks, and is weaker evidence.
+        let wide_swing = if on_load || slow { f32::INFINITY } else { 0.5 * speed };
         let acceleration = or(gains.acceleration, 0.25 * around.full_scale / gains.inertia);
         let least_learned = LEAST_LEARNED * gains.breakaway_low;
         let slowly = (least_learned / gains.viscous).max(3.0 * acceleration * h);
@@ -171,7 +178,8 @@ impl Rules {
             observer_in_motion: or(gains.observer, (0.7 / h).min(on(110.0, 15.0))),
             observer_tracking: or(gains.tracking_observer, tracking),
             acceleration,
-            speed: or(gains.speed, speed.min(HUGE)),
+            speed,
+            wide_swing,
             learned_to: or(gains.learned_to, learned_to),
             hold_step: or(gains.hold_step, 0.15 * gains.breakaway_low),
             least_gain: or(gains.least_gain, on(0.1, 0.05)),

@@ -158,11 +158,6 @@ impl Supervisor {
         let most_held = 0.8 * gains.breakaway_high + gains.load;
         let most_disturbance = 1.5 * gains.breakaway_high + gains.load;
         let Rules { bandwidth, on_load, .. } = rules;
-        // A load that breaks away behind its transmission is as fast without a swing: with the
-        // encoder on the load, no swing counts as wide. In a slow loop a swing has only a few
-        // ticks, and is weaker evidence.
-        let is_wide = !on_load && sample_time <= SLOW;
-        let wide = if is_wide { 0.5 * rules.speed } else { f32::INFINITY };
         let observer = |bandwidth: f32| {
             ExtendedStateObserver::new(sample_time, [inertia, viscous], bandwidth, most_disturbance)
         };
@@ -190,7 +185,7 @@ impl Supervisor {
                 gains.jitter,
                 sample_time,
                 count,
-                wide,
+                rules.wide_swing,
             ),
             planner: PulsePlanner::new(sample_time, inertia, range, limit, count),
             hold_effort: HoldEffort::new(

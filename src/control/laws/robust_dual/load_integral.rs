@@ -15,7 +15,7 @@
 //! starts without knowledge of that twist and of `N`. The motor can also lag, since the oscillation
 //! guard lowers the gain of a light motor. Both are a lag of the load that changes slowly. `T` is
 //! two and a half times the time constant of the motor's loop at the least gain in motion, `1 /
-//! (0.3 * 2 pi 8 Hz)`. The bound is the error at which the law takes the joint for lost.
+//! (0.3 * 2 pi 8 Hz)`. The bound is part of the error at which the law takes the joint for lost.
 //!
 //! Of 1000 simulated joints of the tuning seed with up to 20 counts of backlash, the ninth decile
 //! of the rms error falls from 12.9 to 8.2 mrad, and with hard friction from 21.4 to 15.9 mrad; 982

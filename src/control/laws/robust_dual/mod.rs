@@ -29,8 +29,8 @@
 //! [`load_integral`] is the part of MOVE that `robust` does not have.
 //!
 //! A joint that swings around its target ends in GIVE_UP as well. After twice `give_up_attempts`,
-//! the law stops at a rest within the smallest error so far, and with every further attempt within
-//! a tenth more. A motion of the set point clears the attempts, and so does a HOLD.
+//! the law stops at a rest whose error is at most the smallest one so far. Each further attempt
+//! raises that limit by a tenth. A commanded motion clears the attempts, and so does a HOLD.
 //!
 //! Why this form: behind a soft gear, the motor's position shows little of the load, and a loop
 //! around the load swings. The load leaves its rest at some twist, and jumps as far as the gear was

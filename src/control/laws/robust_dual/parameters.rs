@@ -38,8 +38,8 @@ table! {
         hold_effort: f32 = 0x1908 "hold_effort_v", Between(-HUGE, HUGE), Default(0.0);
         /// Largest error at rest that is left alone, counts of the load.
         stop_band: f32 = 0x1909 "stop_band_counts", Between(0.0, HUGE), Default(1.25);
-        /// Attempts without success after which it gives up, eight times as many. After twice as
-        /// many, it stops close to the target. 0: it never does.
+        /// After eight times this number of attempts the law gives up; after twice, it stops at a
+        /// rest close to the target. 0: it never does.
         attempts: u32 = 0x190A "give_up_attempts", Between(0.0, 60000.0), Default(50);
         /// Stiffness K of the gear between two encoders, V/deg. 0: unknown.
         stiffness: f32 = 0x190B "stiffness_v_per_deg", Between(0.0, HUGE), Default(0.0);

@@ -6,6 +6,7 @@
 mod attempt;
 
 use super::super::Loop;
+use super::super::robust::Rules;
 use super::super::robust::extended_state_observer::{ExtendedStateObserver, ObserverState};
 use super::super::robust::give_up::{Attempts, GiveUp};
 use super::super::robust::hold_effort::{Held, HoldEffort};
@@ -14,7 +15,6 @@ use super::super::robust::oscillation_guard::{LEAST_IN_MOTION, OscillationGuard,
 use super::super::robust::pulse_planner::{PulseMemory, PulsePlanner};
 use super::super::robust::rest_detector::{Rest, RestDetector};
 use super::super::robust::sliding_friction::SlidingFriction;
-use super::super::robust::{Rules, SLOW};
 use super::bump_memory::{BumpMemory, MemoryState};
 use super::load_integral::LoadIntegral;
 use super::motor_bump::{BumpState, MotorBump, MotorSeen};
@@ -177,11 +177,11 @@ const TRAILS: f32 = 0.4;
 const PATIENCE: u32 = 2;
 
 impl SupervisorState {
-    /// Leaves GIVE_UP for MOVE, and clears the counts of attempts.
+    /// Clears the counts of attempts for a new motion, and leaves GIVE_UP for MOVE.
     pub fn try_again(&mut self) {
+        self.attempts = Attempts::default();
         if self.mode == Mode::GiveUp {
             self.mode = Mode::Move;
-            self.attempts = Attempts::default();
         }
     }
 }
@@ -198,8 +198,6 @@ impl Supervisor {
         let most_disturbance = 1.5 * gains.breakaway_high + gains.load;
         let Rules { bandwidth, .. } = rules;
         let strong = most_disturbance.min(limit);
-        // In a slow loop a swing has only a few ticks, and is weaker evidence.
-        let wide = if sample_time <= SLOW { 0.5 * rules.speed } else { f32::INFINITY };
         let rest_of_levels = ((COAST_S / sample_time + 0.5) as u16).max(rules.rest);
         Self {
             proportional: inertia * bandwidth * bandwidth,
@@ -232,7 +230,7 @@ impl Supervisor {
                 gains.motor_jitter,
                 sample_time,
                 motor_count,
-                wide,
+                rules.wide_swing,
             ),
             planner: PulsePlanner::new(sample_time, inertia, range, limit, count),
             hold_effort: HoldEffort::new(

@@ -198,8 +198,8 @@ impl Supervisor {
     }
 
     /// Returns whether a joint that swings around its target is left where it rests. After
-    /// `patience` attempts that is the case within the smallest error so far, and with every
-    /// further attempt within a tenth more.
+    /// `patience` attempts, that is a rest whose error is at most the smallest one so far. Each
+    /// further attempt raises that limit by a tenth.
     fn accepts(&self, s: &mut SupervisorState, error: f32) -> bool {
         if s.attempts.all <= 1 {
             s.accepted = error;
@@ -277,5 +277,16 @@ mod tests {
         assert_eq!(left_after(50), Some(126));
         assert_eq!(left_after(20), Some(66));
         assert_eq!(left_after(0), None);
+    }
+
+    /// Also while the law looks for a lost joint, in MOVE.
+    #[test]
+    fn new_command_clears_the_attempts_of_the_last_one() {
+        for mode in [Mode::GiveUp, Mode::Move] {
+            let mut state = SupervisorState { mode, ..SupervisorState::default() };
+            state.attempts.all = 101;
+            state.try_again();
+            assert_eq!((state.attempts.all, state.mode), (0, Mode::Move));
+        }
     }
 }
