@@ -18,7 +18,7 @@ use stiction::identification::Summary;
 use stiction::link::Status;
 
 use super::orders::MotionReport;
-use super::pending_gear::PendingGear;
+use super::pending_gear::{PendingGear, waited_s};
 use super::worker::Worker;
 use files::error::Error;
 use simulator::device::client::Map;
@@ -104,9 +104,9 @@ impl<W: Wire> Worker<'_, W> {
         }
         let Some(gear) = &mut self.gear else { return Ok(()) };
         if !gear.is_armed {
-            let waited = status.clock.wrapping_sub(gear.since);
-            let waited_s = f64::from(waited) * f64::from(status.sample_time);
-            if !status.at_rest && waited_s < LONGEST_REST_S {
+            if !status.at_rest
+                && waited_s(gear.since, status.clock, status.sample_time) < LONGEST_REST_S
+            {
                 return Ok(());
             }
             gear.is_armed = true;
