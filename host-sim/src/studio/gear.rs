@@ -10,7 +10,7 @@
 //! armed and a move starts only while the page that started the identification commands and sends
 //! keep-alives, and nothing is sent between that check and the request. If the page is silent, the
 //! device's link timeout ends the moves. However the moves end, the joint of the sequence is
-//! published. Limit: the fit blocks the thread of the device; the motor is off by then.
+//! published, also if the device does not answer any more. Limit: the fit blocks the thread of the device; the motor is off by then.
 
 use std::time::Duration;
 
@@ -18,7 +18,7 @@ use stiction::identification::Summary;
 use stiction::link::Status;
 
 use super::orders::MotionReport;
-use super::pending_gear::PendingGear;
+use super::pending_gear::{PendingGear, waited_s};
 use super::worker::Worker;
 use files::error::Error;
 use simulator::device::client::Map;
@@ -49,13 +49,16 @@ impl<W: Wire> Worker<'_, W> {
         let status = self.client.status()?;
         let moves = match sequence.moves(summary.outcome, status.position, &parameters) {
             Some(Ok(moves)) => moves,
-            Some(Err(why)) => return self.identified(summary, map, Some(Err(why))).map(Some),
-            None => return self.identified(summary, map, None).map(Some),
+            Some(Err(why)) => {
+                return Ok(Some(self.identified(summary, map, parameters, Some(Err(why)))));
+            }
+            None => return Ok(Some(self.identified(summary, map, parameters, None))),
         };
         let recorder = match GearRecorder::new(moves, self.signals.clone(), &status) {
             Ok(recorder) => recorder,
             Err(error) => {
-                return self.identified(summary, map, Some(Err(error.to_string()))).map(Some);
+                let gear = Some(Err(error.to_string()));
+                return Ok(Some(self.identified(summary, map, parameters, gear)));
             }
         };
         self.gear = Some(PendingGear {
@@ -104,9 +107,9 @@ impl<W: Wire> Worker<'_, W> {
         }
         let Some(gear) = &mut self.gear else { return Ok(()) };
         if !gear.is_armed {
-            let waited = status.clock.wrapping_sub(gear.since);
-            let waited_s = f64::from(waited) * f64::from(status.sample_time);
-            if !status.at_rest && waited_s < LONGEST_REST_S {
+            if !status.at_rest
+                && waited_s(gear.since, status.clock, status.sample_time) < LONGEST_REST_S
+            {
                 return Ok(());
             }
             gear.is_armed = true;
@@ -146,21 +149,30 @@ impl<W: Wire> Worker<'_, W> {
         self.end_gear(Err(why))
     }
 
-    /// Publishes the identified joint with the gear, if moves for one are not over. An error is why
-    /// they have ended early.
+    /// Publishes the identified joint with the gear, if moves for one are not over, and restores the
+    /// subscription of the pages. An error is why the moves have ended early.
     ///
     /// # Errors
     /// Returns an error if the device does not answer.
     pub(super) fn end_gear(&mut self, ended: Result<(), String>) -> Result<(), Error> {
-        let Some(gear) = self.gear.take() else { return Ok(()) };
+        if self.gear.is_none() {
+            return Ok(());
+        }
+        self.publish_gear(ended);
+        self.fit_subscription()
+    }
+
+    /// Publishes the identified joint with the gear, if moves for one are not over. Sends nothing
+    /// to the device, which may not answer any more.
+    pub(super) fn publish_gear(&mut self, ended: Result<(), String>) {
+        let Some(gear) = self.gear.take() else { return };
         let PendingGear { summary, map, parameters, recorder, lost, .. } = gear;
         let recording = recorder.ended(self.client.lost() - lost);
-        self.fit_subscription()?;
         // Without units the values are in V; the joint's report names the reason.
         let units = self.of_file().map_or(None, |(_, units)| units);
         let gear = ended.and_then(|()| device_gear::identify(&recording, &parameters, units));
-        let found = self.identified(summary, map, Some(gear));
-        self.publish_found(found)
+        let report = self.identified(summary, map, parameters, Some(gear));
+        self.publish_report(&report);
     }
 
     /// Changes the subscription if it does not suit: the moves need their signals, and the page its

@@ -248,13 +248,13 @@ impl<W: Wire> Worker<'_, W> {
         &mut self,
         summary: Summary,
         map: Map,
+        parameters: Parameters,
         gear: Option<Result<DeviceGear, String>>,
-    ) -> Result<MotionReport, Error> {
+    ) -> MotionReport {
         let ((document, units), without) = match self.of_file() {
             Ok(known) => (known, String::new()),
             Err(error) => ((None, None), format!("\nnot in SI units: {error}")),
         };
-        let parameters = self.client.parameters()?;
         let measured = gear.as_ref().and_then(|gear| gear.as_ref().ok()?.measured());
         let found = IdentifiedJoint { summary, map, parameters, units, gear: measured };
         let of_gear = gear.as_ref().map_or_else(String::new, device_gear::words_of);
@@ -293,7 +293,7 @@ impl<W: Wire> Worker<'_, W> {
             "no result" => Grade::Bad,
             _ => Grade::Doubtful,
         };
-        Ok(MotionReport { said, grade })
+        MotionReport { said, grade }
     }
 
     /// Makes the file of an identified joint.
@@ -308,8 +308,7 @@ impl<W: Wire> Worker<'_, W> {
         Ok(UnsavedJoint { name, text, laws })
     }
 
-    /// Returns the result of a motion that has ended.
-    /// `None` if moves for the gear follow.
+    /// Returns the result of a motion that has ended, or `None` if moves for the gear follow.
     pub(super) fn found(&mut self, running: RunningMotion) -> Result<Option<MotionReport>, Error> {
         let nothing = |what: &str| MotionReport::bad(format!("{what}: ended without a result"));
         let report = match running {

@@ -57,3 +57,24 @@ impl PendingGear {
         self.recorder.see(sample.clone());
     }
 }
+
+/// Returns the time from the end of a sequence, `since`, to a clock, s. It is zero for a clock
+/// before that end: the end is read after the status that shows that the output is off.
+pub(super) fn waited_s(since: u32, clock: u32, sample_time: f32) -> f64 {
+    f64::from((clock.wrapping_sub(since) as i32).max(0)) * f64::from(sample_time)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_wait_for_rest_is_not_over_at_a_clock_before_the_end_of_the_sequence() {
+        assert_eq!(waited_s(1000, 997, 0.5), 0.0);
+        assert_eq!(waited_s(1000, 1000, 0.5), 0.0);
+        assert_eq!(waited_s(1000, 1003, 0.5), 1.5);
+        // The clock of 32 bits wraps.
+        assert_eq!(waited_s(u32::MAX, 1, 0.5), 1.0);
+        assert_eq!(waited_s(1, u32::MAX, 0.5), 0.0);
+    }
+}

@@ -27,7 +27,7 @@ use stiction::link::{Sample, StateCode, Status};
 
 use super::desk::QueuedRequest;
 use super::machine_in_use::no_joint;
-use super::pending_gear::PendingGear;
+use super::pending_gear::{MEASURING, PendingGear};
 use super::request::{JointSource, RequestedMotion};
 use super::spare_cores::{begin, on_spare_cores};
 use super::worker::Worker;
@@ -284,8 +284,12 @@ impl<W: Wire> Worker<'_, W> {
         order: &QueuedRequest,
     ) -> Result<Value, Error> {
         // An identification may have ended since the last status: its result is published first.
+        // Moves for the gear may follow it.
         if self.running.is_some() {
             self.ask_status()?;
+        }
+        if self.gear.is_some() {
+            return Err(Error::Refused(MEASURING.into()));
         }
         let Some(SelftestPhase::Ready(ready)) = &self.test else {
             return Err(Error::Refused("selftest: predict it first".into()));

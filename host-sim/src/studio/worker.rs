@@ -176,6 +176,8 @@ pub fn run<W: Wire>(
         // device may have been reset meanwhile.
         shared.news.forget("status");
         shared.news.forget("motion");
+        // The joint is known although the device is gone.
+        worker.publish_gear(Err(format!("its moves were ended: {error}")));
         shared.news.publish("gone", json!({ "said": format!("{error}{driven}") }));
         if worker.test.is_some() {
             let why = "selftest: the device did not answer; predict the self-test again";
@@ -426,13 +428,18 @@ impl<'a, W: Wire> Worker<'a, W> {
 
     /// Publishes the result of a motion that has ended.
     pub(super) fn publish_found(&self, found: Result<MotionReport, Error>) -> Result<(), Error> {
-        let MotionReport { said, grade } = match found {
+        let report = match found {
             Err(error @ (Error::Device(_) | Error::Emulator(_))) => return Err(error),
             found => found.unwrap_or_else(|error| MotionReport::bad(error.to_string())),
         };
+        self.publish_report(&report);
+        Ok(())
+    }
+
+    /// Publishes a result in words.
+    pub(super) fn publish_report(&self, MotionReport { said, grade }: &MotionReport) {
         self.shared.news.publish("found", json!({ "said": said, "grade": grade }));
         self.shared.news.forget("found");
-        Ok(())
     }
 
     pub(super) fn ask_status(&mut self) -> Result<Status, Error> {

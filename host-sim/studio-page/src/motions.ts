@@ -76,12 +76,15 @@ export function motions(link: Link): void {
     );
   };
   for (const identify of document.querySelectorAll<HTMLElement>('.identify'))
-    identify.onclick = () =>
+    identify.onclick = () => {
+      const gear = app.hello?.motor_resolution_deg
+        ? ', and measures the gear between the two encoders by moves with the loop closed'
+        : '';
       turnOn(
-        'The identification moves the joint to and fro, for minutes, and measures the gear ' +
-          'between two encoders by moves with the loop closed',
+        `The identification moves the joint to and fro, for minutes${gear}`,
         () => void ask(link, 'identify'),
       );
+    };
   by('ramp').onsubmit = (event) => {
     event.preventDefault();
     const [rate, hold] = [number('rate'), number('holding')];

@@ -1,6 +1,7 @@
 //! The gear of a device with two encoders, which the studio measures after an identification.
 
 use std::process::Command;
+use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use serde_json::{Value, json};
@@ -79,6 +80,11 @@ fn after_an_identification_the_gear_of_two_encoders_is_measured_and_is_in_the_fi
                     _ => {}
                 }
             };
+            if is_slow {
+                // The joint comes first: the device may not answer any more.
+                let hello = page.event("hello").await;
+                columns.push(hello["signals"].as_array().unwrap().len());
+            }
             made.dedup();
             let started = (0..=3).map(|made| [json!(made), json!(3)]).collect::<Vec<_>>();
             assert_eq!(made, started);
@@ -194,5 +200,19 @@ fn another_page_that_takes_the_command_does_not_go_on_with_the_moves_for_the_gea
         let end = line.clock.now() + Duration::from_secs(20);
         let why = without_gear(&mut other).await;
         assert!(why.contains("ended by") && line.clock.now() < end, "{why}");
+    });
+}
+
+#[test]
+fn the_joint_is_known_if_the_device_is_lost_during_the_moves_for_the_gear() {
+    let directory = tempfile::tempdir().unwrap();
+    let (line, server) = studio(&directory, false, LINK_TIMEOUT);
+    run(async {
+        let mut page = Page::open(&server).await;
+        moving(&mut page, 1).await;
+        line.is_cut.store(true, Ordering::SeqCst);
+        let why = without_gear(&mut page).await;
+        assert!(why.contains("its moves were ended: "), "{why}");
+        page.event("gone").await;
     });
 }

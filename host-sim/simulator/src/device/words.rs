@@ -347,9 +347,11 @@ pub fn status(status: &Status) -> String {
         lines.extend([what, then].map(String::from));
     }
     if status.gave_up {
-        let what = "warning    the law has given up: an obstacle holds the joint off its target.";
-        let then = "           A new move tries again; see docs/reference/faults.md";
-        lines.extend([what, then].map(String::from));
+        let what = "warning    the law has ended its attempts: the joint is not at its target. An";
+        let why =
+            "           obstacle holds it, or behind a soft gear its load jumps too far. A new";
+        let then = "           move tries again; see docs/reference/faults.md";
+        lines.extend([what, why, then].map(String::from));
     }
     if status.is_encoder_in_doubt {
         let what =

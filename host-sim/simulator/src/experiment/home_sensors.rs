@@ -34,7 +34,7 @@ impl RunPlan {
         Ok((device.index_counts > 0 && every > 0).then_some(index))
     }
 
-    /// Returns the index for the edges on the wires of an emulated part, which have no lag.
+    /// Returns the index for the edges on the wires of an emulated microcontroller, which have no lag.
     ///
     /// # Errors
     /// Returns an error that names the invalid value, or a lag.
@@ -42,8 +42,8 @@ impl RunPlan {
         let index = self.index()?;
         if index.is_some_and(|index| index.lag_s > 0.0) {
             return Err(Error::Input(format!(
-                "{}: the lag of an index is not simulated on the emulated part; leave it out, or \
-                 use `stiction device --simulated`",
+                "{}: the lag of an index is not simulated on the emulated microcontroller; leave \
+                 it out, or use `stiction device --simulated`",
                 self.origin.of("encoder.index_lag_us")
             )));
         }

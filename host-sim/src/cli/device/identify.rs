@@ -138,18 +138,23 @@ impl DeviceIdentifyArguments {
         let (summary, map) =
             client.identified()?.ok_or_else(|| ended_early("identify", &status, NOTHING))?;
         let sequence = PrecedingSequence { bounds: asked, begin };
-        let gear = client.status().map(|at| at.position).and_then(|end| {
-            match sequence.moves(summary.outcome, end, &parameters) {
-                Some(Ok(moves)) => {
-                    device_gear::measure(client, &parameters, units, moves).map(Some)
+        let gear = if parameters.controller.motor.count().is_none() {
+            Ok(None)
+        } else {
+            client.status().map(|at| at.position).and_then(|end| {
+                match sequence.moves(summary.outcome, end, &parameters) {
+                    Some(Ok(moves)) => {
+                        device_gear::measure(client, &parameters, units, moves).map(Some)
+                    }
+                    Some(Err(why)) => Ok(Some(Err(why))),
+                    None => Ok(None),
                 }
-                Some(Err(why)) => Ok(Some(Err(why))),
-                None => Ok(None),
-            }
-        });
+            })
+        };
         // The joint is known by now: what goes wrong with the gear does not lose it.
         let (gear, failed) = match gear {
-            Ok(gear) => (gear, client.status()?.fault.code != 0),
+            Ok(None) => (None, false),
+            Ok(gear) => (gear, !client.status().is_ok_and(|status| status.fault.code == 0)),
             Err(error) => (Some(Err(error.to_string())), true),
         };
         let measured = gear.as_ref().and_then(|gear| gear.as_ref().ok()?.measured());

@@ -82,10 +82,12 @@ pub fn measure<W: Wire>(
         .wait_at_rest()
         .and_then(|_| client.arm_tested())
         .and_then(|()| record(client, moves));
+    // Nothing is sent before the stop, whatever has failed.
     client.stop()?;
+    let unsubscribed = client.subscribe(0, 0);
     let fault = client.status()?.fault;
     match recorded {
-        Ok(recording) => Ok(identify(&recording, parameters, units)),
+        Ok(recording) => unsubscribed.map(|()| identify(&recording, parameters, units)),
         Err(error @ Error::CtrlC(_)) => Err(error),
         Err(error) => Ok(Err(why_ended(&error, &fault, parameters))),
     }

@@ -131,8 +131,8 @@ impl GearRecorder {
     }
 }
 
-/// Makes the moves with the loop closed, and records them. The caller arms the device before and
-/// stops it afterwards.
+/// Makes the moves with the loop closed, and records them. The caller arms the device before;
+/// afterwards it stops the device first, also after an error, and then ends the subscription.
 ///
 /// # Errors
 /// Returns an error if the device refuses a move or does not answer, or if the output went off.
@@ -145,9 +145,8 @@ pub fn record<W: Wire>(
     let lost = client.lost();
     let (mask, every) = recorder.subscription();
     client.subscribe(mask, every)?;
-    let made = make(client, &mut recorder);
-    client.subscribe(0, 0)?;
-    made.map(|()| recorder.ended(client.lost() - lost))
+    make(client, &mut recorder)?;
+    Ok(recorder.ended(client.lost() - lost))
 }
 
 fn make<W: Wire>(client: &mut Client<W>, recorder: &mut GearRecorder) -> Result<(), Error> {

@@ -265,7 +265,7 @@ fn nothing_is_cut_at_sixty_columns_with_a_fault_and_every_warning_at_once() {
         "FAULTED fault 14 (stall: effort, but no count), effort 0.8050 V, 3.200 s after power-on",
         "what to do: docs/reference/faults.md, \"14 Stall\"; then key c",
         "pushes a joint that does not move: the motor gets warm; if it lasts, key s",
-        "given up: something holds the joint before its target",
+        "given up: not at its target (an obstacle, or a soft gear)",
         "a saved set of parameters is damaged: see `status`",
         "crystal not measured: times are right only if it has 8 MHz",
         "brown-out reset off: `set-brown-out` turns it on",

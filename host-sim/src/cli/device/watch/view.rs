@@ -123,7 +123,11 @@ fn state_of(watched: &WatchedDevice) -> Line<'static> {
             Color::Yellow,
         ),
         (status.oscillates, "swings around its target: key s, and check gains", Color::Yellow),
-        (status.gave_up, "given up: something holds the joint before its target", Color::Yellow),
+        (
+            status.gave_up,
+            "given up: not at its target (an obstacle, or a soft gear)",
+            Color::Yellow,
+        ),
         (
             status.is_encoder_in_doubt,
             "encoder in doubt: turn the joint by hand by 16 counts, or `jog`, before arming",
