@@ -96,7 +96,7 @@ pub(in super::super) const LEAST_IN_MOTION: f32 = 0.3;
 
 impl SwingState {
     /// Clears the mark of a wide swing.
-    pub const fn ignore_width(&mut self) {
+    pub(in super::super) const fn ignore_width(&mut self) {
         self.widely = false;
     }
 }

@@ -54,3 +54,14 @@ fn step_does_not_move_the_twist() {
     let error = error_after(1500, 20.0, 0.2, true);
     assert!(error > 0.15, "{error}");
 }
+
+#[test]
+fn joint_that_a_load_drives_starts_with_less_gain() {
+    let first_gain = |load: f32| {
+        let gains = RobustDualGains { load, ..RobustDualGains::EXAMPLE };
+        let mut state = SupervisorState::default();
+        Supervisor::new(&gains, &AROUND).start(&mut state);
+        state.guarded.gain
+    };
+    assert_eq!([first_gain(0.0), first_gain(0.5)], [1.0, 0.7]);
+}
