@@ -94,6 +94,7 @@ pub struct SwingState {
 /// The least gain in motion.
 pub(in super::super) const LEAST_IN_MOTION: f32 = 0.3;
 
+#[cfg(feature = "two-encoders")]
 impl SwingState {
     /// Clears the mark of a wide swing.
     pub(in super::super) const fn ignore_width(&mut self) {
