@@ -116,8 +116,8 @@ impl IndexModel {
     }
 
     /// Returns the count of the disc at which the counter is captured in a tick, in which the disc
-    /// goes evenly from one count to another; `None` if it is not captured. Of two captures, that is
-    /// the last one.
+    /// goes evenly from one count to another; `None` if it is not captured. Of two captures, that
+    /// is the last one.
     pub fn capture(&mut self, from: i64, to: i64, tick_s: f64) -> Option<i64> {
         let counts_per_s = (to - from) as f64 / tick_s;
         // The counter has passed whole counts only.

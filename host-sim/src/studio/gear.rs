@@ -10,7 +10,8 @@
 //! armed and a move starts only while the page that started the identification commands and sends
 //! keep-alives, and nothing is sent between that check and the request. If the page is silent, the
 //! device's link timeout ends the moves. However the moves end, the joint of the sequence is
-//! published, also if the device does not answer any more. Limit: the fit blocks the thread of the device; the motor is off by then.
+//! published, also if the device does not answer any more. Limit: the fit blocks the thread of the
+//! device; the motor is off by then.
 
 use std::time::Duration;
 
@@ -149,8 +150,8 @@ impl<W: Wire> Worker<'_, W> {
         self.end_gear(Err(why))
     }
 
-    /// Publishes the identified joint with the gear, if moves for one are not over, and restores the
-    /// subscription of the pages. An error is why the moves have ended early.
+    /// Publishes the identified joint with the gear, if moves for one are not over, and restores
+    /// the subscription of the pages. An error is why the moves have ended early.
     ///
     /// # Errors
     /// Returns an error if the device does not answer.

@@ -34,7 +34,8 @@ impl RunPlan {
         Ok((device.index_counts > 0 && every > 0).then_some(index))
     }
 
-    /// Returns the index for the edges on the wires of an emulated microcontroller, which have no lag.
+    /// Returns the index for the edges on the wires of an emulated microcontroller, which have no
+    /// lag.
     ///
     /// # Errors
     /// Returns an error that names the invalid value, or a lag.

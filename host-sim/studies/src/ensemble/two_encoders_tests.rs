@@ -83,7 +83,8 @@ fn joint_that_swings_about_its_target_is_left_near_it() {
 }
 
 /// The ninth decile of the rms error of the load is 8.0 and 8.6 mrad of 500 joints of another seed,
-/// and 17.4 and 17.1 mrad with hard friction. Without the integral of the load's lag it was 11.9 to 22.9 mrad.
+/// and 17.4 and 17.1 mrad with hard friction. Without the integral of the load's lag it was 11.9 to
+/// 22.9 mrad.
 #[test]
 fn load_follows_its_trajectory() {
     for (hard, most_mrad) in [(false, 12.0), (true, 20.0)] {
